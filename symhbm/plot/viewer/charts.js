@@ -49,10 +49,13 @@ function lineOf(curve, panel, place, scale) {
   const value = array(column), y = Array.from(value, (v) => shownValue(v, scale)), x = [...array(curve.x)];
   const branch = curve.columns.cycle_branch && array(curve.columns.cycle_branch);
   const stable = curve.columns.stability && array(curve.columns.stability);
-  const unstable = stable && Int8Array.from({ length: Math.max(0, x.length - 1) }, (_, i) => stable[i] !== 1);
-  // Branches are apart.
-  const apart = branch && Int8Array.from({ length: Math.max(0, x.length - 1) }, (_, i) => branch[i] !== branch[i + 1]);
-  return { x, y, unstable, apart };
+  const each = (told) => Int8Array.from({ length: Math.max(0, x.length - 1) }, (_, i) => told(i));
+  // Branches are apart. What is not known at one end alone, as at a fold, is told by the other.
+  return {
+    x, y, apart: branch && each((i) => branch[i] !== branch[i + 1]),
+    unstable: stable && each((i) => stable[i] === 0 || stable[i + 1] === 0),
+    unknown: stable && each((i) => stable[i] === -1 && stable[i + 1] === -1),
+  };
 }
 
 // The pieces of a line that are chosen, with gaps between them.
@@ -92,9 +95,15 @@ function curveFigure(curve, chosen) {
     if (!curve.columns) return;
     const line = joined && lineOf(curve, panel, place, scale);
     if (line) {
-      add({ ...pieces(line, (i) => !line.unstable || !line.unstable[i]), mode: "lines", name: "curve", line: { color: css("--line"), width: 2 } });
-      if (line.unstable && line.unstable.some(Boolean))
-        add({ ...pieces(line, (i) => line.unstable[i]), mode: "lines", name: "not stable", line: { color: css("--line"), width: 1.5, dash: "dot" } });
+      const told = (name, i) => Boolean(line[name] && line[name][i]);
+      const parts = [
+        ["curve", "solid", (i) => !told("unstable", i) && !told("unknown", i)],
+        ["unstable", "dot", (i) => told("unstable", i)], ["stability unknown", "dash", (i) => told("unknown", i)],
+      ];
+      for (const [name, dash, chosenPieces] of parts) {
+        const part = pieces(line, chosenPieces);
+        if (part.x.length || name === "curve") add({ ...part, mode: "lines", name, line: { color: css("--line"), width: dash === "solid" ? 2 : 1.5, dash } });
+      }
     }
     const column = curve.columns[`${panel.name}:${place}`];
     if (!column) return;
@@ -154,14 +163,15 @@ function addMarks(traces, curve, panel, p, chosen) {
   });
 }
 
-// The contacts with a row of their own: all, or those that change what they do.
+// The contacts with a row of their own: all with a state, or those that change it.
 function stateRows(curve) {
   const n = data.contacts.length;
   if (!curve.states || !n) return [];
   const state = array(curve.states), all = Array.from({ length: n }, (_, c) => c);
-  if (n <= MOST_ROWS) return all;
-  const changing = all.filter((c) => { for (let i = n + c; i < state.length; i += n) if (state[i] !== state[i - n]) return true; return false; });
-  return changing.slice(0, MOST_ROWS);
+  const some = (c, has) => { for (let i = c; i < state.length; i += n) if (has(i)) return true; return false; };
+  const known = all.filter((c) => some(c, (i) => state[i] >= 0));
+  if (known.length <= MOST_ROWS) return known;
+  return known.filter((c) => some(c, (i) => i >= n && state[i] !== state[i - n])).slice(0, MOST_ROWS);
 }
 
 // What contacts do along the curve: each way of a path that folds has a part of the row.

@@ -33,8 +33,10 @@ _IN_MEMORY = 2**29
 class Collected:
     """What is collected for a page, and what it cannot show."""
 
-    def __init__(self, dataset: xr.Dataset, tuned: xr.Dataset | None, name: str):
-        self.dataset, self.tuned, self.name = dataset, tuned, name
+    def __init__(
+        self, dataset: xr.Dataset, tuned: xr.Dataset | None, name: str, share: float = 1.0
+    ):
+        self.dataset, self.tuned, self.name, self.share = dataset, tuned, name, share
         self.notes: list[str] = []
         self.data: dict[str, Any] = {"digits": DIGITS, "curves": [], "dims": []}
         self.chosen: dict[tuple, dict[str, int]] = {}
@@ -71,7 +73,7 @@ class Collected:
 
     def collect(self, layout: Layout) -> None:
         """Curves, their marks and their motions."""
-        dataset, sets = self.dataset, sets_of(self.dataset)
+        dataset, sets = self.dataset, sets_of(self.dataset, self.share)
         self.data["layout"] = layout.to_json()
         self.data["dims"] = [
             {
@@ -81,7 +83,7 @@ class Collected:
             }
             for dim, positions in zip(sets.dims, sets.shown, strict=True)
         ]
-        limits = _limits(dataset, sets, layout)
+        limits = _limits(dataset, sets, layout, self.share)
         self.data["dofs"] = list(limits.dofs)
         if sets.n_shown < sets.total:
             self.notes.append(
@@ -94,7 +96,7 @@ class Collected:
                 f"{len(limits.dofs)} of {n_dof} places have curves of their own, those that peak "
                 "first; the largest response is that of all."
             )
-        budget, missing = motions.Budget(sets.n_shown), Counter[str]()
+        budget, missing = motions.Budget(sets.n_shown, self.share), Counter[str]()
         n_contacts = dataset.sizes.get("contact", 0)
         if budget.contacts < n_contacts:
             self.notes.append(
@@ -246,18 +248,20 @@ class Collected:
         return [*parts.items()]
 
 
-def _limits(dataset: xr.Dataset, sets: Sets, layout: Layout) -> Limits:
+def _limits(dataset: xr.Dataset, sets: Sets, layout: Layout, share: float) -> Limits:
     """The points, lines and places of each curve, so that all of them fit into a page."""
     curves = max(1, sets.n_shown)
     n_dof = dataset.sizes.get("dof", 0) if layout.panels[0].places else 0
-    room = max(0, _PLACES // curves - 1)
+    room = max(0, int(share * _PLACES) // curves - 1)
     dofs = range(n_dof if n_dof > 1 else 0)
     if len(dofs) > room:
         dofs = _peaking(dataset, n_dof)[:room]
     lines = curves * (1 + len(dofs))
     of_point = 7 + len(dofs) + dataset.sizes.get("contact", 0) / 8
     return Limits(
-        max(60, int(_VALUES / (curves * of_point))), max(100, _LINES // lines), tuple(sorted(dofs))
+        max(60, int(share * _VALUES / (curves * of_point))),
+        max(100, int(share * _LINES / lines)),
+        tuple(sorted(dofs)),
     )
 
 

@@ -9,7 +9,7 @@ import xarray as xr
 from symhbm.numerics import FloatArray
 from symhbm.plot.curves import picture_of
 from symhbm.plot.drawing import Moving, decibel, moving
-from symhbm.plot.lines import located_peaks
+from symhbm.plot.lines import Line, located_peaks
 from symhbm.plot.viewer.layout import Layout, Panel
 from symhbm.plot.viewer.packing import packed, plain
 from symhbm.plot.viewer.thinning import thinned
@@ -169,6 +169,8 @@ def _lines(one: xr.Dataset, limits: Limits) -> dict[str, Any]:
         if len(line.value) < 2:
             continue
         value, level, unstable = line.polyline()
+        if parameter.along != "point":
+            level = _held(line, value, level)
         joint = np.zeros(len(value), dtype=bool)
         joint[1:-1] = unstable[1:] != unstable[:-1]
         joint[1:-1] |= np.sign(np.diff(value))[1:] != np.sign(np.diff(value))[:-1]
@@ -178,6 +180,18 @@ def _lines(one: xr.Dataset, limits: Limits) -> dict[str, Any]:
         if unstable.any():
             lines[str(place)]["unstable"] = packed(unstable[chosen[:-1]], "i1")
     return lines
+
+
+def _held(line: Line, value: FloatArray, level: FloatArray) -> FloatArray:
+    """Levels [dB] of a line on a grid, straight where it would rise above both its points.
+
+    Peaks are located, and points of the line: what slopes promise beyond them is not there.
+    """
+    ends = decibel(line.amplitude.max(axis=1))
+    first = np.clip(np.searchsorted(line.value, value, "right") - 1, 0, len(line.value) - 2)
+    above = level > np.maximum(ends[first], ends[first + 1]) + _STRAIGHT
+    rises = np.isin(first, first[above])
+    return np.where(rises, np.interp(value, line.value, ends), level)
 
 
 def _marks(

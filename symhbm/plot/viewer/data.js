@@ -61,7 +61,7 @@ const ERRORS = {
   truncation_error: "estimated error by truncation", sampling_error: "estimated error by samples",
   condensation_error: "error of the condensation",
 };
-const STABLE = { "-1": "unknown", 0: "unstable", 1: "stable" };
+const STABLE = { "-1": "stability unknown", 0: "unstable", 1: "stable" };
 
 function placeName(place, curve, i) {
   if (place > 0) return data.places[place - 1] || `place ${place - 1}`;

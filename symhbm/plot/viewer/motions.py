@@ -34,8 +34,9 @@ class Motions(NamedTuple):
 class Budget:
     """What is left of the motions and their characters that a page may hold, in equal parts."""
 
-    def __init__(self, curves: int):
-        self._curves, self._motions, self._characters = curves, MOST_MOTIONS, MOST_CHARACTERS
+    def __init__(self, curves: int, share: float = 1.0):
+        self._curves, self._motions = curves, int(share * MOST_MOTIONS)
+        self._characters = int(share * MOST_CHARACTERS)
         self.contacts = max(2, min(_OF_PEAK, _OF_ALL // max(1, curves)))
 
     def next(self) -> tuple[int, int]:

@@ -12,8 +12,8 @@ from symhbm.plot.viewer.packing import number, plain, with_units
 from symhbm.results import Description, places_of
 from symhbm.results.reading import COMPLETE, set_dimensions
 
-MOST_CURVES = 120
-"""Most curves that a page shows one by one."""
+MOST_CURVES, _FEWEST, _STATES = 120, 6, 2_000_000
+"""Most curves that a page shows one by one, fewest of many, and most states of their contacts."""
 MOST_NAMES = 300
 """Most places and contacts that have a name in a menu."""
 
@@ -42,15 +42,21 @@ class Sets:
             yield dict(zip(self.dims, index, strict=True))
 
 
-def sets_of(dataset: xr.Dataset) -> Sets:
-    """The sets to show: all, or the longest dimension thinned to its extremes and an even rest."""
+def sets_of(dataset: xr.Dataset, share: float = 1.0) -> Sets:
+    """The sets to show: all, or the longest dimension thinned to its extremes and an even rest.
+
+    ``share`` is that of the room of a page.
+    """
     dims = set_dimensions(dataset)
+    states = dataset.sizes.get("contact", 0) * dataset.sizes.get("point", 0)
+    room = max(_FEWEST, min(MOST_CURVES, _STATES // max(1, states)))
+    room = max(1, int(share * room))
     shown = [tuple(range(dataset.sizes[dim])) for dim in dims]
-    while np.prod([len(positions) for positions in shown]) > MOST_CURVES:
+    while np.prod([len(positions) for positions in shown]) > room:
         longest = int(np.argmax([len(positions) for positions in shown]))
         others = np.prod([len(p) for k, p in enumerate(shown) if k != longest])
-        most = max(1, int(MOST_CURVES // others))
-        most = min(most, len(shown[longest]) - 1)
+        most = max(1, int(room // others))
+        most = max(1, min(most, len(shown[longest]) - 1))
         shown[longest] = _chosen(dataset, dims[longest], most)
     return Sets(dims, tuple(dataset.sizes[dim] for dim in dims), tuple(shown))
 

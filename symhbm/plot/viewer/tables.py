@@ -19,8 +19,18 @@ from symhbm.results.reading import COMPLETE, INNER, completeness, largest, set_d
 
 MOST_ROWS = 400
 """Most rows of a table."""
-_LONGEST = 4000
-"""Most characters of an attribute."""
+_LONGEST, _MOST_ATTRIBUTES = 4000, 60
+"""Most characters of an attribute, and most attributes."""
+_ERRORS = ("peak_truncation_error", "peak_residual_norm")
+_HEADS = {
+    "peak_dof": "place",
+    "peak_kind": "kind",
+    "peak_truncation_error": "estimated error",
+    "peak_residual_norm": "residual",
+    "event_kind": "kind",
+    "event_contact": "contact",
+}
+"""Columns of the tables of peaks and events, as far as an archive has them."""
 _TRUST = {
     "residual_norm": "largest residual",
     "truncation_error": "largest estimated error by truncation",
@@ -63,16 +73,12 @@ def marks_table(
         heights = amplitude[tuple(found.T)]
         order = np.argsort(-np.where(np.isnan(heights), -np.inf, heights), kind="stable")
         found = found[order]
-    names = {
-        "peak": ("peak_dof", "peak_kind", "peak_truncation_error", "peak_residual_norm"),
-        "event": ("event_kind", "event_contact"),
-    }[what]
-    names = [n for n in names if n in dataset.variables and what in dataset[n].dims]
+    names = [n for n in _HEADS if n in dataset.variables and what in dataset[n].dims]
     others = {n: dataset[n].transpose(*dims, what).values for n in names}
     unit = f" [{layout.units}]" if layout.units else ""
     head = ["", *(spoken(dim) for dim in dims), what, f"{layout.title}{unit}"]
     head += ["amplitude [m]", "dB re 1 m"] if amplitude is not None else []
-    head += [spoken(n.removeprefix(f"{what}_")) for n in names]
+    head += [_HEADS[n] for n in names]
 
     def rows() -> Iterable[list[str]]:
         for index in map(tuple, found[:MOST_ROWS].tolist()):
@@ -90,7 +96,7 @@ def marks_table(
                     entry = places[int(entry)]
                 if n == "event_contact" and int(entry) < 0:
                     entry = ""
-                cells.append(_known(entry))
+                cells.append(_known(entry, errors=n in _ERRORS))
             yield [cells[0], *map(escape, cells[1:])]
 
     word = what if len(found) == 1 else f"{what}s"
@@ -110,9 +116,11 @@ def _button(shown: dict[str, int] | None) -> str:
     )
 
 
-def _known(entry: Any) -> str:
-    if isinstance(entry, (float, np.floating)) and not np.isfinite(entry):
-        return ""
+def _known(entry: Any, errors: bool) -> str:
+    if isinstance(entry, (float, np.floating)):
+        if not np.isfinite(entry):
+            return ""
+        return f"{float(entry):.2g}" if errors else number(entry)
     return number(entry)
 
 
@@ -226,14 +234,16 @@ def parameters_table(dataset: xr.Dataset) -> str | None:
 def provenance_html(dataset: xr.Dataset) -> str:
     """All attributes as they are, long ones cut."""
     parts = []
-    for name, value in dataset.attrs.items():
+    for name, value in [*dataset.attrs.items()][:_MOST_ATTRIBUTES]:
         text = str(value)
         with suppress(ValueError):
             text = json.dumps(json.loads(text), indent=1, ensure_ascii=False)
         cut = len(text) > _LONGEST
         text = f"{text[:_LONGEST]}\n... {len(text)} characters in all" if cut else text
         parts.append(f"<dt>{escape(plain(name))}</dt><dd><pre>{escape(_visible(text))}</pre></dd>")
-    return f"<dl>{''.join(parts)}</dl>"
+    more = len(dataset.attrs) - len(parts)
+    note = f"<p>{more} more attributes are not shown.</p>" if more else ""
+    return f"<dl>{''.join(parts)}</dl>{note}"
 
 
 def _visible(text: str) -> str:

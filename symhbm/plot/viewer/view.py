@@ -12,6 +12,9 @@ from symhbm.plot.viewer.page import plotting_library
 from symhbm.results import check_dataset
 from symhbm.results.archive import draft_of
 
+MOST_BYTES = 15_000_000
+_SHARES = (1.0, 0.4, 0.1)
+"""Shares of what a page usually holds, which are tried one after the other until it fits."""
 _SUFFIXES = (".html", ".htm")
 
 
@@ -50,7 +53,7 @@ def view(
     ImportError
         Without plotly, which ``pip install 'symhbm[view]'`` installs.
     TypeError, ValueError
-        For what is no dataset, and another name of a file.
+        For what is no dataset, another name of a file, and a result that does not fit.
 
     Examples
     --------
@@ -76,7 +79,17 @@ def view(
             f"path={str(target)!r}: expected a name ending in .html in an existing directory"
         )
     plotting_library()
-    text = Collected(result, tuned, plain(name or target.stem)).written()
+    text = b""
+    for share in _SHARES:
+        page = Collected(result, tuned, plain(name or target.stem), share)
+        text = page.written().encode("utf-8")
+        if len(text) <= MOST_BYTES:
+            break
+    else:
+        raise ValueError(
+            f"result: a page of it would have {len(text) / 1e6:.3g} MB, expected at most "
+            f"{MOST_BYTES / 1e6:g}; select fewer points, sets or contacts"
+        )
     with draft_of(target) as draft:
-        draft.write_text(text, encoding="utf-8", newline="\n")
+        draft.write_bytes(text)
     return target

@@ -206,7 +206,7 @@ def test_folds_and_unstable_responses(shown):
     seen, one = shown("duffing"), dataset("duffing")
     marks = {trace["name"]: trace["x"] for trace in seen.trace("marks")}
     assert marks["fold"] == one.event_frequency.values.tolist()
-    assert "not stable" in seen.run("document.getElementById('chart').data.map(t => t.name)")
+    assert "unstable" in seen.run("document.getElementById('chart').data.map(t => t.name)")
     k = int(np.flatnonzero(one.stability.values == 0)[2])
     point = one.isel(point=k)
     lines = seen.hover(float(point.frequency), decibel(point.amplitude.item()))
