@@ -279,15 +279,16 @@ function shapeFigure(motion) {
 
 // Quantiles of responses over the samples.
 function bandFigure(band, scale, chosen) {
-  const { x } = data.layout, value = [...array(band.value)], traces = [];
-  const names = ["smallest", "5 %", "median", "95 %", "largest"];
-  const rows = (band.rows || []).map(array), fill = (alpha) => `rgba(${css("--band")},${alpha})`;
-  // From pair to pair, so that each band is filled down to its lower line.
-  (rows.length ? [[0], [4, 0.18], [1], [3, 0.3], [2]] : []).forEach(([k, alpha]) => traces.push({
-    x: value, y: Array.from(rows[k], (v) => shownValue(v, scale)), mode: "lines", name: names[k], hoverinfo: "text",
-    line: { color: k === 2 ? css("--ink") : css("--line"), width: k === 2 ? 2 : 0.7 },
-    ...(alpha ? { fill: "tonexty", fillcolor: fill(alpha) } : {}),
-    text: value.map((at, i) => text([`${names[k]} of ${band.n[0]} samples`, `${x.title}: ${withUnit(number(at), x.units)}`, `amplitude: ${number(rows[k][i])} m`])),
+  const x = data.ensemble.x, value = [...array(band.value)], traces = [];
+  const rows = (band.rows || []).map(array), last = rows.length - 1, order = [];
+  // From pair to pair, so that each band is filled down to its lower line; the middle is a line.
+  for (let k = 0; k < last - k; k++) order.push([k], [last - k, 0.18 + 0.12 * k]);
+  if (rows.length % 2) order.push([last / 2]);
+  order.forEach(([k, alpha]) => traces.push({
+    x: value, y: Array.from(rows[k], (v) => shownValue(v, scale)), mode: "lines", name: escaped(band.names[k]), hoverinfo: "text",
+    line: { color: 2 * k === last ? css("--ink") : css("--line"), width: 2 * k === last ? 2 : 0.7 },
+    ...(alpha ? { fill: "tonexty", fillcolor: `rgba(${css("--band")},${alpha})` } : {}),
+    text: value.map((at, i) => text([`${band.names[k]} of ${band.n[0]} samples`, `${x.title}: ${withUnit(number(at), x.units)}`, `amplitude: ${number(rows[k][i])} m`])),
   }));
   return { traces, layout: baseLayout({
     xaxis: { title: { text: axisTitle(x.title, x.units) }, type: chosen.x === "log" ? "log" : "linear" },

@@ -154,6 +154,8 @@ class Collected:
         total = sum(entry["n"][1] for entry in self.data["curves"])
         failed = sum(entry["failed"] for entry in self.data["curves"])
         text = f"All {total} points of these curves are on the page."
+        if not total:
+            text = "The archive holds no points of these curves."
         if shown < total:
             text = (
                 f"{shown} of {total} points of these curves are on the page, those where they bend "
@@ -168,8 +170,14 @@ class Collected:
         dim = ensemble.samples_of(self.dataset)
         if dim is None or not layout.panels[0].places:
             return
-        bands, notes = ensemble.bands_of(self.dataset, layout, dim)
-        self.notes += notes
+        bands: list[dict[str, Any]] = []
+        if layout.along:
+            bands, notes = self.tried(
+                "Bands of the samples",
+                lambda: ensemble.bands_of(self.dataset, layout, dim),
+                ([], []),
+            )
+            self.notes += notes
         spread = self.tried(
             "The largest responses of the samples",
             lambda: ensemble.spread_of(self.dataset, dim, self.tuned),
@@ -179,6 +187,7 @@ class Collected:
         how = "at the values of the grid" if of_grid else "read off the curves at 501 values"
         self.data["ensemble"] = {
             "dim": spoken(dim),
+            "x": {"title": layout.title, "units": layout.units},
             "bands": bands,
             "spread": spread,
             "how": f"Quantiles of the largest response, {how}.",
@@ -190,9 +199,13 @@ class Collected:
             )
 
     def collect_motion(self) -> None:
-        """The motion of one point, where the dataset is none of curves."""
+        """Statistics, or the motion of one point, where the dataset is none of curves."""
         dataset = self.dataset
         inner = {"dof", "harmonic", "component"}
+        self.data["layout"] = None
+        self.data["ensemble"] = ensemble.stored_statistics(dataset)
+        if self.data["ensemble"] is not None:
+            return
         if "coefficient" not in dataset.variables or "frequency" not in dataset.variables:
             raise ValueError("the archive holds no curve and no motion; symhbm info tells more")
         if {*map(str, dataset["coefficient"].dims)} != inner or dataset["frequency"].ndim:
@@ -212,7 +225,6 @@ class Collected:
             mark["motion"] = found.of[0]
         entry = {"n": [0, 0], "failed": 0, "label": "", "status": self.status({})}
         self.data["curves"] = [entry | {"marks": [mark]}]
-        self.data["layout"] = None
 
     def sections(self, layout: Layout | None, places: list[str]) -> list[tuple[str, str]]:
         """The parts of the page in HTML, by their names."""

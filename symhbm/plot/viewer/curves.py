@@ -92,6 +92,8 @@ def curve_of(one: xr.Dataset, layout: Layout, limits: Limits) -> dict[str, Any]:
 
 def _rows(one: xr.Dataset, name: str, layout: Layout, places: bool = False) -> FloatArray:
     """A variable at all points, (n, 1) or (n, n_dof)."""
+    if not layout.along:
+        return np.empty((0, one.sizes.get("dof", 1) if places else 1))
     variable = one[name].variable
     if variable.dtype.kind not in "iufb":
         raise TypeError(f"{name} holds {variable.dtype}, expected numbers")
@@ -105,6 +107,8 @@ def _rows(one: xr.Dataset, name: str, layout: Layout, places: bool = False) -> F
 def _told(one: xr.Dataset, layout: Layout) -> list[str]:
     """Names of what is told of each point."""
     shown = {layout.x, *(panel.name for panel in layout.panels)}
+    if not layout.along:
+        return []
     return [
         name
         for name in _OF_POINTS
@@ -116,7 +120,7 @@ def _told(one: xr.Dataset, layout: Layout) -> list[str]:
 
 def _states(one: xr.Dataset, layout: Layout) -> np.ndarray | None:
     """What contacts do at all points, (n, n_contacts)."""
-    if "contact_state" not in one.variables or "contact" not in one.dims:
+    if not layout.along or not {"contact_state", "contact"} <= {*one.variables, *one.dims}:
         return None
     variable = one["contact_state"].variable
     dims = (*layout.along, "contact")

@@ -11,8 +11,8 @@ from symhbm.numerics import FloatArray
 from symhbm.plot.curves import picture_of, shown_amplitude
 from symhbm.plot.drawing import moving
 from symhbm.plot.viewer.layout import Layout
-from symhbm.plot.viewer.packing import packed
-from symhbm.plot.viewer.sets import label_of, values_of
+from symhbm.plot.viewer.packing import packed, plain
+from symhbm.plot.viewer.sets import label_of, spoken, values_of
 from symhbm.results import Description
 from symhbm.results.reading import COMPLETE, set_dimensions
 
@@ -48,7 +48,6 @@ def bands_of(dataset: xr.Dataset, layout: Layout, dim: str) -> tuple[list[dict],
         # A sample with a hole in it is left out as a whole, as in statistics.
         used = np.isfinite(amplitude).all(axis=1) & _complete(part, dim)
         entry = {
-            "at": position,
             "n": [int(used.sum()), len(used)],
             "label": values_of(dataset, position),
             "value": packed(value),
@@ -56,10 +55,51 @@ def bands_of(dataset: xr.Dataset, layout: Layout, dim: str) -> tuple[list[dict],
         if used.any():
             rows = np.quantile(amplitude[used], QUANTILES, axis=0)
             entry["rows"] = [packed(row) for row in rows]
+            entry["names"] = [_name(share) for share in QUANTILES]
         if folded:
             entry["folded"] = folded
         bands.append(entry)
     return bands, notes
+
+
+def _name(share: float) -> str:
+    """What the line below which a share of the samples lies is called."""
+    return {0.0: "smallest", 0.5: "median", 1.0: "largest"}.get(share, f"{100 * share:g} %")
+
+
+def stored_statistics(dataset: xr.Dataset) -> dict[str, Any] | None:
+    """An archive of `statistics.envelope` or `statistics.amplification`, None for others."""
+    bands, spread = [], []
+    used, failed = (int(dataset[n]) if n in dataset else 0 for n in ("n_used", "n_failed"))
+    x = Description(dataset).moving
+    if "largest_quantile" in dataset and dataset["largest_quantile"].dims == (x, "quantile"):
+        quantiles = dataset["largest_quantile"].values.T
+        ends = dataset["largest_minimum"].values, dataset["largest_maximum"].values
+        names = [_name(share) for share in dataset["quantile"].values.tolist()]
+        order = np.argsort(dataset["quantile"].values, kind="stable")
+        bands.append(
+            {
+                "n": [used, used + failed],
+                "label": "",
+                "value": packed(dataset[x].values),
+                "rows": [packed(row) for row in (ends[0], *quantiles[order], ends[1])],
+                "names": [_name(0.0), *(names[k] for k in order), _name(1.0)],
+            }
+        )
+    for name in ("amplification_of_peaks", "amplification_at_frequency"):
+        if f"largest_{name}" in dataset and dataset[f"largest_{name}"].ndim == 1:
+            factors = dataset[f"largest_{name}"]
+            about = plain(factors.attrs.get("long_name", name))
+            dim = str(factors.dims[0])
+            spread.append(_spread(dataset, dim, factors.values, about, "") | {"label": about})
+    if not bands and not spread:
+        return None
+    units = plain(dataset[x].attrs.get("units", ""), 40) if x in dataset.variables else ""
+    return {"dim": "sample", "x": _axis(x, units), "bands": bands, "spread": spread, "how": ""}
+
+
+def _axis(title: str, units: str) -> dict[str, str]:
+    return {"title": spoken(title), "units": units}
 
 
 def _complete(part: xr.Dataset, dim: str) -> np.ndarray:
@@ -104,20 +144,24 @@ def spread_of(dataset: xr.Dataset, dim: str, tuned: xr.Dataset | None) -> list[d
             factors = statistics.amplification(part, tuned)
             values = factors["largest_amplification_of_peaks"].values
             what, units = "largest response over the largest tuned response", ""
-        known = np.flatnonzero(np.isfinite(values))
-        order = known[np.argsort(values[known], kind="stable")]
-        entries.append(
-            {
-                "at": position,
-                "what": what,
-                "units": units,
-                "n": [len(known), len(values)],
-                "value": packed(values[order]),
-                "sample": packed(order, "i4"),
-                "labels": [label_of(dataset, dim, int(k)) for k in order],
-            }
-        )
+        entry = _spread(part, dim, values, what, units)
+        entries.append(entry | {"label": values_of(dataset, position)})
     return entries
+
+
+def _spread(
+    part: xr.Dataset, dim: str, values: FloatArray, what: str, units: str
+) -> dict[str, Any]:
+    """Values of the samples in ascending order, and whose they are."""
+    known = np.flatnonzero(np.isfinite(values))
+    order = known[np.argsort(values[known], kind="stable")]
+    return {
+        "what": what,
+        "units": units,
+        "n": [len(known), len(values)],
+        "value": packed(values[order]),
+        "labels": [label_of(part, dim, int(k)) for k in order],
+    }
 
 
 def _largest(part: xr.Dataset, dim: str) -> FloatArray:

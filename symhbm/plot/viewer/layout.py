@@ -10,7 +10,7 @@ from symhbm.plot.viewer.sets import spoken
 from symhbm.results import Description
 from symhbm.results.reading import set_dimensions
 
-RESPONSE, _OF_FIRST = "largest displacement over the period", "amplitude of the first harmonic"
+_OF_FIRST = "amplitude of the first harmonic"
 
 
 class Panel(NamedTuple):
@@ -26,10 +26,20 @@ class Panel(NamedTuple):
     places: bool = False
 
 
+_RESPONSE = Panel(
+    "amplitude",
+    "largest displacement over the period",
+    "m",
+    ("decibel", "log", "linear"),
+    places=True,
+)
+
+
 class Layout(NamedTuple):
     """The variable ``x`` along curves, what it is, and the panels over it from top to bottom.
 
-    ``along`` are the dimensions of the points of a curve: one, or the value and its solutions.
+    ``along`` are the dimensions of the points of a curve: one, or the value and its solutions;
+    none where peaks alone were kept.
     """
 
     x: str
@@ -42,7 +52,7 @@ class Layout(NamedTuple):
     @property
     def joined(self) -> bool:
         """Whether a line goes through the points."""
-        return "solution" not in self.along
+        return bool(self.along) and "solution" not in self.along
 
     def to_json(self) -> dict[str, Any]:
         """The same for the page."""
@@ -57,8 +67,8 @@ def layout_of(dataset: xr.Dataset) -> Layout | None:
     """The curves of a dataset, None where it holds none."""
     description = Description(dataset)
     x = description.moving
-    if x not in dataset.variables:
-        return None
+    if x not in dataset.variables or "amplitude" not in dataset.variables:
+        return _of_peaks(dataset, x)
     panels, inner = _panels(dataset, x, description.unforced)
     panels = tuple(panel for panel in panels if panel.name in dataset.variables)
     if not panels:
@@ -78,6 +88,16 @@ def layout_of(dataset: xr.Dataset) -> Layout | None:
     return Layout(x, title, plain(about.get("units", ""), 40), wide, along, panels)
 
 
+def _of_peaks(dataset: xr.Dataset, x: str) -> Layout | None:
+    """The peaks alone, where the points were not kept; None where there are none."""
+    at = f"peak_{x}"
+    if not {at, "peak_amplitude"} <= {*dataset.variables} or "peak" not in dataset[at].dims:
+        return None
+    about = dataset[at].attrs
+    title = plain(about.get("long_name", spoken(x)))
+    return Layout(x, title, plain(about.get("units", ""), 40), False, (), (_RESPONSE,))
+
+
 def _panels(
     dataset: xr.Dataset, x: str, unforced: str | None
 ) -> tuple[tuple[Panel, ...], tuple[str, ...]]:
@@ -92,5 +112,4 @@ def _panels(
     if "peak_amplitude" in dataset.variables and x in dataset["peak_amplitude"].dims:
         top = Panel("peak_amplitude", "largest peak", "m", ("decibel", "log", "linear"))
         return (top, frequency._replace(name="peak_frequency", title="its frequency")), ()
-    response = Panel("amplitude", RESPONSE, "m", ("decibel", "log", "linear"), places=True)
-    return (response,), ("dof",)
+    return (_RESPONSE,), ("dof",)

@@ -1,6 +1,6 @@
 // Menus and keys.
 const find = (id) => document.getElementById(id);
-const state = { at: [], place: 0, scale: "linear", x: "linear", others: false, mark: -1, contact: -1, band: 0, cursor: -1 };
+const state = { at: [], place: 0, scale: "decibel", x: "linear", others: false, mark: -1, contact: -1, band: 0, cursor: -1 };
 
 function menu(form, id, label, entries, value, chosen) {
   const owner = document.createElement("label"), list = document.createElement("select");
@@ -119,12 +119,12 @@ function showEnsemble() {
   const all = data.ensemble;
   find("ensemble").hidden = !all;
   if (!all) return;
-  const band = all.bands[state.band], spread = all.spread[state.band];
-  const left = band.n[1] - band.n[0];
-  find("ensemble-text").textContent = `${all.how} ${band.n[0]} of ${band.n[1]} samples are in the band`
-    + (left ? `; ${left} are left out, as they are not complete${band.folded ? ` or fold (${band.folded})` : ""}.` : ".")
+  const band = all.bands[state.band], spread = all.spread[state.band], left = band ? band.n[1] - band.n[0] : 0;
+  find("ensemble-text").textContent = (band ? `${all.how} ${band.n[0]} of ${band.n[1]} samples are in the band` : "")
+    + (left ? `; ${left} are left out, as they are not complete${band.folded ? ` or fold (${band.folded})` : ""}.` : band ? "." : "")
     + (spread && spread.n[0] < spread.n[1] ? ` Largest responses are known of ${spread.n[0]} of ${spread.n[1]}.` : "");
-  draw("band", bandFigure(band, state.scale, state));
+  find("band").hidden = !band;
+  if (band) draw("band", bandFigure(band, state.scale, state));
   find("spread").hidden = !spread || !spread.n[0];
   if (spread && spread.n[0]) draw("spread", spreadFigure(spread));
 }
@@ -175,8 +175,9 @@ function start() {
       if (point.data.meta === "marks") { state.mark = point.customdata; show(); }
     });
   }
-  if (data.ensemble && data.ensemble.bands.length > 1)
-    menu("ensemble-menus", "band-of", "band of", data.ensemble.bands.map((band, k) => [k, band.label]), 0, (value) => { state.band = Number(value); showEnsemble(); });
+  const several = data.ensemble && (data.ensemble.bands.length ? data.ensemble.bands : data.ensemble.spread);
+  if (several && several.length > 1)
+    menu("ensemble-menus", "band-of", "samples of", several.map((band, k) => [k, band.label]), 0, (value) => { state.band = Number(value); showEnsemble(); });
   if (!data.curves.length) showBelow();
   document.querySelectorAll("button.go").forEach((button) => button.addEventListener("click", () => {
     choose(Number(button.dataset.curve), Number(button.dataset.mark));

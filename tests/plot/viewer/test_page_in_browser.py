@@ -38,10 +38,10 @@ PUSH = sh.PointForce(dof=0)
 CLAMPED = sh.single_blade(**BLADE, normal_load=3)
 
 
-def mistuned(n_samples, n_values):
+def mistuned(n_samples, n_values, **options):
     draws = sh.mistuning.uniform(DISK, n_samples, seed=1, contact_stiffness=0.2)
     grid = np.linspace(100, 300, n_values)
-    return sh.frf(RING, (100, 300), at=grid, over=draws, progress=False)
+    return sh.frf(RING, (100, 300), at=grid, over=draws, progress=False, **options)
 
 
 CASES = {
@@ -60,6 +60,7 @@ CASES = {
         progress=False,
     ),
     "grid": lambda: mistuned(6, 21),
+    "peaks alone": lambda: mistuned(4, 21, keep=["peak_frequency", "peak_amplitude"]),
     "duffing": lambda: sh.frf(DUFFING, (0.32, 0.08), stability=True, progress=False),
     "modes": lambda: sh.nonlinear_modes(
         sh.HarmonicBalance(CLAMPED, harmonics=(1, 3)),
@@ -276,6 +277,18 @@ def test_bands_are_quantiles_of_the_samples(shown):
     assert "6 of 6 samples" in seen.text("#ensemble-text")
 
 
+def test_peaks_without_points(shown):
+    seen, every = shown("peaks alone"), dataset("peaks alone")
+    assert "amplitude" not in every
+    seen.choose("dim-0", 2)
+    drawn = [x for trace in seen.trace("marks") for x in trace["x"]]
+    tops = every.peak_frequency.values[2]
+    assert sorted(drawn) == sorted(tops[np.isfinite(tops)].tolist())
+    spread = seen.run("document.getElementById('spread').data[0].x")
+    np.testing.assert_array_equal(spread, np.sort(every.peak_amplitude.max("peak").values))
+    assert "holds no points" in seen.text("body")
+
+
 def test_amplification_is_that_of_the_statistics(look, tmp_path):
     every = dataset("grid")
     tuned = sh.frf(RING, (100, 300), at=every.frequency.values, progress=False)
@@ -283,6 +296,21 @@ def test_amplification_is_that_of_the_statistics(look, tmp_path):
     drawn = seen.run("document.getElementById('spread').data[0].x")
     factors = sh.statistics.amplification(every, tuned).largest_amplification_of_peaks
     np.testing.assert_array_equal(drawn, np.sort(factors.values))
+
+
+def test_archives_of_statistics(look, tmp_path):
+    every = dataset("grid")
+    band = sh.statistics.envelope(every)
+    seen = look(sh.view(band, tmp_path / "band.html"))
+    drawn = seen.run("document.getElementById('band').data.map(t => [t.name, t.y])")
+    for name, share in {"5 %": 0.05, "median": 0.5, "95 %": 0.95}.items():
+        expected = decibel(band.largest_quantile.sel(quantile=share).values)
+        np.testing.assert_allclose(dict(drawn)[name], expected, rtol=1e-12)
+    tuned = sh.frf(RING, (100, 300), at=every.frequency.values, progress=False)
+    factors = sh.statistics.amplification(every, tuned)
+    seen = look(sh.view(factors, tmp_path / "factors.html"))
+    drawn = seen.run("document.getElementById('spread').data[0].x")
+    np.testing.assert_array_equal(drawn, np.sort(factors.largest_amplification_of_peaks.values))
 
 
 @pytest.mark.parametrize(
