@@ -166,7 +166,7 @@ function addMarks(traces, curve, panel, p, chosen) {
 // The contacts with a row of their own: all with a state, or those that change it.
 function stateRows(curve) {
   const n = data.contacts.length;
-  if (!curve.states || !n) return [];
+  if (!curve.states || !n || !data.layout.joined) return [];
   const state = array(curve.states), all = Array.from({ length: n }, (_, c) => c);
   const some = (c, has) => { for (let i = c; i < state.length; i += n) if (has(i)) return true; return false; };
   const known = all.filter((c) => some(c, (i) => state[i] >= 0));

@@ -39,7 +39,7 @@ class Layout(NamedTuple):
     """The variable ``x`` along curves, what it is, and the panels over it from top to bottom.
 
     ``along`` are the dimensions of the points of a curve: one, or the value and its solutions;
-    none where peaks alone were kept.
+    none where peaks alone were kept. Points that are ``apart`` are no curve.
     """
 
     x: str
@@ -48,11 +48,12 @@ class Layout(NamedTuple):
     wide: bool
     along: tuple[str, ...]
     panels: tuple[Panel, ...]
+    apart: bool = False
 
     @property
     def joined(self) -> bool:
         """Whether a line goes through the points."""
-        return bool(self.along) and "solution" not in self.along
+        return bool(self.along) and "solution" not in self.along and not self.apart
 
     def to_json(self) -> dict[str, Any]:
         """The same for the page."""
@@ -85,7 +86,9 @@ def layout_of(dataset: xr.Dataset) -> Layout | None:
     wide = x == "amplitude" or bool(x != "frequency" and finite.size and is_wide(finite))
     about = dataset[x].attrs
     title = _OF_FIRST if x == "amplitude" else plain(about.get("long_name", spoken(x)))
-    return Layout(x, title, plain(about.get("units", ""), 40), wide, along, panels)
+    # Limit cycles of one problem are single motions.
+    apart = description.unforced == "limit cycle" and x == "amplitude"
+    return Layout(x, title, plain(about.get("units", ""), 40), wide, along, panels, apart)
 
 
 def _of_peaks(dataset: xr.Dataset, x: str) -> Layout | None:
