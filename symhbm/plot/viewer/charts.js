@@ -4,13 +4,15 @@ const SYMBOLS = {
   "smooth": "circle", "corner": "triangle-up", "fold": "square", "branch point": "diamond",
   "phase resonance": "triangle-left", "period doubling": "triangle-down", "Neimark-Sacker": "cross",
   "symmetry breaking": "x", "change of stability": "x", "damping turns": "diamond",
-  "onset of slip": "triangle-right", "end of slip": "triangle-right-open", "opening": "hexagon-open",
+  "onset of slip": "triangle-right", "end of slip": "triangle-right-open",
+  "opening": "hexagon-open",
   "closing": "hexagon", "contact": "hexagon",
 };
 const CONFIG = {
-  responsive: true, displaylogo: false, modeBarButtonsToRemove: ["lasso2d", "select2d", "autoScale2d"],
+  responsive: true, displaylogo: false,
+  modeBarButtonsToRemove: ["lasso2d", "select2d", "autoScale2d"],
 };
-const MOST_OTHERS = 60, MOST_ROWS = 40;
+const MOST_OTHERS = 60;
 const narrow = () => window.innerWidth < 700;
 
 function baseLayout(extra) {
@@ -19,15 +21,19 @@ function baseLayout(extra) {
     exponentformat: "power", ticks: "outside", tickcolor: css("--rule"),
   };
   const layout = {
-    paper_bgcolor: css("--ground"), plot_bgcolor: css("--ground"), hovermode: "closest", hoverdistance: 24,
+    paper_bgcolor: css("--ground"), plot_bgcolor: css("--ground"), hovermode: "closest",
+    hoverdistance: 24,
     font: { family: "system-ui, sans-serif", size: narrow() ? 11 : 13, color: css("--ink") },
     margin: { l: narrow() ? 48 : 64, r: 14, t: 34, b: 48 }, showlegend: true, dragmode: "zoom",
-    legend: { orientation: "h", x: 0, y: 1.01, yanchor: "bottom", font: { size: narrow() ? 10 : 12 } },
-    hoverlabel: { align: "left", bgcolor: css("--panel"), bordercolor: css("--soft"), font: { color: css("--ink"), size: 12 } },
+    legend: { orientation: "h", x: 0, y: 1.01, yanchor: "bottom",
+      font: { size: narrow() ? 10 : 12 } },
+    hoverlabel: { align: "left", bgcolor: css("--panel"), bordercolor: css("--soft"),
+      font: { color: css("--ink"), size: 12 } },
     modebar: { bgcolor: "rgba(0,0,0,0)", color: css("--soft"), activecolor: css("--accent") },
     ...extra,
   };
-  for (const key of Object.keys(layout)) if (/^[xy]axis/.test(key)) layout[key] = { ...axis, ...layout[key] };
+  for (const key of Object.keys(layout).filter((name) => /^[xy]axis/.test(name)))
+    layout[key] = { ...axis, ...layout[key] };
   return layout;
 }
 
@@ -46,7 +52,8 @@ function lineOf(curve, panel, place, scale) {
   }
   const column = curve.columns && curve.columns[`${panel.name}:${panel.places ? place : 0}`];
   if (!column) return null;
-  const value = array(column), y = Array.from(value, (v) => shownValue(v, scale)), x = [...array(curve.x)];
+  const value = array(column), y = Array.from(value, (v) => shownValue(v, scale)),
+    x = [...array(curve.x)];
   const branch = curve.columns.cycle_branch && array(curve.columns.cycle_branch);
   const stable = curve.columns.stability && array(curve.columns.stability);
   const each = (told) => Int8Array.from({ length: Math.max(0, x.length - 1) }, (_, i) => told(i));
@@ -83,14 +90,17 @@ function curveFigure(curve, chosen) {
   } };
   const room = 1 - share - (share ? 0.05 : 0), height = room / panels.length;
   panels.forEach((panel, p) => {
-    const scale = p ? panel.scales[0] : chosen.scale, axis = p ? `y${p + 1}` : "y", place = panel.places ? chosen.place : 0;
+    const scale = p ? panel.scales[0] : chosen.scale, axis = p ? `y${p + 1}` : "y",
+      place = panel.places ? chosen.place : 0;
     const title = panel.places ? placeName(place) || panel.title : panel.title;
     layout[p ? `yaxis${p + 1}` : "yaxis"] = {
-      title: { text: axisTitle(title, panel.units, scale), standoff: 8 }, type: scale === "log" ? "log" : "linear",
+      title: { text: axisTitle(title, panel.units, scale), standoff: 8 },
+      type: scale === "log" ? "log" : "linear",
       domain: [1 - (p + 1) * height + (p + 1 < panels.length ? 0.04 : 0), 1 - p * height],
       rangemode: scale === "linear" && panel.places ? "tozero" : "normal",
     };
-    const add = (trace) => traces.push({ yaxis: axis, hoverinfo: "skip", showlegend: p === 0, ...trace });
+    const add = (trace) => traces.push({
+      yaxis: axis, hoverinfo: "skip", showlegend: p === 0, ...trace });
     if (chosen.others) addOthers(add, curve, panel, place, scale, joined);
     if (!curve.columns) return;
     const line = joined && lineOf(curve, panel, place, scale);
@@ -98,22 +108,27 @@ function curveFigure(curve, chosen) {
       const told = (name, i) => Boolean(line[name] && line[name][i]);
       const parts = [
         ["curve", "solid", (i) => !told("unstable", i) && !told("unknown", i)],
-        ["unstable", "dot", (i) => told("unstable", i)], ["stability unknown", "dash", (i) => told("unknown", i)],
+        ["unstable", "dot", (i) => told("unstable", i)],
+          ["stability unknown", "dash", (i) => told("unknown", i)],
       ];
       for (const [name, dash, chosenPieces] of parts) {
         const part = pieces(line, chosenPieces);
-        if (part.x.length || name === "curve") add({ ...part, mode: "lines", name, line: { color: css("--line"), width: dash === "solid" ? 2 : 1.5, dash } });
+        const look = { color: css("--line"), width: dash === "solid" ? 2 : 1.5, dash };
+        if (part.x.length || name === "curve") add({ ...part, mode: "lines", name, line: look });
       }
     }
     const column = curve.columns[`${panel.name}:${place}`];
     if (!column) return;
     const values = array(column), at = array(curve.x), hover = [];
     // A point that is marked is told by its mark.
-    const marked = new Set(curve.marks.filter((mark) => markValue(curve, mark, panel, chosen.place) !== null).map((mark) => mark.point));
+    const shown = (mark) => markValue(curve, mark, panel, chosen.place) !== null;
+    const marked = new Set(curve.marks.filter(shown).map((mark) => mark.point));
     for (let i = 0; i < at.length; i++) hover.push(text(pointLines(curve, i, chosen.place)));
     add({
-      x: [...at], y: Array.from(values, (v, i) => (marked.has(i) ? null : shownValue(v, scale))), mode: "markers", name: "points", hoverinfo: "text",
-      text: hover, meta: "points", marker: { color: css("--line"), size: joined ? 5 : 6, opacity: 0.75 },
+      x: [...at], y: Array.from(values, (v, i) => (marked.has(i) ? null : shownValue(v, scale))),
+      mode: "markers", name: "points", hoverinfo: "text",
+      text: hover, meta: "points",
+      marker: { color: css("--line"), size: joined ? 5 : 6, opacity: 0.75 },
     });
   });
   panels.forEach((panel, p) => addMarks(traces, curve, panel, p, chosen));
@@ -124,7 +139,8 @@ function curveFigure(curve, chosen) {
 
 function addOthers(add, curve, panel, place, scale, joined) {
   const x = [], y = [];
-  data.curves.filter((other) => other !== curve && other.columns).slice(0, MOST_OTHERS).forEach((other) => {
+  const others = data.curves.filter((other) => other !== curve && other.columns);
+  others.slice(0, MOST_OTHERS).forEach((other) => {
     const line = lineOf(other, panel, place, scale);
     if (!line) return;
     x.push(...line.x, null); y.push(...line.y, null);
@@ -139,85 +155,37 @@ function addMarks(traces, curve, panel, p, chosen) {
   const kinds = new Map(), scale = p ? panel.scales[0] : chosen.scale, lost = [];
   curve.marks.forEach((mark, k) => {
     const value = markValue(curve, mark, panel, chosen.place);
-    if (value === null || !Number.isFinite(value)) { if (mark.what === "peak" && mark.y === null) lost.push(mark.x); return; }
-    if (!kinds.has(mark.kind)) kinds.set(mark.kind, { x: [], y: [], text: [], customdata: [], what: mark.what });
+    if (value === null || !Number.isFinite(value)) {
+      if (mark.what === "peak" && mark.y === null) lost.push(mark.x);
+      return;
+    }
+    const empty = { x: [], y: [], text: [], customdata: [], what: mark.what };
+    if (!kinds.has(mark.kind)) kinds.set(mark.kind, empty);
     const trace = kinds.get(mark.kind);
     trace.x.push(mark.x); trace.y.push(shownValue(value, scale));
     trace.text.push(text(markLines(curve, mark, chosen.place))); trace.customdata.push(k);
   });
   for (const [kind, { what, ...trace }] of kinds) traces.push({
-    ...trace, yaxis: p ? `y${p + 1}` : "y", mode: "markers", hoverinfo: "text", meta: "marks", showlegend: p === 0,
+    ...trace, yaxis: p ? `y${p + 1}` : "y", mode: "markers", hoverinfo: "text", meta: "marks",
+    showlegend: p === 0,
     name: escaped(what === "peak" ? `peak, ${kind}` : kind),
     marker: {
-      symbol: SYMBOLS[kind] || "star-diamond", size: what === "peak" ? 11 : 9, color: what === "peak" ? css("--mark") : css("--slip"),
+      symbol: SYMBOLS[kind] || "star-diamond", size: what === "peak" ? 11 : 9,
+      color: what === "peak" ? css("--mark") : css("--slip"),
       line: { color: css("--ink"), width: 1 },
     },
   });
   lost.forEach((at) => traces.push({
-    x: [at, at], y: [0, 1], yaxis: "y8", mode: "lines", name: "unbounded peak", hoverinfo: "name", line: { color: css("--mark"), dash: "dot", width: 1 },
+    x: [at, at], y: [0, 1], yaxis: "y8", mode: "lines", name: "unbounded peak", hoverinfo: "name",
+    line: { color: css("--mark"), dash: "dot", width: 1 },
   }));
-  const mark = curve.marks[chosen.mark], value = mark && markValue(curve, mark, panel, chosen.place);
+  const mark = curve.marks[chosen.mark],
+    value = mark && markValue(curve, mark, panel, chosen.place);
   if (mark && value !== null && Number.isFinite(value)) traces.push({
-    x: [mark.x], y: [shownValue(value, scale)], yaxis: p ? `y${p + 1}` : "y", mode: "markers", hoverinfo: "skip", showlegend: false,
+    x: [mark.x], y: [shownValue(value, scale)], yaxis: p ? `y${p + 1}` : "y", mode: "markers",
+    hoverinfo: "skip", showlegend: false,
     marker: { symbol: "circle-open", size: 20, color: css("--mark"), line: { width: 2.5 } },
   });
-}
-
-// The contacts with a row of their own: all with a state, or those that change it.
-function stateRows(curve) {
-  const n = data.contacts.length;
-  if (!curve.states || !n || !data.layout.joined) return [];
-  const state = array(curve.states), all = Array.from({ length: n }, (_, c) => c);
-  const some = (c, has) => { for (let i = c; i < state.length; i += n) if (has(i)) return true; return false; };
-  const known = all.filter((c) => some(c, (i) => state[i] >= 0));
-  if (known.length <= MOST_ROWS) return known;
-  return known.filter((c) => some(c, (i) => i >= n && state[i] !== state[i - n])).slice(0, MOST_ROWS);
-}
-
-// What contacts do along the curve: each way of a path that folds has a part of the row.
-function addStates(traces, layout, curve, rows, share, chosen) {
-  const x = array(curve.x), state = array(curve.states), n = data.contacts.length;
-  const way = [0];
-  let step = 0;
-  for (let i = 0; i + 1 < x.length; i++) {
-    const next = Math.sign(x[i + 1] - x[i]);
-    way.push(way[i] + (next && step && next !== step ? 1 : 0));
-    if (next) step = next;
-  }
-  const ways = Math.min(6, way.length ? way[way.length - 1] + 1 : 1);
-  const tall = (narrow() ? 430 : 520) * share / rows.length;
-  const parts = STATES.map(() => ({ x: [], y: [] }));
-  const add = (k, from, to, y) => {
-    const part = parts[k];
-    if (!part || from === to) return;
-    const end = part.x.length - 2;
-    // What goes on in the same way is one piece.
-    if (end >= 0 && part.x[end] === from && part.y[end] === y) part.x[end] = to;
-    else { part.x.push(from, to, null); part.y.push(y, y, null); }
-  };
-  rows.forEach((c, row) => {
-    const events = curve.marks.filter((mark) => mark.what === "event" && mark.contact === c).map((mark) => mark.x);
-    for (let i = 0; i + 1 < x.length; i++) {
-      const here = state[i * n + c], there = state[(i + 1) * n + c], low = Math.min(x[i], x[i + 1]), high = Math.max(x[i], x[i + 1]);
-      const inside = events.filter((at) => at >= low && at <= high);
-      const border = here === there ? x[i + 1] : inside.length ? inside[0] : (x[i] + x[i + 1]) / 2;
-      const y = row + (ways > 1 ? ((way[i + 1] % ways) - (ways - 1) / 2) * (0.8 / ways) : 0);
-      add(here, x[i], border, y);
-      if (here !== there) add(there, border, x[i + 1], y);
-    }
-  });
-  parts.forEach((part, k) => {
-    if (part.x.length) traces.push({
-      ...part, yaxis: "y9", mode: "lines", hoverinfo: "skip", name: `contacts ${STATES[k][0]}`, connectgaps: false,
-      line: { color: css(STATES[k][1]), width: Math.max(1.5, Math.min(14, 0.75 * tall / ways)) },
-    });
-  });
-  const every = Math.ceil(rows.length / Math.max(2, Math.floor(520 * share / 15)));
-  const ticks = rows.map((_, row) => row).filter((row) => row % every === 0);
-  layout.yaxis9 = {
-    domain: [0, share], range: [rows.length - 0.5, -0.5], tickvals: ticks, ticktext: ticks.map((row) => escaped(data.contacts[rows[row]])),
-    title: { text: "contact", standoff: 8 }, showgrid: false, fixedrange: true,
-  };
 }
 
 // Loops of one contact at a mark.
@@ -227,42 +195,61 @@ function loopFigure(motion, contact) {
   loop.u.forEach((side, k) => {
     const u = array(side), f = array(loop.f[k]), name = names[k] || `direction ${k}`;
     traces.push({
-      x: [...u], y: [...f], mode: "lines", name: escaped(name), hoverinfo: "text", line: { color: css("--line"), width: 2, dash: dash[k % 3] },
-      text: Array.from(u, (v, i) => text([name, `relative displacement: ${Number(v.toPrecision(5))} m`, `force: ${Number(f[i].toPrecision(5))} N`])),
+      x: [...u], y: [...f], mode: "lines", name: escaped(name), hoverinfo: "text",
+      line: { color: css("--line"), width: 2, dash: dash[k % 3] },
+      text: Array.from(u, (v, i) => text([
+        name, `relative displacement: ${Number(v.toPrecision(5))} m`,
+          `force: ${Number(f[i].toPrecision(5))} N`])),
     });
     if (loop.limit && name === "tangential") for (const sign of [-1, 1]) traces.push({
-      x: [Math.min(...u), Math.max(...u)], y: [sign * loop.limit, sign * loop.limit], mode: "lines", hoverinfo: "skip",
-      name: "limit of slip", showlegend: sign > 0, line: { color: css("--soft"), dash: "dot", width: 1 },
+      x: [Math.min(...u), Math.max(...u)], y: [sign * loop.limit, sign * loop.limit],
+      mode: "lines", hoverinfo: "skip",
+      name: "limit of slip", showlegend: sign > 0,
+      line: { color: css("--soft"), dash: "dot", width: 1 },
     });
   });
   return { traces, layout: baseLayout({
-    xaxis: { title: { text: "relative displacement [m]" }, exponentformat: "power" }, yaxis: { title: { text: "contact force [N]" } },
+    xaxis: { title: { text: "relative displacement [m]" }, exponentformat: "power" },
+    yaxis: { title: { text: "contact force [N]" } },
   }) };
 }
 
 // The shape of a motion: around the disk, or place by place.
 function shapeFigure(motion) {
   const { shape } = motion, size = array(shape.amplitude), instant = array(shape.instant);
-  const hover = (k) => text([data.places[k] || `place ${k}`, `amplitude: ${number(size[k])} m`, `displacement: ${number(instant[k])} m`]);
+  const hover = (k) => text([data.places[k] || `place ${k}`, `amplitude: ${number(size[k])} m`,
+    `displacement: ${number(instant[k])} m`]);
   if (!shape.blades) {
     const x = Array.from(size, (_, k) => k), names = x.map((k) => escaped(data.places[k] || k));
     return { traces: [
-      { x, y: [...size], type: "bar", name: "amplitude", marker: { color: `rgba(${css("--band")},0.3)` }, hoverinfo: "text", hovertext: x.map(hover) },
-      { x, y: [...instant], mode: "markers", name: "at the instant of the largest", marker: { color: css("--mark"), size: 8 }, hoverinfo: "skip" },
+      { x, y: [...size], type: "bar", name: "amplitude",
+        marker: { color: `rgba(${css("--band")},0.3)` }, hoverinfo: "text",
+        hovertext: x.map(hover) },
+      { x, y: [...instant], mode: "markers", name: "at the instant of the largest",
+        marker: { color: css("--mark"), size: 8 }, hoverinfo: "skip" },
     ], layout: baseLayout({
-      xaxis: x.length > 30 ? { title: { text: "place" } } : { tickvals: x, ticktext: names }, yaxis: { title: { text: "displacement [m]" } },
+      xaxis: x.length > 30 ? { title: { text: "place" } } : { tickvals: x, ticktext: names },
+      yaxis: { title: { text: "displacement [m]" } },
     }) };
   }
-  const blades = shape.blades, top = Math.max(...blades.map((k) => size[k])) || 1, rest = 1, reach = 0.4;
+  const blades = shape.blades, top = Math.max(...blades.map((k) => size[k])) || 1, rest = 1,
+    reach = 0.4;
   const turn = blades.map((_, i) => 360 * i / blades.length), closed = (list) => [...list, list[0]];
+  const told = blades.map((_, i) => i).filter((i) => i % Math.ceil(blades.length / 40) === 0);
   const ring = Array.from({ length: 73 }, (_, i) => 5 * i);
-  const trace = (r, more) => ({ type: "scatterpolar", theta: closed(turn), r: closed(r), mode: "lines", hoverinfo: "skip", ...more });
+  const trace = (r, more) => ({
+    type: "scatterpolar", theta: closed(turn), r: closed(r), mode: "lines", hoverinfo: "skip",
+    ...more });
   return { traces: [
-    { type: "scatterpolar", theta: ring, r: ring.map(() => rest), mode: "lines", hoverinfo: "skip", name: "at rest", line: { color: css("--other"), dash: "dash", width: 1 } },
-    trace(blades.map((k) => rest + reach * size[k] / top), { name: "extremes", line: { color: css("--other"), width: 1 } }),
-    trace(blades.map((k) => rest - reach * size[k] / top), { showlegend: false, line: { color: css("--other"), width: 1 } }),
+    { type: "scatterpolar", theta: ring, r: ring.map(() => rest), mode: "lines", hoverinfo: "skip",
+      name: "at rest", line: { color: css("--other"), dash: "dash", width: 1 } },
+    trace(blades.map((k) => rest + reach * size[k] / top),
+      { name: "extremes", line: { color: css("--other"), width: 1 } }),
+    trace(blades.map((k) => rest - reach * size[k] / top),
+      { showlegend: false, line: { color: css("--other"), width: 1 } }),
     trace(blades.map((k) => rest + reach * instant[k] / top), {
-      name: "at the instant of the largest", mode: "lines+markers", hoverinfo: "text", text: closed(blades.map(hover)),
+      name: "at the instant of the largest", mode: "lines+markers", hoverinfo: "text",
+      text: closed(blades.map(hover)),
       line: { color: css("--line"), width: 2 }, marker: { color: css("--mark"), size: 8 },
     }),
   ], layout: baseLayout({
@@ -271,7 +258,7 @@ function shapeFigure(motion) {
       bgcolor: css("--ground"), radialaxis: { visible: false, range: [0, 1.5] },
       angularaxis: {
         rotation: 90, direction: "clockwise", gridcolor: css("--rule"), linecolor: css("--rule"),
-        tickvals: turn.filter((_, i) => i % Math.ceil(blades.length / 40) === 0), ticktext: blades.map((_, i) => i).filter((i) => i % Math.ceil(blades.length / 40) === 0),
+        tickvals: told.map((i) => turn[i]), ticktext: told,
       },
     },
   }) };
@@ -285,14 +272,19 @@ function bandFigure(band, scale, chosen) {
   for (let k = 0; k < last - k; k++) order.push([k], [last - k, 0.18 + 0.12 * k]);
   if (rows.length % 2) order.push([last / 2]);
   order.forEach(([k, alpha]) => traces.push({
-    x: value, y: Array.from(rows[k], (v) => shownValue(v, scale)), mode: "lines", name: escaped(band.names[k]), hoverinfo: "text",
+    x: value, y: Array.from(rows[k], (v) => shownValue(v, scale)), mode: "lines",
+    name: escaped(band.names[k]), hoverinfo: "text",
     line: { color: 2 * k === last ? css("--ink") : css("--line"), width: 2 * k === last ? 2 : 0.7 },
     ...(alpha ? { fill: "tonexty", fillcolor: `rgba(${css("--band")},${alpha})` } : {}),
-    text: value.map((at, i) => text([`${band.names[k]} of ${band.n[0]} samples`, `${x.title}: ${withUnit(number(at), x.units)}`, `amplitude: ${number(rows[k][i])} m`])),
+    text: value.map((at, i) => text([
+      `${band.names[k]} of ${band.n[0]} samples`, `${x.title}: ${withUnit(number(at), x.units)}`,
+        `amplitude: ${number(rows[k][i])} m`])),
   }));
   return { traces, layout: baseLayout({
-    xaxis: { title: { text: axisTitle(x.title, x.units) }, type: chosen.x === "log" ? "log" : "linear" },
-    yaxis: { title: { text: axisTitle("largest response", "m", scale), standoff: 8 }, type: scale === "log" ? "log" : "linear" },
+    xaxis: { title: { text: axisTitle(x.title, x.units) },
+      type: chosen.x === "log" ? "log" : "linear" },
+    yaxis: { title: { text: axisTitle("largest response", "m", scale), standoff: 8 },
+      type: scale === "log" ? "log" : "linear" },
   }) };
 }
 
@@ -300,9 +292,12 @@ function bandFigure(band, scale, chosen) {
 function spreadFigure(spread) {
   const value = [...array(spread.value)], n = value.length;
   return { traces: [{
-    x: value, y: value.map((_, i) => (i + 1) / n), mode: "lines+markers", name: "samples", hoverinfo: "text", showlegend: false,
-    line: { color: css("--line"), width: 1.5, shape: "hv" }, marker: { color: css("--line"), size: n > 200 ? 3 : 6 },
-    text: value.map((v, i) => text([`${data.ensemble.dim} ${spread.labels[i]}`, `${spread.what}: ${withUnit(number(v), spread.units)}`, `${i + 1} of ${n} are not above`])),
+    x: value, y: value.map((_, i) => (i + 1) / n), mode: "lines+markers", name: "samples",
+    hoverinfo: "text", showlegend: false,
+    line: { color: css("--line"), width: 1.5, shape: "hv" },
+    marker: { color: css("--line"), size: n > 200 ? 3 : 6 },
+    text: value.map((v, i) => text([`${data.ensemble.dim} ${spread.labels[i]}`,
+      `${spread.what}: ${withUnit(number(v), spread.units)}`, `${i + 1} of ${n} are not above`])),
   }], layout: baseLayout({
     xaxis: { title: { text: axisTitle(spread.what, spread.units) } },
     yaxis: { title: { text: "share of the samples not above" }, range: [0, 1.02] },

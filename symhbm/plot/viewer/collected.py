@@ -23,6 +23,7 @@ from symhbm.plot.viewer.sets import (
     spoken,
     values_of,
 )
+from symhbm.results.reading import COMPLETE
 
 _VALUES, _LINES, _PLACES = 250_000, 250_000, 600
 """Most numbers of all points, most points of all drawn lines, and most lines of a page."""
@@ -39,6 +40,7 @@ class Collected:
         self.dataset, self.tuned, self.name, self.share = dataset, tuned, name, share
         self.notes: list[str] = []
         self.data: dict[str, Any] = {"digits": DIGITS, "curves": [], "dims": []}
+        self.data["complete"] = [str(status) for status in COMPLETE]
         self.chosen: dict[tuple, dict[str, int]] = {}
 
     def tried(self, what: str, make: Callable[[], Any], otherwise: Any) -> Any:
@@ -104,12 +106,11 @@ class Collected:
                 "which dissipate the most."
             )
         blades = self.tried("The disk", lambda: blades_of(dataset), None)
-        kept: list[xr.Dataset] = []
         for number, position in enumerate(sets.positions()):
-            entry = self.tried(
+            one, entry = self.tried(
                 f"The curve of {values_of(dataset, position) or 'this archive'}",
-                lambda position=position: self.one_curve(position, layout, limits, kept),
-                {"n": [0, 0], "failed": 0, "marks": []},
+                lambda position=position: self.one_curve(position, layout, limits),
+                (dataset, {"n": [0, 0], "failed": 0, "marks": []}),
             )
             entry["label"] = values_of(dataset, position)
             entry["status"] = self.status(position)
@@ -120,8 +121,8 @@ class Collected:
             if entry["marks"]:
                 found = self.tried(
                     "Motions at peaks and events",
-                    lambda entry=entry: motions.motions_at(
-                        kept[-1], layout.x, entry["marks"], blades, budget
+                    lambda one=one, entry=entry: motions.motions_at(
+                        one, layout.x, entry["marks"], blades, budget
                     ),
                     motions.Motions({}, Counter()),
                 )
@@ -135,12 +136,11 @@ class Collected:
         self.tell_thinning()
 
     def one_curve(
-        self, position: dict[str, int], layout: Layout, limits: Limits, kept: list[xr.Dataset]
-    ) -> dict[str, Any]:
-        """The entry of one curve, which becomes the last of those ``kept``."""
+        self, position: dict[str, int], layout: Layout, limits: Limits
+    ) -> tuple[xr.Dataset, dict[str, Any]]:
+        """One parameter set in memory, and its entry."""
         one = self.dataset.isel(position).compute()
-        kept[:] = [one]
-        return curve_of(one, layout, limits)
+        return one, curve_of(one, layout, limits)
 
     def status(self, position: dict[str, int]) -> str:
         """Why the computation of a curve ended."""

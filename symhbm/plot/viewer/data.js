@@ -20,9 +20,11 @@ function number(value) {
   if (value === null || Number.isNaN(value)) return "unknown";
   if (!Number.isFinite(value)) return value > 0 ? "infinite" : "-infinite";
   const size = Math.abs(value), far = size !== 0 && (size < 1e-4 || size >= 10 ** data.digits);
-  const [mantissa, exponent] = (far ? value.toExponential(data.digits - 1) : value.toPrecision(data.digits)).split("e");
+  const text = far ? value.toExponential(data.digits - 1) : value.toPrecision(data.digits);
+  const [mantissa, exponent] = text.split("e");
   const short = mantissa.includes(".") ? mantissa.replace(/\.?0+$/, "") : mantissa;
-  return exponent === undefined ? short : `${short}e${exponent[0]}${exponent.slice(1).padStart(2, "0")}`;
+  return exponent === undefined ? short
+    : `${short}e${exponent[0]}${exponent.slice(1).padStart(2, "0")}`;
 }
 
 const withUnit = (text, units) => (units && units !== "1" ? `${text} ${units}` : text);
@@ -38,22 +40,29 @@ function ranges(list, names) {
   for (let i = 0; i < list.length; i++) {
     let j = i;
     while (j + 1 < list.length && list[j + 1] === list[j] + 1) j++;
-    parts.push(j > i + 1 ? `${names[list[i]]} to ${names[list[j]]}` : list.slice(i, j + 1).map((k) => names[k]).join(", "));
+    const few = list.slice(i, j + 1).map((k) => names[k]).join(", ");
+    parts.push(j > i + 1 ? `${names[list[i]]} to ${names[list[j]]}` : few);
     i = j;
   }
   return parts.join(", ");
 }
 
-const STATES = [["stick", "--stick"], ["slip", "--slip"], ["open", "--open"], ["never touch", "--apart"]];
+const STATES = [["stick", "--stick"], ["slip", "--slip"], ["open", "--open"],
+  ["never touch", "--apart"]];
 
 // What contacts do at a point, in words.
 function contactWords(curve, i) {
   if (!curve.states) return null;
-  const state = array(curve.states), n = data.contacts.length, groups = STATES.map(() => []), unknown = [];
+  const state = array(curve.states), n = data.contacts.length;
+  const groups = STATES.map(() => []), unknown = [];
   for (let c = 0; c < n; c++) (groups[state[i * n + c]] || unknown).push(c);
-  const words = STATES.map(([word], k) => [word, groups[k]]).filter(([, list]) => list.length)
-    .map(([word, list]) => (list.length === n ? (n > 1 ? `all ${word}` : word) : `${word}: ${ranges(list, data.contacts)}`));
-  if (unknown.length) words.push(unknown.length === n ? "without a state" : `without a state: ${ranges(unknown, data.contacts)}`);
+  const told = (word, list) => {
+    if (list.length < n) return `${word}: ${ranges(list, data.contacts)}`;
+    return n > 1 ? `all ${word}` : word;
+  };
+  const words = STATES.map(([word], k) => groups[k].length && told(word, groups[k]))
+    .filter(Boolean);
+  if (unknown.length) words.push(told("without a state", unknown));
   return words.join("; ");
 }
 
@@ -67,21 +76,24 @@ function placeName(place, curve, i) {
   if (place > 0) return data.places[place - 1] || `place ${place - 1}`;
   if (!data.places.length) return "";
   if (data.places.length === 1) return data.places[0];
-  const largest = curve && curve.columns.largest;
-  const which = largest && i >= 0 ? `, ${data.places[array(largest)[i]] || array(largest)[i]}` : "";
+  const largest = curve && i >= 0 && curve.columns.largest, dof = largest && array(largest)[i];
+  const which = largest ? `, ${data.places[dof] || dof}` : "";
   return `largest response${which}`;
 }
 
 // All that is told of a point of a curve, line by line.
 function pointLines(curve, i, place) {
-  const { x, panels } = data.layout, column = (name) => curve.columns[name] && array(curve.columns[name])[i];
+  const { x, panels } = data.layout,
+    column = (name) => curve.columns[name] && array(curve.columns[name])[i];
   const lines = [`${x.title}: ${withUnit(number(array(curve.x)[i]), x.units)}`];
   for (const panel of panels) {
     const value = column(`${panel.name}:${panel.places ? place : 0}`);
     if (value === undefined) continue;
-    const level = panel.scales[0] === "decibel" && value > 0 ? ` (${decibel(value).toFixed(3)} dB re 1 m)` : "";
+    const told = panel.scales[0] === "decibel" && value > 0;
+    const level = told ? ` (${decibel(value).toFixed(3)} dB re 1 m)` : "";
     const where = panel.places && placeName(place, curve, i);
-    lines.push(`${panel.places ? `amplitude${where ? ` of ${where}` : ""}` : panel.title}: ${withUnit(number(value), panel.units)}${level}`);
+    const name = panel.places ? `amplitude${where ? ` of ${where}` : ""}` : panel.title;
+    lines.push(`${name}: ${withUnit(number(value), panel.units)}${level}`);
   }
   const contacts = contactWords(curve, i);
   if (contacts) lines.push(`contacts ${contacts}`);
@@ -93,11 +105,13 @@ function pointLines(curve, i, place) {
     told = true;
   }
   if (!told) lines.push("no estimate of the error in the archive");
-  if (column("residual_norm") !== undefined) lines.push(`residual: ${column("residual_norm").toPrecision(2)}`);
-  if (column("stability") !== undefined) lines.push(STABLE[column("stability")] || "stability unknown");
+  const residual = column("residual_norm"), stability = column("stability");
+  if (residual !== undefined) lines.push(`residual: ${residual.toPrecision(2)}`);
+  if (stability !== undefined) lines.push(STABLE[stability] || "stability unknown");
   if (column("converged") === 0) lines.push("not converged");
-  if (column("frequency") !== undefined) lines.push(`excitation frequency: ${number(column("frequency"))} Hz`);
-  if (column("highest_harmonic") >= 0) lines.push(`highest harmonic: ${column("highest_harmonic")}`);
+  const frequency = column("frequency"), highest = column("highest_harmonic");
+  if (frequency !== undefined) lines.push(`excitation frequency: ${number(frequency)} Hz`);
+  if (highest >= 0) lines.push(`highest harmonic: ${highest}`);
   lines.push(`point ${array(curve.row)[i]}`);
   return lines;
 }
@@ -125,8 +139,10 @@ function markLines(curve, mark, place) {
   lines.push(`${x.title}: ${withUnit(number(mark.x), x.units)}`);
   if (mark.what === "peak") {
     lines.push(`amplitude: ${mark.y === null ? "unbounded" : `${number(mark.y)} m`}`);
-    if (mark.dofs.length) lines.push(`peaks: ${mark.dofs.map((k) => data.places[k] || k).join(", ")}`);
-    if (mark.truncation_error) lines.push(`${ERRORS.truncation_error}: ${mark.truncation_error.toPrecision(2)}`);
+    const who = mark.dofs.map((k) => data.places[k] || k).join(", ");
+    if (who) lines.push(`peaks: ${who}`);
+    const error = mark.truncation_error;
+    if (error) lines.push(`${ERRORS.truncation_error}: ${error.toPrecision(2)}`);
     if (mark.residual_norm) lines.push(`residual: ${mark.residual_norm.toPrecision(2)}`);
   }
   return lines;

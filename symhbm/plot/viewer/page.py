@@ -9,7 +9,7 @@ from typing import Any
 from symhbm.plot.viewer.packing import embedded
 
 _HERE = Path(__file__).parent
-_SCRIPTS = ("data.js", "charts.js", "page.js")
+_SCRIPTS = ("data.js", "states.js", "charts.js", "page.js")
 """Our own scripts, which are one in the page."""
 
 
