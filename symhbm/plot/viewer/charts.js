@@ -8,9 +8,10 @@ const SYMBOLS = {
   "opening": "hexagon-open",
   "closing": "hexagon", "contact": "hexagon",
 };
+// Without the button of plotly that sends a figure to its makers.
 const CONFIG = {
-  responsive: true, displaylogo: false,
-  modeBarButtonsToRemove: ["lasso2d", "select2d", "autoScale2d"],
+  responsive: true, displaylogo: false, showSendToCloud: false, plotlyServerURL: "",
+  modeBarButtonsToRemove: ["lasso2d", "select2d", "autoScale2d", "sendChartToCloud"],
 };
 const MOST_OTHERS = 60;
 const narrow = () => window.innerWidth < 700;
@@ -253,7 +254,8 @@ function shapeFigure(motion) {
       line: { color: css("--line"), width: 2 }, marker: { color: css("--mark"), size: 8 },
     }),
   ], layout: baseLayout({
-    margin: { l: 30, r: 30, t: 64, b: 30 },
+    margin: { l: 30, r: 30, t: 70, b: 30 },
+    legend: { orientation: "h", x: 0, y: 1.1, yanchor: "bottom" },
     polar: {
       bgcolor: css("--ground"), radialaxis: { visible: false, range: [0, 1.5] },
       angularaxis: {

@@ -14,14 +14,14 @@ from symhbm.plot.drawing import motions_of
 from symhbm.plot.viewer.packing import packed, plain
 from symhbm.results import Description
 
-MOST_MOTIONS, MOST_CHARACTERS = 300, 2_000_000
+MOST_MOTIONS, MOST_CHARACTERS = 900, 2_500_000
 """Most motions at peaks and events that a page holds, and most characters that they take."""
 _OF_PEAK, _OF_EVENT, _OF_ALL = 16, 4, 400
 """Most contacts whose loops a peak and an event have, and most contacts of all curves together."""
 _N_ANGLES = 96
 """About how many points a loop has beside its events."""
 _INNER = ("dof", "harmonic", "component")
-_FULL = "there is room for those of the highest peaks alone"
+_FULL = "there is room for those of the highest peaks and the first events alone"
 
 
 class Motions(NamedTuple):
@@ -177,6 +177,15 @@ def _contacts(
     return {c: h for c, h in found.items() if h is not None and np.any(h.force)}
 
 
+def _is_straight(history: History) -> bool:
+    """Whether the force is in proportion to the one displacement, as of a contact that sticks."""
+    if len(history.displacement) > 1 or len(history.force) > 1:
+        return False
+    moved, force = (side - side.mean() for side in (history.displacement[0], history.force[0]))
+    slope = (moved @ force) / (moved @ moved or 1.0)
+    return bool(np.abs(force - slope * moved).max() <= 1e-6 * np.abs(force).max())
+
+
 def _packed(history: History) -> dict[str, Any]:
     """A history with as few points as its loops need: its events, and some beside them."""
     n_angles = len(history.angle)
@@ -184,6 +193,9 @@ def _packed(history: History) -> dict[str, Any]:
     kept[:: max(1, n_angles // _N_ANGLES)] = True
     kept[-1] = True
     kept[1:] |= history.state[1:] != history.state[:-1]
+    if not kept.all() and _is_straight(history):
+        ends = np.argmin(history.displacement[0]), np.argmax(history.displacement[0])
+        kept = np.isin(np.arange(n_angles), ends)
     limit = None if np.ptp(history.limit) else float(history.limit[0])
     return {
         "u": [packed(side[kept], "f4") for side in history.displacement],

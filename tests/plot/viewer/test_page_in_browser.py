@@ -215,6 +215,15 @@ def test_folds_and_unstable_responses(shown):
     assert number_of(lines, "amplitude") == digits(point.amplitude)
 
 
+def test_no_button_sends_a_figure_away(shown):
+    seen = shown("grid")
+    script = """() => [...document.querySelectorAll(".modebar-btn")]
+      .map((button) => button.dataset.title || button.getAttribute("data-title"))"""
+    titles = seen.run(script)
+    assert "Zoom" in titles
+    assert [title for title in titles if re.search(r"(?i)share|cloud|edit|chart studio", title)] == []
+
+
 def test_menus_follow_the_keyboard(shown):
     seen = shown("loads")
     focused = "document.activeElement.id"
