@@ -44,7 +44,7 @@ function buildMenus() {
     const label = withUnit(dim.name, dim.units && dim.units !== "1" ? `[${dim.units}]` : "");
     menu("menus", `dim-${d}`, label, dim.labels.map((words, k) => [k, words]), 0, (value) => {
       state.at[d] = Number(value);
-      state.mark = -1;
+      state.mark = state.contact = -1;
       show();
     });
   });
@@ -95,6 +95,16 @@ function show(later) {
   });
 }
 
+// The contact whose loop encloses the most, -1 where there is none.
+function busiest(motion, contacts) {
+  const area = (contact) => {
+    const u = array(motion.loops[contact].u[0]), f = array(motion.loops[contact].f[0]);
+    const piece = (i) => (f[i] + f[i - 1]) * (u[i] - u[i - 1]);
+    return Math.abs(u.reduce((sum, _, i) => (i ? sum + piece(i) : 0), 0));
+  };
+  return contacts.reduce((best, c) => (best < 0 || area(c) > area(best) ? c : best), -1);
+}
+
 // The motion at the chosen mark, or at the highest peak that has one.
 function showMotion() {
   const one = curve(), held = one.marks.map((mark, k) => [k, mark])
@@ -113,8 +123,8 @@ function showMotion() {
     `${markName(m)} at ${withUnit(number(m.x), units)}${m.motion ? "" : " (not stored)"}`]),
     state.shown, (value) => { state.mark = Number(value); show(); find("mark").focus(); });
   const contacts = mark.motion ? Object.keys(mark.motion.loops).map(Number) : [];
-  if (!contacts.includes(state.contact)) state.contact = contacts.includes(mark.contact)
-    ? mark.contact : contacts.length ? contacts[0] : -1;
+  if (!contacts.includes(state.contact))
+    state.contact = contacts.includes(mark.contact) ? mark.contact : busiest(mark.motion, contacts);
   if (contacts.length > 1) menu("motion-menus", "contact", "contact",
     contacts.map((c) => [c, `contact ${data.contacts[c] ?? c}`]), state.contact,
     (value) => { state.contact = Number(value); showMotion(); find("contact").focus(); });
@@ -152,6 +162,7 @@ function showEnsemble() {
 function choose(number, mark) {
   state.at = indexOf(number);
   state.mark = mark;
+  state.contact = -1;
   data.dims.forEach((_, d) => { find(`dim-${d}`).value = String(state.at[d]); });
   show();
 }

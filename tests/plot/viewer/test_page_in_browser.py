@@ -221,7 +221,9 @@ def test_no_button_sends_a_figure_away(shown):
       .map((button) => button.dataset.title || button.getAttribute("data-title"))"""
     titles = seen.run(script)
     assert "Zoom" in titles
-    assert [title for title in titles if re.search(r"(?i)share|cloud|edit|chart studio", title)] == []
+    assert [
+        title for title in titles if re.search(r"(?i)share|cloud|edit|chart studio", title)
+    ] == []
 
 
 def test_menus_follow_the_keyboard(shown):
