@@ -77,6 +77,7 @@ from symhbm.results.reading import motion, output, seen_from, table, trimmed
 if TYPE_CHECKING:
     from symhbm import plot
     from symhbm.ensembles import mistuning, statistics
+    from symhbm.plot.viewer import view
 
 __version__ = version("symhbm")
 
@@ -161,6 +162,7 @@ __all__ = [
     "table",
     "trimmed",
     "verify",
+    "view",
 ]
 
 
@@ -170,6 +172,8 @@ _LAZY = {
     "statistics": "symhbm.ensembles.statistics",
 }
 """Rooms that need matplotlib or scipy.stats, which are slow to import and not needed to compute."""
+_LATE = {"view": "symhbm.plot.viewer"}
+"""Functions of such rooms."""
 _RENAMED = {"transient": "periodic_motion"}
 """Names of the version before, which this one still knows."""
 
@@ -181,6 +185,8 @@ def __dir__() -> list[str]:
 def __getattr__(name: str) -> Any:
     if name in _LAZY:
         return import_module(_LAZY[name])
+    if name in _LATE:
+        return getattr(import_module(_LATE[name]), name)
     if name in _RENAMED:
         new = _RENAMED[name]
         warnings.warn(f"symhbm.{name} is now symhbm.{new}", DeprecationWarning, stacklevel=2)

@@ -8,7 +8,7 @@ import click
 from symhbm.cli import verbs
 from symhbm.cli.terminal import Program
 
-_FIRST = ("info", "plot", "verify", "export", "resume", "merge")
+_FIRST = ("info", "plot", "view", "verify", "export", "resume", "merge")
 """The order in which commands are of use; others follow by name."""
 
 

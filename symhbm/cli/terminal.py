@@ -58,7 +58,7 @@ class Program(click.Group):
             # The reader closed the pipe: the rest of the buffer is discarded, too.
             os.dup2(os.open(os.devnull, os.O_WRONLY), sys.stdout.fileno())
             return _PIPE
-        except (OSError, LookupError, RuntimeError, TypeError, ValueError) as error:
+        except (ImportError, OSError, LookupError, RuntimeError, TypeError, ValueError) as error:
             if isinstance(error, (click.exceptions.Exit, click.Abort)):
                 raise
             text = error.args[0] if isinstance(error, KeyError) and error.args else error

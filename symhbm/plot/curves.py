@@ -25,7 +25,7 @@ from symhbm.plot.drawing import (
     one_solution,
     scale_of,
 )
-from symhbm.plot.lines import Line, Peak, line_of, located_peaks
+from symhbm.plot.lines import Line, Peak, knows_peaks, line_of, located_peaks
 from symhbm.plot.places import Chosen, Shown, chosen
 
 _LEADS = 1e-6
@@ -204,6 +204,13 @@ def picture_of(curve: xr.Dataset, parameter: Moving, where: Chosen) -> Picture:
         column = {dof: i for i, dof in enumerate(where.dofs)}
         own = [p._replace(dof=column[p.dof]) for p in peaks if p.dof in column]
         line = line.ascending().through(own)
+        if parameter.along != "point" and knows_peaks(curve, parameter):
+            # A path has points enough; between those of a grid slopes may promise anything.
+            largest = curve["amplitude"].transpose(parameter.along, "dof").values.max(axis=1)
+            at = np.concatenate([curve[parameter.name].values, [peak.value for peak in peaks]])
+            known = np.isfinite(at)
+            top = np.concatenate([largest, [peak.amplitude for peak in peaks]])
+            line = line.held(at[known], top[known])
     marks = marks_of(peaks, parameter, where, line)
     if parameter.along == "point" and f"event_{parameter.name}" in curve and "event_kind" in curve:
         level = decibel(line.amplitude.max(axis=1, initial=0.0))

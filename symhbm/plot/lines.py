@@ -1,7 +1,7 @@
 """Lines of response curves: amplitudes with their slopes, through corners and located peaks."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
+from dataclasses import dataclass, field, replace
 from itertools import groupby
 from typing import NamedTuple
 
@@ -25,6 +25,10 @@ _TIED = 1e-9
 """Relative difference of amplitudes that peak together."""
 _BESIDE = 1e-3
 """Share of a segment over which a slope is read off."""
+_HIGHER = 1e-3
+"""Share by which a curve may exceed its points and peaks where these are all that are there."""
+_SHARES = np.arange(1, 16) / 16
+"""Where a segment is searched for what exceeds them."""
 
 
 class Peak(NamedTuple):
@@ -42,7 +46,7 @@ class Line:
 
     ``value`` (n,); ``amplitude`` (n, n_dof) [m], of which the largest is drawn; its derivatives by
     the value ``before`` and ``after`` each point, infinite at folds and NaN where unknown;
-    ``unstable`` (n,).
+    ``unstable`` (n,); ``straight`` (n - 1,) tells where slopes are not followed, or is empty.
     """
 
     value: FloatArray
@@ -50,6 +54,7 @@ class Line:
     before: FloatArray
     after: FloatArray
     unstable: np.ndarray
+    straight: np.ndarray = field(default_factory=lambda: np.zeros(0, dtype=bool))
 
     @property
     def is_function(self) -> bool:
@@ -92,9 +97,25 @@ class Line:
             amplitude[peak.dof] = peak.amplitude
             slope[peak.dof] = 0.0 if peak.kind == "smooth" else np.nan
         unstable = self.unstable[i - 1] | self.unstable[i]
-        added = value, amplitude, slope, slope, unstable
-        parts = zip(vars(self).values(), added, strict=True)
+        own = self.value, self.amplitude, self.before, self.after, self.unstable
+        parts = zip(own, (value, amplitude, slope, slope, unstable), strict=True)
         return Line(*(np.insert(part, i, new, axis=0) for part, new in parts))
+
+    def held(self, value: FloatArray, amplitude: FloatArray) -> "Line":
+        """An ascending line, straight where its slopes promise more than there is.
+
+        ``amplitude`` (m,) [m] at ``value`` (m,) are all points and all peaks, NaN where unknown.
+        """
+        if len(self.value) < 2:
+            return self
+        bound = np.full(len(self.value) - 1, -np.inf)
+        for side in ("left", "right"):
+            segment = np.searchsorted(self.value, value, side) - 1
+            np.fmax.at(bound, np.clip(segment, 0, len(bound) - 1), amplitude)
+        segment = np.repeat(np.arange(len(bound)), len(_SHARES))
+        inside = self._between(segment, np.tile(_SHARES, len(bound)))
+        highest = inside.max(axis=1).reshape(len(bound), -1).max(axis=1)
+        return replace(self, straight=highest > bound * (1 + _HIGHER))
 
     def _between(self, segment: np.ndarray, share: FloatArray) -> FloatArray:
         """Amplitudes (n, n_dof) at shares (n,) of segments (n,), numbered by their first points."""
@@ -106,7 +127,12 @@ class Line:
             beyond = np.where(np.isfinite(last), last / right, rise)
             first = np.where(np.isnan(first), left * _other_slope(rise, beyond), first)
             last = np.where(np.isnan(last), right * _other_slope(rise, first / left), last)
-        return amplitude_between(left, right, (first, last), share[:, None])
+        result = amplitude_between(left, right, (first, last), share[:, None])
+        if self.straight.any():
+            with np.errstate(divide="ignore"):
+                level = np.log(left) * (1 - share[:, None]) + np.log(right) * share[:, None]
+            result = np.where(self.straight[segment][:, None], np.exp(level), result)
+        return result
 
     def read(self, value: FloatArray) -> FloatArray:
         """The largest amplitude [m] of an ascending line at other values, NaN outside of it."""
@@ -196,13 +222,18 @@ def _monotone(line: Line) -> Line:
     return replace(line, before=slope, after=slope)
 
 
+def knows_peaks(curve: xr.Dataset, parameter: Moving) -> bool:
+    """Whether the peaks of the amplitudes of a curve are stored."""
+    keys = [f"peak_{key}" for key in ("kind", parameter.name, "amplitude", "dof")]
+    stored = all(key in curve.variables and "peak" in curve[key].dims for key in keys)
+    return stored and Description(curve).peaks_of_amplitude
+
+
 def located_peaks(curve: xr.Dataset, parameter: Moving) -> list[Peak]:
     """The located peaks of a curve, one for each degree of freedom where several peak together."""
+    if not knows_peaks(curve, parameter):
+        return []
     keys = [f"peak_{key}" for key in ("kind", parameter.name, "amplitude", "dof")]
-    if not all(key in curve.variables and "peak" in curve[key].dims for key in keys):
-        return []
-    if not Description(curve).peaks_of_amplitude:
-        return []
     rows = [*zip(*(curve[key].values for key in keys), strict=True)]
     peaks = [
         (i, Peak(str(kind), float(at), float(top), int(dof)))

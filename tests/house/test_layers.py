@@ -32,12 +32,13 @@ ONLY_IN = {
     "xarray": "results peaks response design ensembles plot cli",
     "pandas": "results.reading",
     "matplotlib": "plot",
+    "plotly": "plot.viewer",
     "tqdm": "workers",
     "click": "cli",
 }
 LAZY = {"ensembles", "plot"}
 """Rooms that the package imports once they are asked for."""
-SLOW = {"matplotlib", "netCDF4", "dask", "numba", "scipy.stats"}
+SLOW = {"matplotlib", "plotly", "netCDF4", "dask", "numba", "scipy.stats"}
 SLOW |= {f"scipy.{name}" for name in ("optimize", "interpolate", "integrate")}
 """Packages that not every computation needs, and take longer to import than one of those."""
 MOST_FILES, MOST_NAMES, MOST_ROOMS = 14, 40, 16

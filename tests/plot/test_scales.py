@@ -112,3 +112,37 @@ def test_bad_arguments(sweep, name):
     call, words = BAD[name]
     with pytest.raises(ValueError, match=words):
         call(sweep)
+
+
+def test_lines_on_a_grid_invent_no_peaks():
+    """Between points of a coarse grid slopes may promise a peak that is not located there."""
+    slopes = np.array([[30.0], [-30.0], [-0.1], [np.nan]])
+    amplitude = np.array([[1.0], [1.0], [0.5], [0.4]])
+    line = Line(np.arange(4.0), amplitude, slopes, slopes, np.zeros(4, dtype=bool))
+    value, level, _ = line.polyline()
+    assert level.max() > 20
+    held = line.held(line.value, amplitude[:, 0])
+    at, told, _ = held.polyline()
+    assert told.max() == 0.0
+    np.testing.assert_allclose(told[at < 1], 0.0, atol=1e-12)
+    after = value >= 1
+    np.testing.assert_allclose(np.interp(value[after], at, told), level[after], atol=1e-2)
+    # A located peak as high keeps the curve as its slopes tell it.
+    peak = 10 ** (level.max() / 20)
+    both = line.held(np.append(line.value, 0.5), np.append(amplitude[:, 0], peak))
+    assert not both.straight.any()
+
+
+def test_a_coarse_grid_of_a_ring_is_drawn_below_its_peaks():
+    """13 blades at steps of 5 Hz: slopes beside two resonances promise 0.7 dB too much."""
+    disk = sh.bladed_disk(
+        13, mass=1, stiffness=1e4, damping=0.5,
+        contact_stiffness=1e6, friction_coefficient=0.5, normal_load=10,
+    )  # fmt: skip
+    draws = sh.mistuning.uniform(disk, 4, seed=1, contact_stiffness=0.1).isel(sample=[3])
+    problem = sh.HarmonicBalance(disk, sh.EngineOrder(3))
+    grid = np.arange(50.0, 351, 5)
+    curve = sh.frf(problem, (50, 350), at=grid, over=draws, progress=False).isel(sample=0)
+    lines = sh.plot.response(curve).axes[0].lines
+    top = 20 * np.log10(float(curve.peak_amplitude.max()))
+    assert max(np.max(line.get_ydata(), initial=-np.inf) for line in lines) <= top + 1e-9

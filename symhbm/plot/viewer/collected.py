@@ -1,0 +1,287 @@
+"""What a page shows of an archive: collected part by part, with a note on each that fails."""
+
+from collections import Counter
+from collections.abc import Callable
+from html import escape
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from symhbm.plot.viewer import ensemble, motions, tables
+from symhbm.plot.viewer.curves import Limits, curve_of
+from symhbm.plot.viewer.layout import Layout, layout_of
+from symhbm.plot.viewer.packing import DIGITS, plain
+from symhbm.plot.viewer.page import page_of
+from symhbm.plot.viewer.sets import (
+    Sets,
+    blades_of,
+    contact_names,
+    label_of,
+    place_names,
+    sets_of,
+    spoken,
+    values_of,
+)
+from symhbm.results.reading import COMPLETE
+
+_VALUES, _LINES, _PLACES = 250_000, 250_000, 600
+"""Most numbers of all points, most points of all drawn lines, and most lines of a page."""
+_IN_MEMORY = 2**29
+"""Bytes of an archive that are read at once."""
+
+
+class Collected:
+    """What is collected for a page, and what it cannot show."""
+
+    def __init__(
+        self, dataset: xr.Dataset, tuned: xr.Dataset | None, name: str, share: float = 1.0
+    ):
+        self.dataset, self.tuned, self.name, self.share = dataset, tuned, name, share
+        self.notes: list[str] = []
+        self.data: dict[str, Any] = {"digits": DIGITS, "curves": [], "dims": []}
+        self.data["complete"] = [str(status) for status in COMPLETE]
+        self.chosen: dict[tuple, dict[str, int]] = {}
+
+    def tried(self, what: str, make: Callable[[], Any], otherwise: Any) -> Any:
+        """What is made, or a note on what cannot be shown: archives may hold anything."""
+        try:
+            return make()
+        except Exception as error:
+            text = error.args[0] if error.args else type(error).__name__
+            self.notes.append(f"{what} cannot be shown: {plain(text, 300)}")
+            return otherwise
+
+    def written(self) -> str:
+        """The text of the page."""
+        if self.dataset.nbytes < _IN_MEMORY:
+            self.dataset = self.tried("The numbers", self.dataset.compute, self.dataset)
+        dataset = self.dataset
+        layout = self.tried("Curves", lambda: layout_of(dataset), None)
+        places = self.tried("The names of places", lambda: place_names(dataset), [])
+        self.data["places"] = places
+        self.data["contacts"] = self.tried("Contacts", lambda: contact_names(dataset), [])
+        self.data["directions"] = self.tried(
+            "Loops of contacts", lambda: motions.directions_of(dataset), []
+        )
+        if layout is not None:
+            self.tried("Curves", lambda: self.collect(layout), None)
+            self.tried("The ensemble", lambda: self.collect_ensemble(layout), None)
+        else:
+            self.tried("The motion", self.collect_motion, None)
+        sections = self.sections(layout, places)
+        title = f"{self.name} - symhbm"
+        return page_of(title, sections, self.data)
+
+    def collect(self, layout: Layout) -> None:
+        """Curves, their marks and their motions."""
+        dataset, sets = self.dataset, sets_of(self.dataset, self.share)
+        self.data["layout"] = layout.to_json()
+        self.data["dims"] = [
+            {
+                "name": spoken(dim),
+                "units": plain(dataset[dim].attrs.get("units", ""), 40) if dim in dataset else "",
+                "labels": [label_of(dataset, dim, k) for k in positions],
+            }
+            for dim, positions in zip(sets.dims, sets.shown, strict=True)
+        ]
+        limits = _limits(dataset, sets, layout, self.share)
+        self.data["dofs"] = list(limits.dofs)
+        if sets.n_shown < sets.total:
+            self.notes.append(
+                f"{sets.n_shown} of {sets.total} curves are shown one by one, the highest, the "
+                "middle and the lowest peak among them; tables, bands and samples are of all."
+            )
+        n_dof = dataset.sizes.get("dof", 0)
+        if layout.panels[0].places and len(limits.dofs) < n_dof and n_dof > 1:
+            self.notes.append(
+                f"{len(limits.dofs)} of {n_dof} places have curves of their own, those that peak "
+                "first; the largest response is that of all."
+            )
+        budget, missing = motions.Budget(sets.n_shown, self.share), Counter[str]()
+        n_contacts = dataset.sizes.get("contact", 0)
+        if budget.contacts < n_contacts:
+            self.notes.append(
+                f"Loops are those of {budget.contacts} of {n_contacts} contacts of each curve, "
+                "which dissipate the most."
+            )
+        blades = self.tried("The disk", lambda: blades_of(dataset), None)
+        for number, position in enumerate(sets.positions()):
+            one, entry = self.tried(
+                f"The curve of {values_of(dataset, position) or 'this archive'}",
+                lambda position=position: self.one_curve(position, layout, limits),
+                (dataset, {"n": [0, 0], "failed": 0, "marks": []}),
+            )
+            entry["label"] = values_of(dataset, position)
+            entry["status"] = self.status(position)
+            for k, mark in enumerate(entry["marks"]):
+                at = *position.values(), mark["number"]
+                self.chosen[mark["what"], *at] = {"curve": number, "mark": k}
+            self.data["curves"].append(entry)
+            if entry["marks"]:
+                found = self.tried(
+                    "Motions at peaks and events",
+                    lambda one=one, entry=entry: motions.motions_at(
+                        one, layout.x, entry["marks"], blades, budget
+                    ),
+                    motions.Motions({}, Counter()),
+                )
+                for k, motion in found.of.items():
+                    entry["marks"][k]["motion"] = motion
+                missing += found.missing
+        self.notes += [
+            f"{count} motions at peaks and events are not on the page: {why}."
+            for why, count in missing.items()
+        ]
+        self.tell_thinning()
+
+    def one_curve(
+        self, position: dict[str, int], layout: Layout, limits: Limits
+    ) -> tuple[xr.Dataset, dict[str, Any]]:
+        """One parameter set in memory, and its entry."""
+        one = self.dataset.isel(position).compute()
+        return one, curve_of(one, layout, limits)
+
+    def status(self, position: dict[str, int]) -> str:
+        """Why the computation of a curve ended."""
+        if "status" not in self.dataset.variables:
+            return ""
+        return plain(self.dataset["status"].isel(position).values.item(), 600)
+
+    def tell_thinning(self) -> None:
+        """A note on the points that are not on the page."""
+        shown = sum(entry["n"][0] for entry in self.data["curves"])
+        total = sum(entry["n"][1] for entry in self.data["curves"])
+        failed = sum(entry["failed"] for entry in self.data["curves"])
+        text = f"All {total} points of these curves are on the page."
+        if not total:
+            text = "The archive holds no points of these curves."
+        if shown < total:
+            text = (
+                f"{shown} of {total} points of these curves are on the page, those where they bend "
+                "the most; all peaks and events are."
+            )
+        self.data["thinning"] = text
+        if failed:
+            self.notes.append(f"{failed} points have no value of what they are drawn over.")
+
+    def collect_ensemble(self, layout: Layout) -> None:
+        """Bands and largest responses, where there are samples."""
+        dim = ensemble.samples_of(self.dataset)
+        if dim is None or not layout.panels[0].places:
+            return
+        bands: list[dict[str, Any]] = []
+        if layout.along:
+            bands, notes = self.tried(
+                "Bands of the samples",
+                lambda: ensemble.bands_of(self.dataset, layout, dim),
+                ([], []),
+            )
+            self.notes += notes
+        spread = self.tried(
+            "The largest responses of the samples",
+            lambda: ensemble.spread_of(self.dataset, dim, self.tuned),
+            [],
+        )
+        of_grid = layout.along != ("point",)
+        how = "at the values of the grid" if of_grid else "read off the curves at 501 values"
+        self.data["ensemble"] = {
+            "dim": spoken(dim),
+            "x": {"title": layout.title, "units": layout.units},
+            "bands": bands,
+            "spread": spread,
+            "how": f"Quantiles of the largest response, {how}.",
+        }
+        if self.tuned is None:
+            self.notes.append(
+                "Amplification is not shown: it needs the response of the tuned structure, as in "
+                "symhbm view ARCHIVE --tuned TUNED."
+            )
+
+    def collect_motion(self) -> None:
+        """Statistics, or the motion of one point, where the dataset is none of curves."""
+        dataset = self.dataset
+        inner = {"dof", "harmonic", "component"}
+        self.data["layout"] = None
+        self.data["ensemble"] = ensemble.stored_statistics(dataset)
+        if self.data["ensemble"] is not None:
+            return
+        if "coefficient" not in dataset.variables or "frequency" not in dataset.variables:
+            raise ValueError("the archive holds no curve and no motion; symhbm info tells more")
+        if {*map(str, dataset["coefficient"].dims)} != inner or dataset["frequency"].ndim:
+            raise ValueError("the archive holds no curve; symhbm info tells what it holds")
+        at = float(dataset["frequency"])
+        names = [str(n) for n, v in dataset.variables.items() if {"angle", "event"} & {*v.dims}]
+        one = dataset.drop_vars(names)
+        mark = {"what": "point", "kind": "motion", "number": 0, "x": at, "row": 0, "point": -1}
+        point = one.drop_vars("frequency").assign(
+            coefficient=one["coefficient"].expand_dims("point")
+        )
+        point = point.assign_coords(frequency=("point", [at]))
+        blades = self.tried("The disk", lambda: blades_of(dataset), None)
+        found = motions.motions_at(point, "frequency", [mark], blades, motions.Budget(1))
+        self.notes += [f"Not on the page: {why}." for why in found.missing]
+        if 0 in found.of:
+            mark["motion"] = found.of[0]
+        entry = {"n": [0, 0], "failed": 0, "label": "", "status": self.status({})}
+        self.data["curves"] = [entry | {"marks": [mark]}]
+
+    def sections(self, layout: Layout | None, places: list[str]) -> list[tuple[str, str]]:
+        """The parts of the page in HTML, by their names."""
+        dataset = self.dataset
+        facts = self.tried("The problem", lambda: tables.facts_of(dataset, layout), [])
+        failed = self.tried("Statuses", lambda: tables.failed_table(dataset), None)
+        parts = {"title": escape(self.name), "facts": tables.facts_html(facts)}
+        for what in ("peak", "event"):
+            table = None
+            if layout is not None:
+                table = self.tried(
+                    f"The table of {what}s",
+                    lambda what=what: tables.marks_table(
+                        dataset, layout, what, self.chosen, places
+                    ),
+                    None,
+                )
+            parts[f"{what}s"] = table or f"<p>The archive holds no {what}s.</p>"
+        parts["failed"] = failed or "<p>All curves are complete.</p>" * bool(self.data["curves"])
+        parts["parameters"] = (
+            self.tried("Parameters", lambda: tables.parameters_table(dataset), None)
+            or "<p>The archive tells no parameters.</p>"
+        )
+        parts["provenance"] = self.tried(
+            "Provenance", lambda: tables.provenance_html(dataset), "<p>Unknown.</p>"
+        )
+        title = self.tried("The title", lambda: plain(dataset.attrs.get("title", "")), "")
+        parts["subtitle"] = escape(title)
+        notes = [*dict.fromkeys(self.notes)]
+        listed = "".join(f"<li>{escape(note)}</li>" for note in notes)
+        parts["notes"] = f"<ul>{listed}</ul>" if notes else "<p>Nothing is left out.</p>"
+        parts["thinning"] = escape(self.data.pop("thinning", ""))
+        return [*parts.items()]
+
+
+def _limits(dataset: xr.Dataset, sets: Sets, layout: Layout, share: float) -> Limits:
+    """The points, lines and places of each curve, so that all of them fit into a page."""
+    curves = max(1, sets.n_shown)
+    n_dof = dataset.sizes.get("dof", 0) if layout.panels[0].places else 0
+    room = max(0, int(share * _PLACES) // curves - 1)
+    dofs = range(n_dof if n_dof > 1 else 0)
+    if len(dofs) > room:
+        dofs = _peaking(dataset, n_dof)[:room]
+    lines = curves * (1 + len(dofs))
+    of_point = 7 + len(dofs) + dataset.sizes.get("contact", 0) / 8
+    return Limits(
+        max(60, int(share * _VALUES / (curves * of_point))),
+        max(100, int(share * _LINES / lines)),
+        tuple(sorted(dofs)),
+    )
+
+
+def _peaking(dataset: xr.Dataset, n_dof: int) -> list[int]:
+    """Degrees of freedom, those first that peak the most often."""
+    order = np.arange(n_dof)
+    if "peak_dof" in dataset.variables and dataset["peak_dof"].dtype.kind in "iu":
+        found = dataset["peak_dof"].values.ravel()
+        count = np.bincount(found[(found >= 0) & (found < n_dof)], minlength=n_dof)
+        order = np.argsort(-count, kind="stable")
+    return order.tolist()

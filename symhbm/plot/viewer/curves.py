@@ -1,0 +1,259 @@
+"""Curves as a page holds them: their points, lines between them, and what is marked."""
+
+from collections.abc import Sequence
+from typing import Any, NamedTuple
+
+import numpy as np
+import xarray as xr
+
+from symhbm.numerics import FloatArray
+from symhbm.plot.curves import picture_of
+from symhbm.plot.drawing import Moving, decibel, moving
+from symhbm.plot.lines import located_peaks
+from symhbm.plot.places import Chosen, chosen
+from symhbm.plot.viewer.layout import Layout, Panel
+from symhbm.plot.viewer.packing import packed, plain
+from symhbm.plot.viewer.thinning import thinned
+
+_OF_POINTS = (
+    *("frequency", "truncation_error", "sampling_error", "condensation_error", "residual_norm"),
+    *("stability", "growth_rate", "highest_harmonic", "converged", "cycle_branch"),
+)
+"""What is told of a point beside its place on the curve."""
+_STRAIGHT = 0.01
+"""Distance [dB] of a drawn line from the curve between its points."""
+_SAME = 1e-9
+"""Relative distance of a mark from the point that it is."""
+
+
+class Limits(NamedTuple):
+    """The most points of a curve, the most of its drawn lines, and the places beside the largest.
+
+    ``dofs`` are the degrees of freedom that have curves of their own.
+    """
+
+    points: int
+    lines: int
+    dofs: tuple[int, ...]
+
+
+def curve_of(one: xr.Dataset, layout: Layout, limits: Limits) -> dict[str, Any]:
+    """The points, lines and marks of one parameter set as the page holds them."""
+    value = _rows(one, layout.x, layout)[:, 0]
+    panels = [_rows(one, panel.name, layout, panel.places) for panel in layout.panels]
+    on_path = layout.along == ("point",) and "n_points" in one.variables
+    n_found = int(one["n_points"]) if on_path else 0
+    found = np.isfinite(value)
+    if not layout.joined:
+        found &= np.isfinite(panels[0]).all(axis=1)
+    rows = np.flatnonzero(found)
+    value, panels = value[rows], [panel[rows] for panel in panels]
+    state = _states(one, layout)
+    state = None if state is None else state[rows]
+    marks = _marks(one, layout, value, panels)
+    keep = np.zeros(len(value), dtype=bool)
+    keep[[mark["point"] for mark in marks if mark["point"] >= 0]] = True
+    keep |= _turns(value, one, layout, state, rows)
+    levels = np.concatenate(
+        [
+            _level(values.max(axis=1, keepdims=True) if panel.places else values, panel)
+            for values, panel in zip(panels, layout.panels, strict=True)
+        ],
+        axis=1,
+    )
+    chosen = thinned(value, levels, keep, limits.points)
+    new = np.full(len(value), -1)
+    new[chosen] = np.arange(len(chosen))
+    for mark in marks:
+        mark["row"] = int(rows[mark["point"]]) if mark["point"] >= 0 else -1
+        mark["point"] = int(new[mark["point"]]) if mark["point"] >= 0 else -1
+    entry: dict[str, Any] = {
+        "n": [len(chosen), len(value)],
+        "failed": max(0, n_found - len(value)),
+        "x": packed(value[chosen]),
+        "row": packed(rows[chosen], "i4"),
+        "columns": {},
+        "marks": marks,
+    }
+    for values, panel in zip(panels, layout.panels, strict=True):
+        for place, column in _columns(values[chosen], panel, limits.dofs):
+            entry["columns"][f"{panel.name}:{place}"] = packed(column)
+    for name in _told(one, layout):
+        column = _rows(one, name, layout)[rows[chosen], 0]
+        entry["columns"][name] = packed(column)
+    if layout.panels[0].places and len(chosen) and panels[0].shape[1] > 1:
+        first = np.argmax(np.nan_to_num(panels[0][chosen], nan=-1.0), axis=1)
+        entry["columns"]["largest"] = packed(first, "i4")
+    if state is not None:
+        entry["states"] = packed(state[chosen], "i1")
+    if layout.panels[0].places and layout.joined and len(value) > 1:
+        entry["lines"] = _lines(one, limits)
+    return entry
+
+
+def _rows(one: xr.Dataset, name: str, layout: Layout, places: bool = False) -> FloatArray:
+    """A variable at all points, (n, 1) or (n, n_dof)."""
+    if not layout.along:
+        return np.empty((0, one.sizes.get("dof", 1) if places else 1))
+    variable = one[name].variable
+    if variable.dtype.kind not in "iufb":
+        raise TypeError(f"{name} holds {variable.dtype}, expected numbers")
+    sizes = {dim: one.sizes[dim] for dim in (*layout.along, *(("dof",) if places else ()))}
+    if not set(map(str, variable.dims)) <= set(sizes):
+        raise ValueError(f"{name} has the dimensions {variable.dims}, expected {tuple(sizes)}")
+    values = variable.set_dims(sizes).transpose(*sizes).values.astype(float)
+    return values.reshape(int(np.prod([one.sizes[dim] for dim in layout.along])), -1)
+
+
+def _told(one: xr.Dataset, layout: Layout) -> list[str]:
+    """Names of what is told of each point."""
+    shown = {layout.x, *(panel.name for panel in layout.panels)}
+    if not layout.along:
+        return []
+    return [
+        name
+        for name in _OF_POINTS
+        if name in one.variables
+        and name not in shown
+        and set(map(str, one[name].dims)) <= set(layout.along)
+    ]
+
+
+def _states(one: xr.Dataset, layout: Layout) -> np.ndarray | None:
+    """What contacts do at all points, (n, n_contacts)."""
+    if not layout.along or not {"contact_state", "contact"} <= {*one.variables, *one.dims}:
+        return None
+    variable = one["contact_state"].variable
+    dims = (*layout.along, "contact")
+    if set(map(str, variable.dims)) != set(dims) or variable.dtype.kind not in "iu":
+        return None
+    return variable.transpose(*dims).values.reshape(-1, one.sizes["contact"])
+
+
+def _level(values: FloatArray, panel: Panel) -> FloatArray:
+    """What the eye sees of values: decibels, or shares of their range."""
+    if panel.scales[0] != "linear":
+        with np.errstate(invalid="ignore"):
+            level = decibel(np.abs(values))
+        return np.where(np.isfinite(level), level, np.nan)
+    finite = values[np.isfinite(values)]
+    span = np.ptp(finite) if finite.size else 0.0
+    return np.where(np.isfinite(values), 40 * values / (span or 1.0), np.nan)
+
+
+def _turns(value: FloatArray, one: xr.Dataset, layout: Layout, state: Any, rows: Any) -> np.ndarray:
+    """Points beside which something changes: the way of the path, a contact, stability."""
+    keep = np.zeros(len(value), dtype=bool)
+    if len(value) < 3:
+        return keep
+    step = np.sign(np.diff(value))
+    keep[1:-1] = step[1:] != step[:-1]
+    others = [] if state is None else [state]
+    if "stability" in _told(one, layout):
+        others.append(_rows(one, "stability", layout)[rows])
+    for other in others:
+        changes = (other[1:] != other[:-1]).any(axis=1)
+        keep[1:] |= changes
+        keep[:-1] |= changes
+    return keep
+
+
+def _columns(values: FloatArray, panel: Panel, dofs: Sequence[int]) -> list[tuple[int, FloatArray]]:
+    """Columns by place: 0 is the largest response, or the only one; k + 1 is place k."""
+    if not panel.places:
+        return [(0, values[:, 0])]
+    largest = values.max(axis=1) if values.shape[1] else np.full(len(values), np.nan)
+    return [(0, largest), *((dof + 1, values[:, dof]) for dof in dofs)]
+
+
+def _lines(one: xr.Dataset, limits: Limits) -> dict[str, Any]:
+    """Lines by place that follow the slopes at the points, as pictures draw them."""
+    parameter, lines = moving(one), {}
+    for place in (0, *(dof + 1 for dof in limits.dofs)):
+        # By number: names in an archive may be anything.
+        where = Chosen((place - 1,), "", every=False) if place else chosen(one, None)
+        line = picture_of(one, parameter, where).line
+        if len(line.value) < 2:
+            continue
+        value, level, unstable = line.polyline()
+        joint = np.zeros(len(value), dtype=bool)
+        joint[1:-1] = unstable[1:] != unstable[:-1]
+        joint[1:-1] |= np.sign(np.diff(value))[1:] != np.sign(np.diff(value))[:-1]
+        level = np.where(np.isfinite(level), level, np.nan)
+        kept = thinned(value, level[:, None], joint, limits.lines, _STRAIGHT)
+        lines[str(place)] = {"x": packed(value[kept], "f8"), "y": packed(level[kept], "f4")}
+        if unstable.any():
+            lines[str(place)]["unstable"] = packed(unstable[kept[:-1]], "i1")
+    return lines
+
+
+def _marks(
+    one: xr.Dataset, layout: Layout, value: FloatArray, panels: list[FloatArray]
+) -> list[dict[str, Any]]:
+    """Peaks and events: where they are, and the points that they are."""
+    marks = []
+    x, parameter = layout.x, moving(one)
+    if f"peak_{x}" in one.variables and one[f"peak_{x}"].dims == ("peak",):
+        marks += _peaks(one, parameter, value, panels)
+    if f"event_{x}" in one.variables and one[f"event_{x}"].dims == ("event",):
+        for k, at in enumerate(one[f"event_{x}"].values.tolist()):
+            if np.isfinite(at):
+                mark = _mark(one, "event", k, at)
+                mark["point"] = _same(value, at)
+                contact = _entry(one, "event_contact", k)
+                mark["contact"] = -1 if contact is None else int(contact)
+                marks.append(mark)
+    return marks
+
+
+def _peaks(
+    one: xr.Dataset, parameter: Moving, value: FloatArray, panels: list[FloatArray]
+) -> list[dict[str, Any]]:
+    """The peaks, each with the places that peak there."""
+    marks, tied = [], {}
+    for peak in located_peaks(one, parameter):
+        tied.setdefault(peak.value, []).append(peak.dof)
+    largest = panels[0].max(axis=1, initial=0.0) if panels else np.empty(0)
+    for k, at in enumerate(one[f"peak_{parameter.name}"].values.tolist()):
+        if not np.isfinite(at):
+            continue
+        mark, amplitude = _mark(one, "peak", k, at), _entry(one, "peak_amplitude", k)
+        dof = _entry(one, "peak_dof", k)
+        own = [] if dof is None else [int(dof)]
+        mark["dofs"] = own if parameter.per_dof else sorted({*own, *tied.get(at, [])})
+        known = amplitude is not None and np.isfinite(amplitude)
+        mark["y"] = float(amplitude) if known and amplitude is not None else None
+        # The number of the point that the peak is; on grids it lies between two of them.
+        mark["point"] = _same(value, at, largest, mark["y"])
+        leads = mark["point"] < 0 or mark["y"] is None
+        mark["leads"] = bool(leads or mark["y"] >= (1 - 1e-6) * largest[mark["point"]])
+        for name in ("truncation_error", "residual_norm"):
+            error = _entry(one, f"peak_{name}", k)
+            mark[name] = float(error) if error is not None and np.isfinite(error) else None
+        marks.append(mark)
+    return marks
+
+
+def _mark(one: xr.Dataset, what: str, number: int, at: float) -> dict[str, Any]:
+    name = f"{what}_kind"
+    kind = one[name].values[number] if name in one.variables else ""
+    return {"what": what, "number": number, "x": at, "kind": plain(kind, 60) or what}
+
+
+def _entry(one: xr.Dataset, name: str, number: int) -> float | None:
+    """A number of a peak or an event, None where there is none."""
+    if name not in one.variables or one[name].ndim != 1 or one[name].dtype.kind not in "iuf":
+        return None
+    return one[name].values[number].item()
+
+
+def _same(
+    value: FloatArray, at: float, largest: FloatArray | None = None, top: float | None = None
+) -> int:
+    """The number of the point at a value, of several that with the nearest amplitude; else -1."""
+    near = np.flatnonzero(np.abs(value - at) <= _SAME * abs(at))
+    if not len(near):
+        return -1
+    if largest is None or top is None:
+        return int(near[np.argmin(np.abs(value[near] - at))])
+    return int(near[np.argmin(np.abs(largest[near] - top))])

@@ -1,0 +1,160 @@
+"""Which curves of an archive a page shows, and what they, places and contacts are called."""
+
+from collections.abc import Iterator
+from dataclasses import dataclass
+from itertools import product
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from symhbm.plot.viewer.packing import number, plain, with_units
+from symhbm.results import Description, places_of
+from symhbm.results.reading import COMPLETE, set_dimensions
+
+MOST_CURVES, _FEWEST, _STATES = 120, 6, 2_000_000
+"""Most curves that a page shows one by one, fewest of many, and most states of their contacts."""
+MOST_NAMES = 300
+"""Most places and contacts that have a name in a menu."""
+
+
+@dataclass(frozen=True)
+class Sets:
+    """The parameter sets of an archive: dimensions, and the positions along each that are shown."""
+
+    dims: tuple[str, ...]
+    sizes: tuple[int, ...]
+    shown: tuple[tuple[int, ...], ...]
+
+    @property
+    def total(self) -> int:
+        """Number of all sets."""
+        return int(np.prod(self.sizes))
+
+    @property
+    def n_shown(self) -> int:
+        """Number of the sets that are shown one by one."""
+        return int(np.prod([len(positions) for positions in self.shown]))
+
+    def positions(self) -> Iterator[dict[str, int]]:
+        """The sets that are shown, each by its position along every dimension."""
+        for index in product(*self.shown):
+            yield dict(zip(self.dims, index, strict=True))
+
+
+def sets_of(dataset: xr.Dataset, share: float = 1.0) -> Sets:
+    """The sets to show: all, or the longest dimension thinned to its extremes and an even rest.
+
+    ``share`` is that of the room of a page.
+    """
+    dims = set_dimensions(dataset)
+    states = dataset.sizes.get("contact", 0) * dataset.sizes.get("point", 0)
+    room = max(_FEWEST, min(MOST_CURVES, _STATES // max(1, states)))
+    room = max(1, int(share * room))
+    shown = [tuple(range(dataset.sizes[dim])) for dim in dims]
+    while np.prod([len(positions) for positions in shown]) > room:
+        longest = int(np.argmax([len(positions) for positions in shown]))
+        others = np.prod([len(p) for k, p in enumerate(shown) if k != longest])
+        most = max(1, int(room // others))
+        most = max(1, min(most, len(shown[longest]) - 1))
+        shown[longest] = _chosen(dataset, dims[longest], most)
+    return Sets(dims, tuple(dataset.sizes[dim] for dim in dims), tuple(shown))
+
+
+def _chosen(dataset: xr.Dataset, dim: str, most: int) -> tuple[int, ...]:
+    """Positions along a dimension: the highest, the middle and the lowest peak, then evenly."""
+    size = dataset.sizes[dim]
+    wanted: list[int] = []
+    if "peak_amplitude" in dataset.variables and dim in dataset["peak_amplitude"].dims:
+        tops = dataset["peak_amplitude"]
+        tops = tops.where(np.isfinite(tops)).max([d for d in tops.dims if d != dim]).values
+        order = np.argsort(tops)[: np.count_nonzero(np.isfinite(tops))]
+        wanted += [int(order[k]) for k in (-1, len(order) // 2, 0) if len(order)]
+    failed = np.zeros(size, dtype=bool)
+    if "status" in dataset.variables:
+        complete = np.isin(dataset["status"].values.astype(str), [*map(str, COMPLETE)])
+        axes = tuple(k for k, d in enumerate(dataset["status"].dims) if d != dim)
+        failed = (~complete).any(axis=axes)
+    wanted += np.flatnonzero(failed)[: most // 4].tolist()
+    evenly = np.unique(np.linspace(0, size - 1, most).astype(int)).tolist()
+    # The evenly spread ones give way to those that were asked for.
+    chosen = [*dict.fromkeys([*wanted, *evenly])][:most]
+    return tuple(sorted(chosen))
+
+
+def label_of(dataset: xr.Dataset, dim: str, position: int) -> str:
+    """The value of a dimension, its number where it has no values."""
+    if dim == "branch" and "branch_origin" in dataset.variables:
+        origin = dataset["branch_origin"]
+        if origin.dims == ("branch",):
+            return f"{position}: {plain(origin.values[position], 40)}"
+    if dim not in dataset.coords:
+        return str(position)
+    return number(dataset[dim].values[position])
+
+
+def values_of(dataset: xr.Dataset, position: dict[str, int]) -> str:
+    """The swept values of one set in words, those that are single numbers."""
+    words = []
+    for dim, index in position.items():
+        units = dataset[dim].attrs.get("units") if dim in dataset.coords else None
+        label = label_of(dataset, dim, index)
+        words.append(f"{spoken(dim)} = {with_units(label, units)}")
+    for name in Description(dataset).swept:
+        if name in position or name not in dataset.variables:
+            continue
+        value = dataset[name]
+        if value.ndim and set(map(str, value.dims)) <= set(position):
+            at = value.isel({dim: position[str(dim)] for dim in value.dims})
+            words.append(f"{spoken(name)} = {with_units(at.item(), at.attrs.get('units'))}")
+    return ", ".join(words)
+
+
+def spoken(name: Any) -> str:
+    """A name as words."""
+    return plain(str(name).replace("_", " "), 60)
+
+
+def place_names(dataset: xr.Dataset) -> list[str]:
+    """What the degrees of freedom are called, those that a menu can hold."""
+    n_dof = dataset.sizes.get("dof", 0)
+    count = range(min(n_dof, MOST_NAMES))
+    places = places_of(dataset)
+    if places is not None:
+        return [plain(places.name(dof), 60) for dof in count]
+    if "structure_dof" in dataset.variables:
+        return [
+            f"DOF {int(dof)} (kept {k})" for k, dof in enumerate(dataset["structure_dof"].values)
+        ]
+    word = "blade" if Description(dataset).lumped else "DOF"
+    labels = dataset["dof"].values if "dof" in dataset.coords else np.arange(n_dof)
+    return [f"{word} {plain(labels[k], 40)}" for k in count]
+
+
+def contact_names(dataset: xr.Dataset) -> list[str]:
+    """What the contacts are called: their numbers, and their groups where there are several."""
+    n_contacts = dataset.sizes.get("contact", 0)
+    labels = dataset["contact"].values if "contact" in dataset.coords else np.arange(n_contacts)
+    groups = Description(dataset).problem.get("groups") or {}
+    owners = [name for name, each in groups.items() for _ in each["pairs"][0]]
+    several = len(groups) > 1 and len(owners) == n_contacts
+    return [
+        f"{plain(labels[k], 40)} of {plain(owners[k], 60)}" if several else plain(labels[k], 40)
+        for k in range(n_contacts)
+    ]
+
+
+def blades_of(dataset: xr.Dataset) -> list[int] | None:
+    """Positions of the blades along ``dof`` in their order around the disk, None for no disk."""
+    description, n_dof = Description(dataset), dataset.sizes.get("dof", 0)
+    waves = [force for force in description.forces if force.get("type") == "EngineOrder"]
+    condensed = description.condensed
+    size = (condensed or description.problem).get("n_dof", 0)
+    blades: Any = range(size) if description.lumped else waves[0].get("blades") if waves else None
+    if blades is None:
+        return None
+    label = "structure_dof" if "structure_dof" in dataset.variables else "dof"
+    known = dataset[label].values if label in dataset.variables else np.arange(n_dof)
+    position = {int(dof): k for k, dof in enumerate(known)}
+    found = [position[dof] for dof in blades if dof in position]
+    return found if len(found) == len(blades) >= 3 else None

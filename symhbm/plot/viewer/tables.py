@@ -1,0 +1,250 @@
+"""Tables of a page: peaks, events, sets that are not complete, parameters, provenance."""
+
+import json
+from collections.abc import Iterable, Sequence
+from contextlib import suppress
+from html import escape
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from symhbm.model import is_pattern
+from symhbm.plot.drawing import decibel
+from symhbm.plot.viewer.layout import Layout
+from symhbm.plot.viewer.packing import number, plain, with_units
+from symhbm.plot.viewer.sets import label_of, spoken, values_of
+from symhbm.results import Description
+from symhbm.results.reading import COMPLETE, INNER, completeness, largest, set_dimensions
+
+MOST_ROWS = 400
+"""Most rows of a table."""
+_LONGEST, _MOST_ATTRIBUTES = 4000, 60
+"""Most characters of an attribute, and most attributes."""
+_ERRORS = ("peak_truncation_error", "peak_residual_norm")
+_HEADS = {
+    "peak_dof": "place",
+    "peak_kind": "kind",
+    "peak_truncation_error": "estimated error",
+    "peak_residual_norm": "residual",
+    "event_kind": "kind",
+    "event_contact": "contact",
+}
+"""Columns of the tables of peaks and events, as far as an archive has them."""
+_TRUST = {
+    "residual_norm": "largest residual",
+    "truncation_error": "largest estimated error by truncation",
+    "peak_residual_norm": "largest residual of peaks",
+    "condensation_error": "largest error of the condensation",
+}
+
+
+def table_of(caption: str, head: Sequence[str], rows: Iterable[Sequence[str]], note: str) -> str:
+    """A table of texts in HTML; the texts of ``rows`` are markup already."""
+    cells = "".join(f'<th scope="col">{escape(name)}</th>' for name in head)
+    body = "".join(f"<tr>{''.join(f'<td>{cell}</td>' for cell in row)}</tr>" for row in rows)
+    note = f'<p class="note">{escape(note)}</p>' if note else ""
+    return (
+        f'{note}<div class="scroll" tabindex="0" role="region" aria-label="{escape(caption)}">'
+        f"<table><caption>{escape(caption)}</caption><thead><tr>{cells}</tr></thead>"
+        f"<tbody>{body}</tbody></table></div>"
+    )
+
+
+def marks_table(
+    dataset: xr.Dataset, layout: Layout, what: str, chosen: dict[tuple, dict], places: list[str]
+) -> str | None:
+    """All peaks, from the highest on, or all events in their order; None where there are none.
+
+    ``chosen`` has the number of the curve and of the mark of those that the page can show, by
+    their positions.
+    """
+    name = f"{what}_{layout.x}"
+    if name not in dataset.variables or what not in dataset[name].dims:
+        return None
+    dims = set_dimensions(dataset)
+    value = dataset[name].transpose(*dims, what).values
+    found = np.argwhere(np.isfinite(value))
+    if not len(found):
+        return None
+    amplitude = None
+    if what == "peak" and "peak_amplitude" in dataset.variables:
+        amplitude = dataset["peak_amplitude"].transpose(*dims, what).values
+        heights = amplitude[tuple(found.T)]
+        order = np.argsort(-np.where(np.isnan(heights), -np.inf, heights), kind="stable")
+        found = found[order]
+    names = [n for n in _HEADS if n in dataset.variables and what in dataset[n].dims]
+    others = {n: dataset[n].transpose(*dims, what).values for n in names}
+    unit = f" [{layout.units}]" if layout.units else ""
+    head = ["", *(spoken(dim) for dim in dims), what, f"{layout.title}{unit}"]
+    head += ["amplitude [m]", "dB re 1 m"] if amplitude is not None else []
+    head += [_HEADS[n] for n in names]
+
+    def rows() -> Iterable[list[str]]:
+        for index in map(tuple, found[:MOST_ROWS].tolist()):
+            shown = chosen.get((what, *index))
+            cells = [_button(shown)]
+            cells += [label_of(dataset, dim, i) for dim, i in zip(dims, index[:-1], strict=True)]
+            cells += [str(index[-1]), number(float(value[index]))]
+            if amplitude is not None:
+                top = float(amplitude[index])
+                level = number(float(decibel(top))) if np.isfinite(top) and top > 0 else ""
+                cells += [number(top) if np.isfinite(top) else "unbounded", level]
+            for n in names:
+                entry = others[n][index]
+                if n == "peak_dof" and 0 <= int(entry) < len(places):
+                    entry = places[int(entry)]
+                if n == "event_contact" and int(entry) < 0:
+                    entry = ""
+                cells.append(_known(entry, errors=n in _ERRORS))
+            yield [cells[0], *map(escape, cells[1:])]
+
+    word = what if len(found) == 1 else f"{what}s"
+    note = ""
+    if len(found) > MOST_ROWS:
+        note = f"The first {MOST_ROWS} of {len(found)} {word}; symhbm export has all of them."
+    order = "from the highest on" if amplitude is not None else "in their order along the curves"
+    return table_of(f"{len(found)} {word}, {order}", head, rows(), note)
+
+
+def _button(shown: dict[str, int] | None) -> str:
+    if shown is None:
+        return ""
+    return (
+        f'<button type="button" class="go" data-curve="{shown["curve"]}" '
+        f'data-mark="{shown["mark"]}">show</button>'
+    )
+
+
+def _known(entry: Any, errors: bool) -> str:
+    if isinstance(entry, (float, np.floating)):
+        if not np.isfinite(entry):
+            return ""
+        return f"{float(entry):.2g}" if errors else number(entry)
+    return number(entry)
+
+
+def failed_table(dataset: xr.Dataset) -> str | None:
+    """The sets that are not complete, and why; None where all are."""
+    if "status" not in dataset.variables:
+        return None
+    dims, status = set_dimensions(dataset), dataset["status"].values.astype(str)
+    bad = np.argwhere(~np.isin(status, [*map(str, COMPLETE)])).tolist()
+    if not bad:
+        return None
+    head = ["parameter set", "status"]
+    rows = [
+        [
+            escape(values_of(dataset, dict(zip(dims, index, strict=True))) or "the only one"),
+            escape(plain(status[tuple(index)], 600)),
+        ]
+        for index in bad[:MOST_ROWS]
+    ]
+    total = status.size
+    note = f"The first {MOST_ROWS} of {len(bad)}." if len(bad) > MOST_ROWS else ""
+    return table_of(f"{len(bad)} of {total} curves are not complete", head, rows, note)
+
+
+def facts_of(dataset: xr.Dataset, layout: Layout | None) -> list[tuple[str, str]]:
+    """What was computed, how much of it is complete, and how far to trust it."""
+    description = Description(dataset)
+    problem, facts = description.problem, []
+    if layout is not None:
+        kind = description.unforced
+        what = f"{kind}s" if kind else "responses"
+        facts.append(("computed", f"{what} over {layout.title}"))
+        band = description.band
+        if band is not None:
+            ends = " to ".join(with_units(float(end), layout.units) for end in band)
+            facts.append((layout.title, ends))
+    if problem:
+        contacts = problem.get("contacts") or []
+        n_dof = problem.get("n_dof")
+        body = "degree of freedom" if n_dof == 1 else "degrees of freedom"
+        ending = "" if len(contacts) == 1 else "s"
+        facts.append(("structure", f"{plain(n_dof)} {body}, {len(contacts)} contact{ending}"))
+        groups = problem.get("groups") or {}
+        if groups:
+            words = [
+                f"{plain(name, 60)}: {plain(of.get('law'), 60)}" for name, of in groups.items()
+            ]
+            facts.append(("contact laws", plain("; ".join(words), 400)))
+        forces = (
+            ["none"] if description.unforced else [_force(force) for force in description.forces]
+        )
+        facts.append(("excitation", " and ".join(forces)))
+        facts.append(("harmonics", plain(", ".join(map(str, problem.get("harmonics", []))), 200)))
+    complete, waiting, failed = completeness(dataset)
+    total = complete + waiting + failed.total()
+    if total:
+        words = f"{complete} of {total} complete"
+        words += f", {failed.total()} not" if failed else ""
+        words += f", {waiting} not computed yet" if waiting else ""
+        facts.append(("curves", words))
+    for name, words in _TRUST.items():
+        if name in dataset.variables and dataset[name].dtype.kind == "f":
+            worst = largest(dataset, name)
+            if worst is not None:
+                facts.append((words, f"{worst[0]:.2g}"))
+    report = description.verification
+    if report is not None:
+        facts.append(("verification", "passed" if report.get("passed") else "a bound is broken"))
+    if description.left_out:
+        facts.append(("left out by keep=", plain(", ".join(description.left_out), 400)))
+    return facts
+
+
+def _force(force: dict[str, Any]) -> str:
+    """A force in words: its class, and what is given of it."""
+    given = [f"{name} {entry}" for name, entry in force.items() if entry is not None][:12]
+    words = ", ".join(text for text in given if not text.startswith("type "))
+    return plain(f"{force.get('type', 'force')} ({words})", 300)
+
+
+def facts_html(facts: list[tuple[str, str]]) -> str:
+    """Facts as a list of HTML."""
+    rows = "".join(f"<dt>{escape(name)}</dt><dd>{escape(text)}</dd>" for name, text in facts)
+    return f"<dl>{rows}</dl>"
+
+
+def parameters_table(dataset: xr.Dataset) -> str | None:
+    """The parameters with their values, or the range of those of several places or sets."""
+    rows = []
+    swept, records = Description(dataset).swept, Description(dataset).parameters
+    for name in records:
+        if name not in dataset.variables or dataset[name].dtype.kind not in "iufb":
+            continue
+        variable = dataset[name]
+        values = variable.values
+        finite = values[np.isfinite(values)]
+        if not finite.size:
+            continue
+        low, high = (number(end.item()) for end in (finite.min(), finite.max()))
+        text = low if low == high else f"{low} to {high}"
+        over = [str(d) for d in variable.dims if str(d) not in INNER and not is_pattern(d)]
+        how = "swept" if name in swept else "followed" if over else ""
+        units = plain(variable.attrs.get("units", ""), 40)
+        about = plain(variable.attrs.get("long_name", ""))
+        cells = [spoken(name), about, text, "" if units == "1" else units, how]
+        rows.append([*map(escape, cells)])
+    head = ["parameter", "meaning", "value", "unit", ""]
+    return table_of("Parameters", head, rows, "") if rows else None
+
+
+def provenance_html(dataset: xr.Dataset) -> str:
+    """All attributes as they are, long ones cut."""
+    parts = []
+    for name, value in [*dataset.attrs.items()][:_MOST_ATTRIBUTES]:
+        text = str(value)
+        with suppress(ValueError):
+            text = json.dumps(json.loads(text), indent=1, ensure_ascii=False)
+        cut = len(text) > _LONGEST
+        text = f"{text[:_LONGEST]}\n... {len(text)} characters in all" if cut else text
+        parts.append(f"<dt>{escape(plain(name))}</dt><dd><pre>{escape(_visible(text))}</pre></dd>")
+    more = len(dataset.attrs) - len(parts)
+    note = f"<p>{more} more attributes are not shown.</p>" if more else ""
+    return f"<dl>{''.join(parts)}</dl>{note}"
+
+
+def _visible(text: str) -> str:
+    return "".join(c if c == "\n" or c.isprintable() else " " for c in text)

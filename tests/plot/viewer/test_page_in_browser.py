@@ -1,0 +1,393 @@
+"""Pages of archives in a browser: the right numbers, menus, keys, and no network."""
+
+import re
+from functools import cache
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import symhbm as sh
+from tests.pages import check
+
+BLADE = dict(mass=1, stiffness=1e4, damping=0.5, contact_stiffness=1e4, friction_coefficient=0.5)
+PROBLEM = sh.HarmonicBalance(
+    sh.single_blade(**BLADE, normal_load=3), sh.PointForce(), harmonics=(1, 3)
+)
+DISK = sh.bladed_disk(5, **BLADE | dict(contact_stiffness=1e6, normal_load=10))
+WAVE = sh.EngineOrder(1)
+RING = sh.HarmonicBalance(DISK, WAVE)
+DUFFING = sh.HarmonicBalance(
+    sh.Model([[1.0]], [[0.05]], [[1.0]], contacts=[(0,)], cubic_stiffness=0.1),
+    sh.PointForce(amplitude=0.18),
+)
+SELF_EXCITED = sh.HarmonicBalance(
+    sh.single_blade(**BLADE | dict(damping=-0.5), normal_load=3), harmonics=(1, 3)
+)
+SPRINGS = 1e4 * (2 * np.eye(6) - np.eye(6, k=1) - np.eye(6, k=-1))
+CHAIN = sh.Model(
+    np.eye(6),
+    1e-4 * SPRINGS,
+    SPRINGS,
+    contacts=[(5,)],
+    contact_stiffness=1e4,
+    friction_coefficient=0.5,
+    normal_load=1.0,
+)
+PUSH = sh.PointForce(dof=0)
+CLAMPED = sh.single_blade(**BLADE, normal_load=3)
+
+
+def mistuned(n_samples, n_values, **options):
+    draws = sh.mistuning.uniform(DISK, n_samples, seed=1, contact_stiffness=0.2)
+    grid = np.linspace(100, 300, n_values)
+    return sh.frf(RING, (100, 300), at=grid, over=draws, progress=False, **options)
+
+
+CASES = {
+    "loads": lambda: sh.frf(
+        PROBLEM, (10, 30), over={"normal_load": [1, 3]}, accuracy=1e-3, progress=False
+    ),
+    # As Fig. 8: engine orders of a tuned disk.
+    "engine orders": lambda: sh.frf(
+        RING, (50, 350), over={"engine_order": [1, 2]}, sector=False, progress=False
+    ),
+    # As Fig. 12: paths of mistuned disks.
+    "mistuned": lambda: sh.frf(
+        RING,
+        (100, 300),
+        over=sh.mistuning.uniform(DISK, 4, seed=1, contact_stiffness=0.2),
+        progress=False,
+    ),
+    "grid": lambda: mistuned(6, 21),
+    "peaks alone": lambda: mistuned(4, 21, keep=["peak_frequency", "peak_amplitude"]),
+    "duffing": lambda: sh.frf(DUFFING, (0.32, 0.08), stability=True, progress=False),
+    "modes": lambda: sh.nonlinear_modes(
+        sh.HarmonicBalance(CLAMPED, harmonics=(1, 3)),
+        over={"normal_load": [1, 3]},
+        progress=False,
+    ),
+    "cycles": lambda: sh.limit_cycles(
+        SELF_EXCITED, "damping", (-30, -0.1), stability=True, progress=False
+    ),
+    "motion": lambda: sh.periodic_motion(PROBLEM, 19.5, n_angles=32),
+    "point": lambda: sh.solve(RING, 200.0),
+    "solutions": lambda: sh.frf(DUFFING, (0.32, 0.08), at=[0.15, 0.19, 0.21], progress=False),
+    "condensed": lambda: sh.frf(
+        sh.HarmonicBalance(sh.condense(CHAIN, PUSH, (1, 40), progress=False), PUSH),
+        (1, 40),
+        progress=False,
+    ),
+}
+
+
+@cache
+def dataset(case):
+    return CASES[case]()
+
+
+@pytest.fixture(scope="module")
+def page(tmp_path_factory):
+    folder = tmp_path_factory.mktemp("pages")
+    return cache(lambda case: sh.view(dataset(case), folder / f"{case.replace(' ', '_')}.html"))
+
+
+@pytest.fixture(scope="module")
+def tabs(page, opened):
+    return cache(lambda case: opened(page(case)))
+
+
+@pytest.fixture
+def shown(tabs):
+    """The page of a case as it opens; pages stay open, as opening one takes the longest."""
+    asked = []
+
+    def again(case):
+        asked.append(tabs(case).as_opened())
+        return asked[-1]
+
+    yield again
+    for each in asked:
+        check(each)
+
+
+def number_of(lines, start):
+    """The number of the line that begins so."""
+    (line,) = [line for line in lines if line.startswith(start)]
+    return re.search(r": (\S+)", line)[1]
+
+
+def digits(value):
+    return f"{np.asarray(value).item():.8g}"
+
+
+def decibel(value):
+    return 20 * np.log10(value)
+
+
+@pytest.mark.parametrize("case", CASES)
+def test_every_page_fits_a_desk_and_a_hand_by_day_and_night(case, shown):
+    seen, grounds = shown(case), set()
+    for width, scheme in ((1400, "light"), (390, "dark")):
+        seen.page.set_viewport_size({"width": width, "height": 900})
+        seen.page.emulate_media(color_scheme=scheme)
+        seen.settle()
+        assert seen.run("document.documentElement.scrollWidth") <= width
+        grounds.add(seen.run("getComputedStyle(document.body).backgroundColor"))
+    assert len(grounds) == 2
+
+
+def test_the_page_opens_within_three_seconds_of_one_core(page, browser):
+    context = browser.new_context()
+    tab = context.new_page()
+    session = context.new_cdp_session(tab)
+    session.send("Performance.enable")
+    tab.goto(page("mistuned").as_uri())
+    tab.wait_for_selector("html[data-ready=yes]", state="attached", timeout=60_000)
+    metrics = {m["name"]: m["value"] for m in session.send("Performance.getMetrics")["metrics"]}
+    context.close()
+    assert metrics["ProcessTime"] < 3.0
+
+
+def test_numbers_under_the_pointer_are_those_of_the_archive(shown):
+    seen, one = shown("loads"), dataset("loads").isel(normal_load=0)
+    for k in (3, int(one.n_points) - 4):
+        point = one.isel(point=k)
+        lines = seen.hover(float(point.frequency), decibel(point.amplitude.item()))
+        assert number_of(lines, "excitation frequency") == digits(point.frequency)
+        assert number_of(lines, "amplitude of blade 0") == digits(point.amplitude)
+        assert number_of(lines, "estimated error") == f"{float(point.truncation_error):.2g}"
+        assert number_of(lines, "residual") == f"{float(point.residual_norm):.2g}"
+        assert any(line.startswith("contacts s") for line in lines)
+        assert f"point {k}" in lines
+
+
+def test_numbers_are_those_of_the_chosen_set_and_scale(shown):
+    seen, one = shown("loads"), dataset("loads").sel(normal_load=3)
+    seen.choose("dim-0", 1)
+    assert "normal load = 3 N" in seen.text("#status")
+    for scale, drawn in (("linear", lambda v: v), ("log", lambda v: v), ("decibel", decibel)):
+        seen.choose("scale", scale)
+        point = one.isel(point=5)
+        lines = seen.hover(float(point.frequency), float(drawn(point.amplitude.item())))
+        assert number_of(lines, "amplitude of blade 0") == digits(point.amplitude)
+
+
+def test_numbers_are_those_of_the_chosen_place(shown):
+    seen, one = shown("mistuned"), dataset("mistuned").isel(sample=0)
+    for place in (3, 0):
+        seen.choose("place", place)
+        values = one.amplitude.max("dof") if place == 0 else one.amplitude.isel(dof=place - 1)
+        (points,) = seen.trace("points")
+        n_points = int(one.n_points)
+        np.testing.assert_array_equal(points["x"], one.frequency.values[:n_points])
+        # Marked points are told by their marks.
+        drawn = np.array(points["y"], dtype=float)
+        free = np.isfinite(drawn)
+        assert 0 < free.sum() < n_points
+        expected = decibel(values.values[:n_points])
+        np.testing.assert_allclose(drawn[free], expected[free], rtol=1e-14)
+
+
+def test_peaks_and_events_are_marked_where_they_are(shown):
+    seen, one = shown("loads"), dataset("loads").isel(normal_load=1)
+    seen.choose("dim-0", 1)
+    marks = {trace["name"]: trace["x"] for trace in seen.trace("marks")}
+    assert marks["peak, smooth"] == one.peak_frequency.values.tolist()
+    for kind in ("onset of slip", "end of slip"):
+        assert marks[kind] == one.event_frequency.values[one.event_kind.values == kind].tolist()
+    peak = one.isel(peak=0)
+    lines = seen.hover(float(peak.peak_frequency), decibel(peak.peak_amplitude.item()))
+    assert lines[0] == "peak 0, smooth"
+    assert number_of(lines, "excitation frequency") == digits(peak.peak_frequency)
+    assert number_of(lines, "amplitude") == digits(peak.peak_amplitude)
+
+
+def test_folds_and_unstable_responses(shown):
+    seen, one = shown("duffing"), dataset("duffing")
+    marks = {trace["name"]: trace["x"] for trace in seen.trace("marks")}
+    assert marks["fold"] == one.event_frequency.values.tolist()
+    assert "unstable" in seen.run("document.getElementById('chart').data.map(t => t.name)")
+    k = int(np.flatnonzero(one.stability.values == 0)[2])
+    point = one.isel(point=k)
+    lines = seen.hover(float(point.frequency), decibel(point.amplitude.item()))
+    assert "unstable" in lines
+    assert number_of(lines, "amplitude") == digits(point.amplitude)
+
+
+def test_no_button_sends_a_figure_away(shown):
+    seen = shown("grid")
+    script = """() => [...document.querySelectorAll(".modebar-btn")]
+      .map((button) => button.dataset.title || button.getAttribute("data-title"))"""
+    titles = seen.run(script)
+    assert "Zoom" in titles
+    assert [
+        title for title in titles if re.search(r"(?i)share|cloud|edit|chart studio", title)
+    ] == []
+
+
+def test_menus_follow_the_keyboard(shown):
+    seen = shown("loads")
+    focused = "document.activeElement.id"
+    for name in ("dim-0", "scale", "x-scale", "others", "chart"):
+        seen.page.keyboard.press("Tab")
+        assert seen.run(focused) == name
+    assert seen.run("getComputedStyle(document.activeElement).outlineStyle") == "solid"
+    seen.page.focus("#dim-0")
+    seen.page.keyboard.press("ArrowDown")
+    assert "normal load = 3 N" in seen.text("#status")
+    # From point to point, to a peak, and to its motion.
+    one = dataset("loads").isel(normal_load=1)
+    seen.page.focus("#chart")
+    seen.page.keyboard.press("ArrowRight")
+    assert digits(one.frequency.values[0]) in seen.text("#readout")
+    place = int(np.flatnonzero(one.frequency.values == one.event_frequency.values[1])[0])
+    for _ in range(place):
+        seen.page.keyboard.press("ArrowRight")
+    assert "end of slip of contact 0" in seen.text("#readout")
+    seen.page.keyboard.press("Enter")
+    assert seen.text("#motion-text").startswith("end of slip")
+
+
+def test_the_table_of_peaks_shows_their_motion(shown):
+    seen, one = shown("mistuned"), dataset("mistuned")
+    rows = seen.page.locator("section:has(h2:text-is('Peaks')) tbody tr")
+    tops = one.peak_amplitude.values[np.isfinite(one.peak_amplitude.values)]
+    assert rows.count() == len(tops)
+    assert digits(tops.max()) in rows.first.inner_text()
+    rows.first.locator("button").click()
+    sample = int(np.argmax(one.peak_amplitude.max("peak").values))
+    assert f"sample = {sample}" in seen.text("#status")
+    assert digits(tops.max()) in seen.text("#motion-text")
+    shape = seen.run("document.getElementById('shape').data.length")
+    assert shape >= 3
+
+
+def test_loops_enclose_what_is_dissipated(shown):
+    seen, one = shown("loads"), dataset("loads").isel(normal_load=0)
+    (loop,) = seen.run(
+        """() => document.getElementById("loop").data.filter((t) => t.name === "tangential")
+        .map((t) => [t.x, t.y])"""
+    )
+    u, f = map(np.array, loop)
+    area = ((f[1:] + f[:-1]) / 2 * np.diff(u)).sum()
+    at = one.isel(point=int(np.argmax(one.amplitude.values[: int(one.n_points)])))
+    np.testing.assert_allclose(abs(area), at.dissipation.item(), rtol=2e-3)
+
+
+def test_bands_are_quantiles_of_the_samples(shown):
+    seen, every = shown("grid"), dataset("grid")
+    drawn = seen.run(
+        """() => Object.fromEntries(document.getElementById("band").data
+        .map((t) => [t.name, t.y]))"""
+    )
+    largest = every.amplitude.max("dof").values
+    for name, share in {"smallest": 0, "5 %": 0.05, "median": 0.5, "largest": 1}.items():
+        expected = decibel(np.quantile(largest, share, axis=0))
+        np.testing.assert_allclose(drawn[name], expected, rtol=1e-12)
+    assert "6 of 6 samples" in seen.text("#ensemble-text")
+
+
+def test_peaks_without_points(shown):
+    seen, every = shown("peaks alone"), dataset("peaks alone")
+    assert "amplitude" not in every
+    seen.choose("dim-0", 2)
+    drawn = [x for trace in seen.trace("marks") for x in trace["x"]]
+    tops = every.peak_frequency.values[2]
+    assert sorted(drawn) == sorted(tops[np.isfinite(tops)].tolist())
+    spread = seen.run("document.getElementById('spread').data[0].x")
+    np.testing.assert_array_equal(spread, np.sort(every.peak_amplitude.max("peak").values))
+    assert "holds no points" in seen.text("body")
+
+
+def test_amplification_is_that_of_the_statistics(look, tmp_path):
+    every = dataset("grid")
+    tuned = sh.frf(RING, (100, 300), at=every.frequency.values, progress=False)
+    seen = look(sh.view(every, tmp_path / "a.html", tuned=tuned))
+    drawn = seen.run("document.getElementById('spread').data[0].x")
+    factors = sh.statistics.amplification(every, tuned).largest_amplification_of_peaks
+    np.testing.assert_array_equal(drawn, np.sort(factors.values))
+
+
+def test_archives_of_statistics(look, tmp_path):
+    every = dataset("grid")
+    band = sh.statistics.envelope(every)
+    seen = look(sh.view(band, tmp_path / "band.html"))
+    drawn = seen.run("document.getElementById('band').data.map(t => [t.name, t.y])")
+    for name, share in {"5 %": 0.05, "median": 0.5, "95 %": 0.95}.items():
+        expected = decibel(band.largest_quantile.sel(quantile=share).values)
+        np.testing.assert_allclose(dict(drawn)[name], expected, rtol=1e-12)
+    tuned = sh.frf(RING, (100, 300), at=every.frequency.values, progress=False)
+    factors = sh.statistics.amplification(every, tuned)
+    seen = look(sh.view(factors, tmp_path / "factors.html"))
+    drawn = seen.run("document.getElementById('spread').data[0].x")
+    np.testing.assert_array_equal(drawn, np.sort(factors.largest_amplification_of_peaks.values))
+
+
+@pytest.mark.parametrize(
+    ("case", "x", "panels"),
+    [
+        ("modes", "amplitude", ("frequency", "damping_ratio")),
+        ("cycles", "damping", ("amplitude", "frequency")),
+    ],
+)
+def test_motions_without_a_force(case, x, panels, shown):
+    seen, one = shown(case), dataset(case)
+    one = one.isel(normal_load=0) if "normal_load" in one.dims else one
+    n_points = int(one.n_points)
+    for trace, name in zip(seen.trace("points"), panels, strict=True):
+        np.testing.assert_array_equal(trace["x"], one[x].values[:n_points])
+        drawn = np.array(trace["y"], dtype=float)
+        free = np.isfinite(drawn)
+        assert (~free).sum() == int(one.n_events)
+        np.testing.assert_array_equal(drawn[free], one[name].values[:n_points][free])
+    point = one.isel(point=n_points // 2)
+    lines = seen.hover(float(point[x]), float(point[panels[1]]), "y2")
+    assert number_of(lines, panels[1].replace("_", " ")) == digits(point[panels[1]])
+
+
+def test_tables_and_words_without_scripts(page, browser):
+    context = browser.new_context(java_script_enabled=False)
+    tab = context.new_page()
+    tab.goto(page("loads").as_uri())
+    assert digits(dataset("loads").peak_amplitude.values.max()) in tab.inner_text("body")
+    assert "need scripts" in tab.inner_text("body")
+    context.close()
+
+
+def test_archives_with_failed_sets(look, tmp_path):
+    with pytest.warns(RuntimeWarning, match="incomplete"):
+        short = sh.frf(
+            PROBLEM, (10, 30), over={"normal_load": [1, 3]}, max_points=12, progress=False
+        )
+    seen = look(sh.view(short, tmp_path / "short.html"))
+    body = seen.text("body")
+    assert "2 of 2 curves are not complete" in body
+    assert body.count(str(sh.Status.MAXIMUM_POINTS)) >= 2
+    assert seen.run("document.getElementById('status').classList.contains('warn')")
+
+
+def test_archives_of_the_first_schema(look, tmp_path):
+    curve = dataset("loads")
+    description = curve.attrs["problem"].replace('"samples": null, ', "")
+    old = curve.drop_vars("cubic_stiffness").assign_attrs(symhbm_schema=1, problem=description)
+    del old.attrs["followed"]
+    path = sh.save(old, tmp_path / "old.nc")
+    seen = look(sh.view(sh.load(path, lazy=True), tmp_path / "old.html"))
+    point = old.isel(normal_load=0, point=4)
+    lines = seen.hover(float(point.frequency), decibel(point.amplitude.item()))
+    assert number_of(lines, "amplitude") == digits(point.amplitude)
+
+
+@pytest.mark.slow
+def test_a_thousand_samples(look, tmp_path):
+    every = mistuned(1000, 41)
+    path = sh.view(every, tmp_path / "many.html")
+    assert path.stat().st_size < 15e6
+    seen = look(path)
+    assert "1000 of 1000 samples" in seen.text("#ensemble-text")
+    assert "120 of 1000 curves are shown one by one" in seen.text("body")
+    drawn = seen.run("document.getElementById('spread').data[0].x")
+    highest = np.fmax(every.amplitude.max(["frequency", "dof"]), every.peak_amplitude.max("peak"))
+    np.testing.assert_array_equal(drawn, np.sort(highest.values))
+    assert isinstance(every, xr.Dataset)
