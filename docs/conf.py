@@ -23,6 +23,7 @@ extensions = [
     "sphinx.ext.intersphinx",
     "sphinx.ext.viewcode",
     "docstrings",
+    "gallery",
     "mathml",
     "reference",
 ]

@@ -7,6 +7,7 @@ directive lists all of a module: ``.. public:: :module: plot``.
 import enum
 import inspect
 from pathlib import Path
+from typing import ClassVar
 
 from docutils.nodes import Node
 from docutils.parsers.rst import directives
@@ -59,7 +60,7 @@ class Public(Autosummary):
 
     optional_arguments = 100
     final_argument_whitespace = False
-    option_spec = {"module": directives.unchanged}
+    option_spec: ClassVar = {"module": directives.unchanged}
 
     def run(self) -> list[Node]:
         """Return the table, and a hidden list of pages."""
