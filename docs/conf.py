@@ -3,11 +3,16 @@
 Nothing is fetched, neither by the build nor by a browser that shows its pages.
 """
 
+import os
 import sys
 from importlib.metadata import version as version_of
 from pathlib import Path
 
 DOCS = Path(__file__).resolve().parent
+# The notebooks run with the package of this folder, too.
+os.environ["PYTHONPATH"] = os.pathsep.join(
+    [str(DOCS.parent), *filter(None, [os.environ.get("PYTHONPATH")])]
+)
 sys.path[:0] = [str(DOCS.parent), str(DOCS / "extensions")]
 
 project = "symhbm"
@@ -26,6 +31,7 @@ extensions = [
     "gallery",
     "mathml",
     "reference",
+    "sources",
 ]
 exclude_patterns = ["extensions", "inventories", "static"]
 nitpicky = True
@@ -33,7 +39,15 @@ nitpicky = True
 myst_enable_extensions = ["dollarmath", "colon_fence"]
 myst_heading_anchors = 4
 
-nb_execution_mode = "off"
+suppress_warnings = ["toc.empty_glob"]
+"""The guide lists pages in order, and after them any that are new."""
+
+nb_execution_mode = "force"
+nb_execution_in_temp = True
+nb_execution_raise_on_error = True
+nb_execution_timeout = 300
+nb_output_stderr = "remove"
+"""Bars of progress; a test looks for anything else."""
 autosummary_generate = False
 autodoc_typehints_format = "short"
 autodoc_member_order = "groupwise"

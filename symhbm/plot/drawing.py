@@ -64,6 +64,7 @@ def canvas(ax: Axes | None, size: tuple[float, float] | None = None) -> Iterator
         created = None
         if ax is None:
             created, ax = plt.subplots(layout="constrained", figsize=size)
+        interactive = mpl.is_interactive()
         try:
             yield ax
         except BaseException:
@@ -73,6 +74,8 @@ def canvas(ax: Axes | None, size: tuple[float, float] | None = None) -> Iterator
         # At the end of a cell a notebook shows what pyplot holds, beside the value of the cell.
         if created is not None and "inline" in mpl.get_backend().lower():
             plt.close(created)
+    # The backend of a notebook, loaded by the first figure, turns this on to show later ones.
+    mpl.interactive(interactive)
 
 
 def figure_of(ax: Axes) -> Figure:
