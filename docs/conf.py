@@ -39,9 +39,6 @@ nitpicky = True
 myst_enable_extensions = ["dollarmath", "colon_fence"]
 myst_heading_anchors = 4
 
-suppress_warnings = ["toc.empty_glob"]
-"""The guide lists pages in order, and after them any that are new."""
-
 nb_execution_mode = "force"
 nb_execution_in_temp = True
 nb_execution_raise_on_error = True

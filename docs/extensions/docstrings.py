@@ -22,6 +22,7 @@ import symhbm
 
 LISTS = "Attributes", "Raises", "Warns"
 CONFIG = Config(
+    napoleon_attr_annotations=False,
     napoleon_use_param=False,
     napoleon_custom_sections=[("Returns", "notes"), *((name, "params_style") for name in LISTS)],
 )
@@ -72,9 +73,9 @@ def below_assignment(thing: object) -> list[str]:
     """Return the docstring of a constant: the string below it in the file it is from."""
     for name, module in sys.modules.copy().items():
         if name.startswith("symhbm."):
-            for constant, value in vars(module).items():
+            for constant in [one for one, value in vars(module).items() if value is thing]:
                 documented = ModuleAnalyzer.for_module(name).find_attr_docs()
-                if value is thing and ("", constant) in documented:
+                if ("", constant) in documented:
                     return documented["", constant]
     return []
 

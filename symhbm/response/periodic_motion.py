@@ -63,10 +63,10 @@ def periodic_motion(
     -------
     Dataset with displacement, velocity and friction force along ``angle`` [rad] (``omega t``),
     their coefficients, of planar friction also the force across; the changes of contact states
-    along ``event``, Floquet multipliers, the work of the exciting force and where it goes; with contacts
-    that have a normal direction also their normal force, its mean and extremes, and how long they
-    are open. Where nothing converged, ``converged`` is False, the values are NaN and ``status``
-    says why.
+    along ``event``, Floquet multipliers, the work of the exciting force and where it goes; with
+    contacts that have a normal direction also their normal force, its mean and extremes, and how
+    long they are open. Where nothing converged, ``converged`` is False, the values are NaN and
+    ``status`` says why.
 
     Raises
     ------
