@@ -1,4 +1,4 @@
-"""A page for every public name, and tables of them: ``.. public:: frf follow``.
+"""A page for every public name, tables of them, ``.. public:: frf follow``, and of commands.
 
 The pages are files in ``reference/generated``, which is not in the repository. Without names the
 directive lists all of a module: ``.. public:: :module: plot``.
@@ -9,13 +9,17 @@ import inspect
 from pathlib import Path
 from typing import ClassVar
 
+import click
+from docutils import nodes
 from docutils.nodes import Node
 from docutils.parsers.rst import directives
 from docutils.statemachine import StringList
 from sphinx.application import Sphinx
 from sphinx.ext.autosummary import Autosummary
+from sphinx.util.docutils import SphinxDirective
 
 import symhbm
+from symhbm.cli import main
 
 MODULES = "mistuning", "plot", "statistics"
 """Public modules, whose names are public, too."""
@@ -85,8 +89,26 @@ class Public(Autosummary):
         ]
 
 
+class CommandLine(SphinxDirective):
+    """What ``--help`` of every command says."""
+
+    def run(self) -> list[Node]:
+        """Return a section for each command."""
+        shown = [self.section("symhbm", main)]
+        return shown + [self.section(f"symhbm {n}", one) for n, one in main.commands.items()]
+
+    def section(self, name: str, command: click.Command) -> nodes.section:
+        """Return a section with the help of one command."""
+        context = click.Context(command, info_name=name, terminal_width=88, max_content_width=88)
+        section = nodes.section(ids=[name.replace(" ", "-")], names=[name])
+        section += nodes.title("", name)
+        section += nodes.literal_block("", command.get_help(context), language="none")
+        return section
+
+
 def setup(app: Sphinx) -> dict[str, bool]:
     """Write the pages before Sphinx looks for them."""
     app.add_directive("public", Public)
+    app.add_directive("command-line", CommandLine)
     app.connect("config-inited", lambda app, _: write_pages(app))
     return {"parallel_read_safe": True, "parallel_write_safe": True}
