@@ -178,7 +178,7 @@ def _design(name: str, found: xr.Dataset) -> dict[str, tuple[Any, Any, str, str]
         f"{name}_active_case": (active, found.active_case.values, "1", "case of the active peak"),
         f"{name}_active_amplitude": (active, found.active_amplitude.values, "m", "active peak"),
         f"{name}_active_multiplier": (active, found.active_multiplier.values, "1", "its weight"),
-        f"{name}_certificate": ((), found.certificate.item(), "1", "what was proved and what not"),
+        f"{name}_certificate": ((), found.certificate.item(), "1", "what was checked and what not"),
     }
 
 

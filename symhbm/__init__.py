@@ -7,7 +7,13 @@ from typing import TYPE_CHECKING, Any
 
 from symhbm.balance import HarmonicBalance, SwitchingAngles
 from symhbm.continuation import SolveError, Status
-from symhbm.design import minimise_peak
+from symhbm.design import (
+    flutter_limit,
+    maximise_damping,
+    maximise_flutter_limit,
+    minimise_peak,
+    pareto_front,
+)
 from symhbm.model import (
     ContactPairs,
     EngineOrder,
@@ -43,6 +49,7 @@ from symhbm.model.contacts import (
     VariableLoadFriction,
 )
 from symhbm.model.cyclic import Influence, Sector
+from symhbm.model.excitation import BaseMotion, FieldForce, FrequencyForce, nodal_field
 from symhbm.model.files import read_structure, save_structure
 from symhbm.model.reduction import craig_bampton, mistuned_ring
 from symhbm.model.rotation import RotatingModel
@@ -64,8 +71,8 @@ from symhbm.response import (
     synthesised_response,
     verify,
 )
-from symhbm.results.archive import ArchiveError, load, rebuild, save
-from symhbm.results.reading import motion, table, trimmed
+from symhbm.results.archive import ArchiveError, load, merge, rebuild, save
+from symhbm.results.reading import motion, output, seen_from, table, trimmed
 
 if TYPE_CHECKING:
     from symhbm import plot
@@ -75,12 +82,15 @@ __version__ = version("symhbm")
 
 __all__ = [
     "ArchiveError",
+    "BaseMotion",
     "ContactLaw",
     "ContactPairs",
     "Contacts",
     "Coulomb",
     "CubicSpring",
     "EngineOrder",
+    "FieldForce",
+    "FrequencyForce",
     "Friction",
     "Gap",
     "HarmonicBalance",
@@ -112,18 +122,25 @@ __all__ = [
     "condense",
     "contact_pairs",
     "craig_bampton",
+    "flutter_limit",
     "follow",
     "frf",
     "limit_cycles",
     "load",
+    "maximise_damping",
+    "maximise_flutter_limit",
+    "merge",
     "minimise_peak",
     "mistuned_ring",
     "mistuning",
     "motion",
     "natural_modes",
     "next_sector",
+    "nodal_field",
     "nonlinear_modes",
     "other_branches",
+    "output",
+    "pareto_front",
     "peak_curve",
     "periodic_motion",
     "plot",
@@ -134,6 +151,7 @@ __all__ = [
     "save",
     "save_structure",
     "sector_response",
+    "seen_from",
     "sensitivity",
     "single_blade",
     "solve",

@@ -35,6 +35,13 @@ class OneBlade:
         quadrature = 4 * g / np.pi * (1 - g / (kd * y))
         return self.ratio * in_phase, self.ratio * quadrature
 
+    def mode(self, amplitude: float) -> tuple[float, float]:
+        """Angular frequency and damping ratio of the nonlinear mode at an amplitude."""
+        in_phase, quadrature = self.contact(amplitude)
+        frequency = np.sqrt((self.stiffness + in_phase / amplitude) / self.mass)
+        damping = self.damping + quadrature / (amplitude * frequency)
+        return frequency, damping / (2 * self.mass * frequency)
+
     def polynomial(self, amplitude: float) -> np.ndarray:
         """Coefficients in the angular frequency, highest power first; a root is a response."""
         in_phase, d = self.contact(amplitude)

@@ -1,14 +1,17 @@
 """The linear part of Eq. (9) by its dynamic stiffness, beside the compiled forces of contacts."""
 
+from collections.abc import Sequence
 from dataclasses import replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from symhbm.balance.evaluation import Evaluation
-from symhbm.model import Excitation, HarmonicForce, Structure
+from symhbm.model import Excitation, HarmonicForce, StaticLoad, Structure
+from symhbm.model.excitation import FrequencyForce
 from symhbm.numerics import ComplexArray, FloatArray, FourierBasis
 
 _STEP = 1e-6
@@ -27,11 +30,11 @@ class DynamicStiffness:
 
     Attributes
     ----------
+    powers
+        The powers of the angular frequency that go with the shapes of the force.
     parts
-        By harmonic: its number, the slice of its components, the force (n_dof,) on what is kept
-        and the share (n_patterns,) of each pattern of forces inside, both complex.
-    largest
-        Largest coefficient of the force of unit amplitude.
+        By harmonic: its number, the slice of its components, the force (n_powers, n_dof) on what is
+        kept and the share (n_powers, n_patterns) of each pattern of forces inside, both complex.
     static : (n_dof, n_dof + n_patterns)
         ``[Z, G]`` at rest, and ``band_functions``, those of the other harmonics where they are
         known as functions with poles; None where corrections go step by step.
@@ -42,11 +45,13 @@ class DynamicStiffness:
 
     def __init__(self, structure: Structure, excitation: Excitation, basis: FourierBasis):
         structure.check_harmonics(basis.harmonics)
-        shape = structure.force_shape(excitation, basis)
-        each = structure.split_force(shape, basis)
+        shapes = structure.force_shapes(excitation, basis)
+        self.powers = tuple(sorted(shapes))
+        split = [structure.split_force(shapes[power], basis) for power in self.powers]
+        each = [_by_power(parts) for parts in zip(*split, strict=True)]
         static = structure.static_load(excitation, basis)
         self._load = structure.split_force(static[:, None], FourierBasis((0,)))[0]
-        self.largest = float(np.abs(shape).max())
+        self._largest = [float(np.abs(shapes[power]).max()) for power in self.powers]
         self._structure, self._basis = structure, basis
         # Condensed structures have derivatives of their own, checked where they are made.
         self._checked = {*basis.harmonics} if structure.pole_residues is not None else set[int]()
@@ -56,7 +61,22 @@ class DynamicStiffness:
         for n, (own, share) in zip(basis.harmonics, each, strict=True):
             first = basis.component(n)
             at = slice(first, first + 1 + (n > 0))
-            self.parts.append((n, at, _complex(own), _complex(share)))
+            self.parts.append((n, at, own, share))
+
+    def largest(self, frequency: Any) -> Any:
+        """Bound of the coefficients of the force of unit amplitude, largest of a single shape."""
+        if not any(self.powers):
+            return self._largest[0]
+        pairs = zip(self._largest, self.powers, strict=True)
+        return sum(largest * frequency**power for largest, power in pairs)
+
+    def factors(self, frequency: Any, derivative: int = 0) -> list[Any]:
+        """What each shape is multiplied by at a frequency, or a derivative of it."""
+        result = []
+        for power in self.powers:
+            factor = float(np.prod([power - k for k in range(derivative)]))
+            result.append(factor * frequency ** (power - derivative) if factor else 0.0)
+        return result
 
     @property
     def static(self) -> FloatArray:
@@ -111,8 +131,9 @@ class DynamicStiffness:
         """The force of unit amplitude that the kept degrees of freedom feel, (n_unknowns,)."""
         size = self._structure.n_dof
         result = np.zeros((size, self._basis.n_components))
+        factors = np.array(self.factors(frequency))
         for n, at, own, share in self.parts:
-            force = own + self._felt(n, frequency)[0][:, size:] @ share
+            force = factors @ own + self._felt(n, frequency)[0][:, size:] @ (factors @ share)
             result[:, at] = _real(force, n)
         return result.ravel()
 
@@ -127,14 +148,19 @@ class DynamicStiffness:
         jacobian = np.asfortranarray(jacobian.toarray() if sp.issparse(jacobian) else jacobian)
         # Columns are stored one after the other.
         blocks = jacobian.T.reshape(size, n_components, size, n_components)
-        for n, at, own, share in self.parts:
+        factors, rates = (np.array(self.factors(frequency, d)) for d in (0, 1))
+        for n, at, own, inside in self.parts:
             value, slope = self._felt(n, frequency)
             stiffness, motion = value[:, :size], _complex(x[:, at])
-            push = own + value[:, size:] @ share
+            share = factors @ inside
+            push = factors @ own + value[:, size:] @ share
             load = np.zeros(size) if n else self.load
             forces[:, at] = _real(stiffness @ motion - amplitude * push - load, n)
             moving = np.concatenate([motion, -amplitude * share])
             slopes[:, at] = _real(slope @ moving, n)
+            if any(self.powers):
+                rate = rates @ own + value[:, size:] @ (rates @ inside)
+                slopes[:, at] -= _real(amplitude * rate, n)
             level = np.abs(x[:, at])
             real, imaginary = stiffness.real, stiffness.imag
             terms[:, at] = np.abs(real) @ level + np.abs(_real(amplitude * push + load, n))
@@ -174,17 +200,25 @@ class DynamicStiffness:
         size, shape = self._structure.n_dof, (self._structure.n_dof, self._basis.n_components)
         x, weights = unknowns.reshape(shape), multipliers.reshape(shape)
         mixed, twice, with_amplitude = np.zeros(shape), 0.0, 0.0
-        for n, at, _, share in self.parts:
+        factors, rates, bends = (np.array(self.factors(frequency, d)) for d in (0, 1, 2))
+        for n, at, own, inside in self.parts:
             if n == 0:
                 continue
             bend = self._structure.forces_curvature(n, frequency)
-            slope = self._felt(n, frequency)[1]
+            value, slope = self._felt(n, frequency)
+            share = factors @ inside
             # Of a + i b, the sum of products of coefficients is the real part of one product.
             weight = _complex(weights[:, at]).conj()
             mixed[:, at] = _real((weight @ slope[:, :size]).conj(), n)
             moving = np.concatenate([_complex(x[:, at]), -amplitude * share])
             twice += float((weight @ (bend.conj() @ moving)).real)
             with_amplitude -= float((weight @ (slope[:, size:] @ share)).real)
+            if any(self.powers):
+                rate = rates @ own + value[:, size:] @ (rates @ inside)
+                second = bends @ own + value[:, size:] @ (bends @ inside)
+                second = second + 2 * slope[:, size:] @ (rates @ inside)
+                with_amplitude -= float((weight @ rate).real)
+                twice -= amplitude * float((weight @ second).real)
         return mixed.ravel(), twice, with_amplitude
 
     def modal_force(self, amplitude: float) -> Excitation:
@@ -194,14 +228,20 @@ class DynamicStiffness:
         def spread(own: NDArray, share: NDArray) -> NDArray:
             return np.pad(own, (0, len(known) - size)) + known @ share
 
-        oscillating = {n: spread(own, share) for n, _, own, share in self.parts if n}
+        forces: dict[int, Excitation] = {}
         mean = spread(*(part[:, 0] for part in self._load))
-        return HarmonicForce(
-            {n: np.real(force) for n, force in oscillating.items()},
-            {n: np.imag(force) for n, force in oscillating.items()},
-            amplitude,
-            mean if mean.any() else None,
-        )
+        load = mean if mean.any() else None
+        for k, power in enumerate(self.powers):
+            pushes = {n: spread(own[k], share[k]) for n, _, own, share in self.parts if n}
+            cosine, sine = (
+                {n: part(push) for n, push in pushes.items()} for part in (np.real, np.imag)
+            )
+            given = (1.0, None) if any(self.powers) else (amplitude, load)
+            forces[power] = HarmonicForce(cosine, sine, *given)
+        if not any(self.powers):
+            return forces[0]
+        changing = FrequencyForce(forces, amplitude)
+        return changing if load is None else changing + StaticLoad(load)
 
     def with_modes(self, unknowns: FloatArray, frequency: float, amplitude: float) -> FloatArray:
         """The motion of what is kept and of the modes inside, which follow it (n_all,) [m]."""
@@ -209,10 +249,10 @@ class DynamicStiffness:
         x = unknowns.reshape(size, -1)
         result = np.zeros((len(modal.mass), x.shape[1]))
         result[:size] = x
-        inner, outer = modal[:3], slice(size, None)
+        inner, outer, factors = modal[:3], slice(size, None), np.array(self.factors(frequency))
         stiffness, damping, mass = (matrix[outer] for matrix in inner)
-        for n, at, _, share in self.parts:
-            s = n * frequency
+        for n, at, _, inside in self.parts:
+            s, share = n * frequency, factors @ inside
             rows = stiffness - 1j * s * damping - s**2 * mass
             load = amplitude * share if n else amplitude * share + self._load[1][:, 0]
             push = modal.forces[outer] @ load - rows[:, :size] @ _complex(x[:, at])
@@ -225,7 +265,7 @@ class DynamicStiffness:
         Of what is kept, and of the interior as far as it follows without delay.
         """
         x = unknowns.reshape(self._structure.n_dof, -1)
-        force = abs(amplitude) * self.largest
+        force = abs(amplitude) * self.largest(frequency)
         if force == 0:
             return 0.0
         if self.mass is not None:
@@ -237,6 +277,14 @@ class DynamicStiffness:
             slope = self._felt(n, frequency)[1][:, : len(x)].real
             largest = max(largest, float(np.abs(slope @ _complex(x[:, at])).max()))
         return frequency / 2 * largest / force
+
+
+def _by_power(
+    parts: Sequence[tuple[FloatArray, FloatArray]],
+) -> tuple[ComplexArray, ComplexArray]:
+    """Forces and shares (n_powers, n) of one harmonic, from coefficients by power."""
+    own, share = zip(*parts, strict=True)
+    return np.array([*map(_complex, own)]), np.array([*map(_complex, share)])
 
 
 def _complex(components: FloatArray) -> ComplexArray:

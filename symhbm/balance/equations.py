@@ -43,7 +43,8 @@ class Equations:
     contacts that do something: the others cost time. With a ``symmetry`` the equations are those
     of one sector: its unknowns, its equations and its contacts.
 
-    ``layout`` tells what the unknowns are. ``assemble`` makes the stored entries of the Jacobian a
+    ``layout`` tells what the unknowns are. ``powers`` of the frequency go with as many shapes of
+    the force. ``assemble`` makes the stored entries of the Jacobian a
     matrix, full up to a size, sparse above. ``located_form`` is the function of a call, from
     unknowns, frequency, parameters and the events of the groups of ``located``. ``closed`` tells
     that the events of contacts are closed forms, found in the same call: ``closed_form`` maps
@@ -59,8 +60,9 @@ class Equations:
         basis: FourierBasis,
         groups: Collection[BalancedGroup],
         symmetry: Symmetry | None = None,
+        powers: tuple[int, ...] = (0,),
     ):
-        self.basis, self.groups = basis, tuple(groups)
+        self.basis, self.groups, self.powers = basis, tuple(groups), powers
         size = basis.n_components
         dofs, contacts = np.arange(model.n_dof), np.arange(model.n_contacts)
         self.expansion: Any = sp.eye_array(model.n_dof * size, format="csr")
@@ -86,7 +88,8 @@ class Equations:
         counts |= {name: next(iter(by.values())).shape[1] for name, (_, by) in terms.items()}
         counts |= {name: g.n for g in self.groups for name in g.parameters.values()}
         n_static = n_dof if 0 in basis.harmonics else 0
-        counts |= {"force_amplitude": 1, "force_shape": n_dof * size, "static_force": n_static}
+        counts |= {"force_amplitude": 1, "static_force": n_static}
+        counts["force_shape"] = n_dof * size * len(powers)
         symbol: dict[str, Any] = {
             "unknowns": ca.SX.sym("unknowns", n_dof * size),
             "frequency": ca.SX.sym("omega"),
@@ -113,7 +116,8 @@ class Equations:
         spread_absolute = constant(self._sizes)
         whole = ca.mtimes(constant(self.expansion), symbol["unknowns"])
         x = ca.reshape(whole, size, model.n_dof).T
-        force = symbol["force_amplitude"] * ca.reshape(symbol["force_shape"], size, n_dof).T
+        shape = self.shape_at(symbol["force_shape"], symbol["frequency"])
+        force = symbol["force_amplitude"] * ca.reshape(shape, size, n_dof).T
         if n_static:
             force[:, basis.component(0)] += symbol["static_force"]
         omega = symbol["frequency"]
@@ -148,6 +152,8 @@ class Equations:
             if by_frequency.nnz():
                 slope += ca.mtimes(spread.T, by_frequency)
         self._balance -= ca.vec(force.T)
+        if any(powers):
+            slope -= ca.jacobian(ca.vec(force.T), omega)
 
         names, inputs = [identifier(name) for name in symbol], list(symbol.values())
         self.residual = ca.Function("residual", inputs, [self._balance], names, ["residual"])
@@ -168,6 +174,13 @@ class Equations:
         given = inputs[: len(inputs) - len(self.located)]
         self.conservative = ca.Function("conservative", given, [conservative, inertia])
         self._derivatives: dict[str, ca.Function] = {}
+
+    def shape_at(self, shapes: Any, frequency: Any) -> Any:
+        """Force coefficients of unit amplitude at a frequency [rad/s], from those of all powers."""
+        if not any(self.powers):
+            return shapes
+        factors = ca.vertcat(*(frequency**power for power in self.powers))
+        return ca.mtimes(ca.reshape(shapes, -1, len(self.powers)), factors)
 
     def spreads(self, group: BalancedGroup) -> tuple[Any, Any]:
         """Coefficients of a group's displacements from the unknowns, and from their sizes."""

@@ -29,6 +29,7 @@ from symhbm.model import (
 )
 from symhbm.model.contacts import ContactLaw, Parameter
 from symhbm.model.cyclic import Sector
+from symhbm.model.excitation import amplitude_of
 from symhbm.model.rotation import check_speed
 from symhbm.model.shown import as_table, rows_of
 from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics, compact
@@ -55,6 +56,9 @@ class HarmonicBalance:
         March the friction law over so many samples of the period (alternating frequency and time)
         instead of locating its switching angles: a cross-check, with a sampling error that
         results state.
+    peaks_of
+        The output of the model, by name, whose peaks are looked for in place of those of
+        displacements, see `symhbm.Structure.with_outputs`.
     symmetry
         Balance the first of the sectors that `symhbm.model.find_symmetry` tells: the unknowns
         are its coefficients alone, the contacts its own.
@@ -101,6 +105,7 @@ class HarmonicBalance:
         harmonics: Iterable[int] | None = None,
         samples: int | None = None,
         symmetry: Symmetry | None = None,
+        peaks_of: str | None = None,
     ):
         if not isinstance(model, Structure):
             raise TypeError(f"model={check.shown(model)}: expected a Model")
@@ -120,7 +125,10 @@ class HarmonicBalance:
         if isinstance(model, Model):
             _check_entries(model)
             _advise(model)
-        self._set(model, excitation, basis, samples, symmetry, {}, None, frozenset())
+        if peaks_of is not None:
+            check.known(check.text("peaks_of", peaks_of), model.outputs, "output of the model")
+        given = model, excitation, basis, samples, symmetry
+        self._set(*given, {}, None, frozenset(), peaks_of)
 
     def _set(
         self,
@@ -132,6 +140,7 @@ class HarmonicBalance:
         shared: dict[tuple, Any],
         linear: DynamicStiffness | None,
         active: frozenset[str],
+        peaks_of: str | None,
     ) -> None:
         """Store all of it; what is ``shared`` by copies of a problem is made once.
 
@@ -139,7 +148,7 @@ class HarmonicBalance:
         """
         check_speed(model, excitation)
         self.model, self.excitation, self.basis = model, excitation, basis
-        self.samples, self.symmetry = samples, symmetry
+        self.samples, self.symmetry, self.peaks_of = samples, symmetry, peaks_of
         self._shared = shared
         self.groups: tuple[BalancedGroup, ...] = self._once(
             ("groups", symmetry, samples), lambda: balanced_groups(model, symmetry, samples)
@@ -154,14 +163,16 @@ class HarmonicBalance:
             if group.law.switches or group.law.acts(model.values_of(group)).any()
         }
         self._active = active | busy
+        shapes = {0: np.zeros((0, 0))} if linear else model.felt_shapes(excitation, basis)
+        powers = tuple(sorted(shapes))
         self._equations: Equations = self._once(
-            ("equations", self.harmonics, symmetry, samples, *sorted(self._active)),
+            ("equations", self.harmonics, symmetry, samples, powers, *sorted(self._active)),
             lambda: Equations(
-                model, basis, [g for g in self.groups if g.name in self._active], symmetry
+                model, basis, [g for g in self.groups if g.name in self._active], symmetry, powers
             ),
         )
         self.layout = self._equations.layout
-        self._set_arguments()
+        self._set_arguments([shapes[power] for power in powers])
 
     def _once(self, key: tuple, make: Callable[[], Any]) -> Any:
         if key not in self._shared:
@@ -179,12 +190,13 @@ class HarmonicBalance:
             shared=self._shared,
             linear=self.structure,
             active=self._active,
+            peaks_of=self.peaks_of,
         )
         other = object.__new__(HarmonicBalance)
         other._set(**(given | changes))
         return other
 
-    def _set_arguments(self) -> None:
+    def _set_arguments(self, shapes: list[FloatArray]) -> None:
         model, equations = self.model, self._equations
         named = {name: equations.rows(model, name).data for name in MATRIX_INPUTS}
         named |= {name: getattr(model, name) for name in model.matrix_terms}
@@ -196,17 +208,17 @@ class HarmonicBalance:
             named |= {group.parameters[own]: v for own, v in values[group.name].items()}
         named["force_amplitude"] = np.array([self.excitation.amplitude])
         if self.structure is None:
-            shape = model.felt_shape(self.excitation, self.basis)[equations.dofs]
+            shape = np.array([each[equations.dofs] for each in shapes])
             static = model.felt_static(self.excitation, self.basis)[equations.dofs]
         else:
-            shape = np.zeros((self.n_dof, self.basis.n_components))  # it adds the force itself
+            shape = np.zeros((1, self.n_dof, self.basis.n_components))  # it adds the force itself
             static = np.zeros(self.n_dof)
         named["force_shape"], named["static_force"] = shape.ravel(), self._at_rest(static)
         self._arguments = [
             np.ascontiguousarray(named[name], dtype=float) for name in equations.parameter_names
         ]
         self.contacts = BalancedContacts(self.layout, equations.groups, values)
-        self._force = named["force_shape"], named["static_force"]
+        self._force = shape.reshape(len(shape), -1), named["static_force"]
 
     def _at_rest(self, static: FloatArray) -> FloatArray:
         """A static force as the balance takes it: nothing where it leaves out harmonic 0."""
@@ -252,7 +264,9 @@ class HarmonicBalance:
     @property
     def records(self) -> dict[str, Parameter]:
         """What the parameters of model and excitation are."""
-        return PARAMETERS | self.model.records
+        force = self.excitation
+        of_force = {} if not force.changes else amplitude_of(force.units, force.meaning)
+        return PARAMETERS | self.model.records | of_force
 
     def own(self, name: str, values: Any) -> FloatArray:
         """Values of a named parameter of the blades or contacts that are balanced here."""
@@ -322,6 +336,59 @@ class HarmonicBalance:
         if model is not self.model:  # in another wave
             changes |= dict(model=model, shared={})
         return self._copy(**changes)
+
+    def with_peaks_of(self, output: str | None) -> "HarmonicBalance":
+        """Copy whose peaks are those of an output of the model, None for displacements.
+
+        Raises KeyError for another name.
+        """
+        if output is not None:
+            check.known(output, self.model.outputs, "output of the model")
+        return self._copy(peaks_of=output)
+
+    def output_of(self, name: str, unknowns: FloatArray) -> FloatArray:
+        """Coefficients (.., n_rows, n_components) of an output from unknowns (.., n_unknowns)."""
+        values = (self._observation(name) @ unknowns.reshape(-1, self.n_unknowns).T).T
+        return values.reshape(*unknowns.shape[:-1], -1, self.basis.n_components)
+
+    def _observation(self, name: str) -> Any:
+        """Coefficients of an output by the unknowns, sparse."""
+        if name not in self._observations:
+            rows = sp.kron(self.model.outputs[name].rows, sp.eye_array(self.basis.n_components))
+            self._observations[name] = sp.csr_array(rows @ self.layout.expansion)
+        return self._observations[name]
+
+    @cached_property
+    def _observations(self) -> dict[str, Any]:
+        return {}
+
+    @property
+    def n_peaking(self) -> int:
+        """How many quantities have peaks: degrees of freedom, or rows of an output."""
+        return (
+            self.n_dof if self.peaks_of is None else self.model.outputs[self.peaks_of].rows.shape[0]
+        )
+
+    def peaking(self, unknowns: FloatArray) -> FloatArray:
+        """Coefficients (.., n_peaking, n_components) of what has peaks."""
+        if self.peaks_of is None:
+            return unknowns.reshape(*unknowns.shape[:-1], self.n_dof, self.basis.n_components)
+        return self.output_of(self.peaks_of, unknowns)
+
+    def peaking_by_unknowns(self, row: int) -> Any:
+        """Coefficients of one that has peaks by the unknowns, sparse (n_components, n_unknowns)."""
+        size = self.basis.n_components
+        of = slice(row * size, (row + 1) * size)
+        if self.peaks_of is None:
+            return sp.csr_array(sp.eye_array(self.n_unknowns))[of]
+        return self._observation(self.peaks_of)[of]
+
+    @property
+    def peaking_scale(self) -> float:
+        """Bound of what has peaks over the size of the response."""
+        if self.peaks_of is None:
+            return 1.0
+        return float(np.sqrt(self._observation(self.peaks_of).power(2).sum(axis=1).max()))
 
     def with_model(self, model: Structure) -> "HarmonicBalance":
         """Copy with another description of the same structure and contacts."""
@@ -515,11 +582,17 @@ class HarmonicBalance:
     def force(self, frequency: float) -> FloatArray:
         """Coefficients of the force at an angular frequency, ``(n_dof, n_components)`` [N]."""
         part = self.structure
-        shape, static = self._force if part is None else (part.shape(frequency), part.load)
+        shape, static = self._shape_at(frequency), self._force[1]
+        if part is not None:
+            shape, static = part.shape(frequency), part.load
         force = self.layout.coefficients(self.excitation.amplitude * shape)
         if 0 in self.harmonics:
             force[:, self.basis.component(0)] += static
         return force
+
+    def _shape_at(self, frequency: float) -> FloatArray:
+        """Coefficients of the compiled force at unit amplitude, (n_unknowns,)."""
+        return frequency ** np.array(self._equations.powers, dtype=float) @ self._force[0]
 
     def contact_forces(self, unknowns: FloatArray, frequency: float) -> FloatArray:
         """Forces of the contacts of a condensed structure, ``(n_dof, n_components)`` [N]."""
@@ -529,7 +602,7 @@ class HarmonicBalance:
         """Largest inertia force over the largest exciting force (0 without one)."""
         if self.structure is not None:
             return self.structure.amplification(unknowns, frequency, self.excitation.amplitude)
-        force = abs(self.excitation.amplitude) * np.abs(self._force[0]).max()
+        force = abs(self.excitation.amplitude) * np.abs(self._shape_at(frequency)).max()
         inertia = self._inertia @ unknowns
         return float(frequency**2 * np.abs(inertia).max() / force) if force > 0 else 0.0
 
@@ -546,7 +619,7 @@ class HarmonicBalance:
 
     def __reduce__(self):
         given = self.model, self.excitation, self.harmonics, self.samples, self.symmetry
-        return HarmonicBalance, given
+        return HarmonicBalance, (*given, self.peaks_of)
 
     def __repr__(self) -> str:
         law = "" if self.samples is None else f", friction over {self.samples} samples"

@@ -37,7 +37,8 @@ def check_mean(problem: HarmonicBalance, growing: bool = False) -> None:
         )
     if growing:
         return
-    acts = model.force_shape(problem.excitation, problem.basis).any(axis=0)
+    shapes = model.force_shapes(problem.excitation, problem.basis).values()
+    acts = np.any([shape.any(axis=0) for shape in shapes], axis=0)
     exciting = tuple(sorted({*problem.basis.order[acts].astype(int).tolist()}))
     if exciting and 0 in complete_harmonics(exciting, 1):
         why = f"a force of harmonics {exciting}, not odd multiples of one alone,"

@@ -48,6 +48,7 @@ select_option = click.option(
 )
 
 
-def output_option(text: str) -> Callable[[Any], Any]:
+def output_option(text: str, required: bool = False) -> Callable[[Any], Any]:
     """The option of a file to write; ``text`` is its help."""
-    return click.option("--output", type=click.Path(path_type=Path), metavar="FILE", help=text)
+    kind = click.Path(path_type=Path)
+    return click.option("-o", "--output", type=kind, metavar="FILE", help=text, required=required)

@@ -7,10 +7,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from symhbm.cli.designs import designs
 from symhbm.cli.findings import Lines, count, findings, short
 from symhbm.model import is_pattern
-from symhbm.results import DRAWN, VARIABLES, Description, variables_of_model
-from symhbm.results.reading import INNER, moving, read
+from symhbm.results import DRAWN, VARIABLES, Description, parts, variables_of_model
+from symhbm.results.reading import is_inner, moving, read
 
 _WIDTH, _MARGIN = 100, 24
 """Width of a line, and of its label."""
@@ -21,6 +22,7 @@ _OF_FORCE = ("force_amplitude", "engine_order")
 _DESCRIBED_ATTRIBUTES = {
     *("title", "references", "symhbm_schema", "symhbm_version", "casadi_version"),
     *("problem", "swept", "followed", "accuracy", "left_out", "verification"),
+    *(parts.PART, parts.COMPUTED, parts.MERGED),
 }
 
 
@@ -44,6 +46,7 @@ def _lines(dataset: xr.Dataset) -> Lines:
         yield from _problem(dataset)
     if "status" in dataset.variables:
         yield from findings(dataset)
+    yield from designs(dataset)
     left_out = Description(dataset).left_out
     if left_out:
         yield "left out by keep=", ", ".join(left_out)
@@ -156,7 +159,7 @@ def _parameter(dataset: xr.Dataset, name: str, body: str) -> str:
     unit = "" if units == "1" else f" {units}"
     values = variable.values
     finite = values[np.isfinite(values)]
-    outer = [str(dim) for dim in variable.dims if dim not in INNER and not is_pattern(dim)]
+    outer = [str(dim) for dim in variable.dims if not is_inner(dim) and not is_pattern(dim)]
     of = {"dof": f"{body}s", "blade": "blades"}
     owners = [of.get(str(dim), "contacts") for dim in variable.dims if is_pattern(dim)]
     if not finite.size:
@@ -192,7 +195,7 @@ def _others(dataset: xr.Dataset) -> Lines:
     followed = [*parameters, moving(dataset)]
     described |= {f"{prefix}_{name}" for prefix in ("peak", "event") for name in followed}
     described |= {f"{name}_nominal" for name in parameters}
-    described |= {*variables_of_model(dataset)}
+    described |= {*variables_of_model(dataset), *parts.variables_of_whole(dataset)}
     if "status" not in dataset.variables:
         described -= {str(name) for name in dataset.data_vars} - {*parameters}
         sizes = ", ".join(f"{size} {dim}" for dim, size in dataset.sizes.items())

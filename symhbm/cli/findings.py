@@ -9,7 +9,7 @@ import xarray as xr
 
 from symhbm.continuation import Status
 from symhbm.model.contacts import Behaviour
-from symhbm.results import LARGEST_OF, Description
+from symhbm.results import LARGEST_OF, Description, parts
 from symhbm.results.reading import ALIKE, completeness, largest, moving, read, set_dimensions
 
 Lines = Iterator[tuple[str, str]]
@@ -19,6 +19,7 @@ def findings(dataset: xr.Dataset) -> Lines:
     """Labels and texts on a result: completeness, peaks, contacts and errors."""
     yield from _computed(dataset)
     yield from _peaks(dataset)
+    yield from _best(dataset)
     yield from _contacts(dataset)
     yield from _trust(dataset)
 
@@ -98,6 +99,10 @@ def _completeness(dataset: xr.Dataset, on_path: bool) -> Lines:
     if dims:
         label = "branches" if dims == ("branch",) else "parameter sets"
         yield label, ", ".join(f"{dataset.sizes[dim]} along {dim}" for dim in dims)
+    if (part := parts.part_of(dataset)) is not None:
+        yield "part", f"{part.first} to {part.stop - 1} of the {part.size} along {part.dim}, from 0"
+    if (n_parts := parts.n_merged(dataset)) > 0:
+        yield "merged from", count(n_parts, "part")
     words = [f"{complete} of {total} complete"]
     words += [f"{failed.total()} not"] if failed else []
     words += [f"{waiting} of {total} not computed yet"] if waiting else []
@@ -140,10 +145,12 @@ def _peaks(dataset: xr.Dataset) -> Lines:
         if top is not None:
             value, index = top
             at = dataset.isel(index)
-            words = [_decibel(value)]
+            words = [_decibel(value, amplitude.attrs.get("units", "m"))]
             if f"peak_{along}" in at.variables:
                 words.append(_at(at[f"peak_{along}"]))
-            words += [f"{_body(dataset)} {int(at['peak_dof'])}"] if "peak_dof" in at else []
+            peaks_of = Description(dataset).problem.get("peaks_of")
+            body = f"{peaks_of} row" if peaks_of else _body(dataset)
+            words += [f"{body} {int(at['peak_dof'])}"] if "peak_dof" in at else []
             words += [str(at["peak_kind"].values)] if "peak_kind" in at else []
             words += [*_kept(dataset), *_set_words(dataset, index)]
             yield "highest peak", ", ".join(words)
@@ -155,14 +162,37 @@ def _peaks(dataset: xr.Dataset) -> Lines:
     elif "amplitude" in dataset.variables:
         response = largest(dataset, "amplitude")
         # A response may be largest at an end of the band, which is no peak.
-        if response is not None and (top is None or response[0] > top[0] * (1 + ALIKE)):
+        other = not Description(dataset).peaks_of_amplitude
+        beyond = top is None or other or response is None or response[0] > top[0] * (1 + ALIKE)
+        if response is not None and beyond:
             where = _location(dataset, "amplitude", response[1])
-            words = [_decibel(response[0]), *where, *_kept(dataset)]
+            units = dataset["amplitude"].attrs.get("units", "m")
+            words = [_decibel(response[0], units), *where, *_kept(dataset)]
             yield "largest response", ", ".join(words)
     if "event_kind" in dataset.variables:
         events = Counter(map(str, dataset["event_kind"].values.ravel().tolist()))
         events.pop("", None)
         yield "events", _counted(events)
+
+
+def _best(dataset: xr.Dataset) -> Lines:
+    """The largest flutter limit, and the parameters of a design."""
+    if "flutter_limit" in dataset.variables:
+        most = largest(dataset, "flutter_limit")
+        if most is not None:
+            words = [short(most[0]), *_location(dataset, "flutter_limit", most[1])]
+            yield "largest flutter limit", ", ".join(words)
+    if "design_status" not in dataset.variables or dataset["design_status"].ndim:
+        return
+    for i, name in enumerate(map(str, dataset["variable"].values)):
+        text = short(dataset["design_value"].values[i])
+        if text == "nan" and "design_from" in dataset.variables:
+            ends = (dataset[end].values[i] for end in ("design_from", "design_to"))
+            text = " to ".join(map(short, ends))
+        known = "variable_units" in dataset.variables
+        unit = str(dataset["variable_units"].values[i]) if known else "1"
+        yield "best value", f"{name} {text}" + f" {unit}" * (unit != "1")
+    yield "design", str(dataset["design_status"].item())
 
 
 def _contacts(dataset: xr.Dataset) -> Lines:
@@ -279,9 +309,9 @@ def _kept(dataset: xr.Dataset) -> list[str]:
     return [f"of the {dataset.attrs[LARGEST_OF]}"] if LARGEST_OF in dataset.attrs else []
 
 
-def _decibel(amplitude: float) -> str:
-    level = f" ({20 * np.log10(amplitude):.2f} dB re 1 m)" if amplitude > 0 else ""
-    return f"{amplitude:.6g} m{level}"
+def _decibel(amplitude: float, units: str = "m") -> str:
+    level = f" ({20 * np.log10(amplitude):.2f} dB re 1 {units})" if amplitude > 0 else ""
+    return f"{amplitude:.6g} {units}{level}"
 
 
 def _counted(counts: Counter) -> str:

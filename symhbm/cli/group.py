@@ -8,7 +8,7 @@ import click
 from symhbm.cli import verbs
 from symhbm.cli.terminal import Program
 
-_FIRST = ("info", "plot", "verify", "export", "resume")
+_FIRST = ("info", "plot", "verify", "export", "resume", "merge")
 """The order in which commands are of use; others follow by name."""
 
 
@@ -39,10 +39,11 @@ def main() -> None:
       symhbm export blade.nc --output b.csv    the numbers, for other programs
 
     A computation that was interrupted leaves a working file, blade.nc.partial. It can be looked
-    at in the same way, and `symhbm resume blade.nc` computes what is missing.
+    at in the same way, and `symhbm resume blade.nc` computes what is missing. `symhbm merge`
+    makes one archive of the parts of an ensemble that several jobs computed.
 
     Amplitudes are in m, frequencies in Hz, all other values in SI units.
 
-    Exit codes: 0 done; 1 a bound of a verification is broken; 2 bad input, with one line on
-    stderr that says what is allowed; 130 interrupted.
+    Exit codes: 0 done; 1 a bound of a verification is broken, or a part of a merged ensemble is
+    missing; 2 bad input, with one line on stderr that says what is allowed; 130 interrupted.
     """

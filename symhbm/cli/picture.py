@@ -16,6 +16,8 @@ from symhbm.results.reading import COMPLETE, INNER, set_dimensions
 
 _FIRST = (
     *("response", "envelope", "disk", "blades", "nonlinear-modes", "limit-cycles"),
+    "flutter-limit",
+    "pareto-front",
     *("hysteresis", "normal-force", "states", "stick-map", "contact-map", "model", "phase"),
 )
 """The order in which kinds are listed; others follow by name."""
@@ -84,10 +86,11 @@ def _structure(dataset: xr.Dataset, laws: Sequence[ContactLaw]) -> Any:
 
 
 def _natural_kind(dataset: xr.Dataset) -> str:
-    if Description(dataset).unforced == "nonlinear mode":
-        return "nonlinear-modes"
-    if Description(dataset).unforced == "limit cycle":
-        return "limit-cycles"
+    unforced = Description(dataset).unforced
+    if unforced is not None:
+        return f"{unforced.replace(' ', '-')}{'s' * (unforced != 'flutter limit')}"
+    if "front_aim" in dataset.variables:
+        return "pareto-front"
     if "friction_force" in dataset.variables:
         return "hysteresis"
     if "followed" not in dataset.attrs:

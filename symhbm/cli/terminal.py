@@ -15,7 +15,7 @@ from symhbm.numerics import check
 from symhbm.results.archive import SUFFIX, load, working_file
 
 BROKEN, _UNUSABLE, _INTERRUPTED, _PIPE = 1, 2, 130, 141
-"""Exit codes: a bound does not hold; bad usage, or a file that cannot be used; the shell's own."""
+"""Exit codes: broken bound or missing part; bad usage or an unusable file; the shell's own."""
 
 
 class _Failure(click.ClickException):

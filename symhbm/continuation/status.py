@@ -138,11 +138,17 @@ class Status(StrEnum):
         "allow; try a start nearer to a motion, or a smaller force"
     )
     DESIGN_OPTIMAL = (
-        "a minimum of the largest response was found, and the whole band was followed there"
+        "a minimum of the largest response, or of the objective, was found, and the whole band was "
+        "followed there"
     )
     DESIGN_AT_BOUND = (
         "the best design found lies on bounds of its variables: the largest response falls towards "
         "them; try wider bounds"
+    )
+    DESIGN_BESIDE_FAILURES = (
+        "a minimum was found, but at other designs that were tried nearby the response "
+        "could not be followed over the band (n_failed), so that better ones there may have been "
+        "missed; try narrower bounds of the values, or a narrower band"
     )
     DESIGN_AT_EDGE = (
         "at the best design found the largest response lies at an end of the band, not at a peak: "
@@ -161,8 +167,8 @@ class Status(StrEnum):
         "that never slip do not; try lower normal loads, or a band that holds other resonances"
     )
     DESIGN_INFEASIBLE = (
-        "no design within the bounds satisfies the constraint; try wider bounds or another "
-        "constraint"
+        "no design within the bounds was found that satisfies the constraints; try wider bounds, "
+        "or other constraints"
     )
     DESIGN_UNBOUNDED = (
         "a resonance is unbounded at every design that was tried; add damping, or try bounds with "
@@ -176,6 +182,41 @@ class Status(StrEnum):
     DESIGN_NOT_SURVEYED = (
         "the response could not be followed over the whole band at the best design found, so that "
         "nothing is proved; try a narrower band"
+    )
+    DAMPING_LARGEST = "the best value lies within the bounds, and the whole band was followed"
+    DAMPING_AT_BOUND = (
+        "the best value lies at a bound of the parameter, towards which the damping grows; try "
+        "wider bounds"
+    )
+    DAMPING_ON_RANGE = (
+        "all values from design_from to design_to are as good as each other, and better than those "
+        "outside; another amplitude, or a smaller range of amplitudes, may tell them apart"
+    )
+    DAMPING_WITHOUT_EFFECT = (
+        "the parameter changes nothing within the bounds: all of its values are as good as each "
+        "other; try wider bounds, or another amplitude"
+    )
+    DAMPING_NOT_FOLLOWED = (
+        "the mode was not followed over all of the bounds and amplitudes, so that a better value "
+        "may be missing; try narrower ones"
+    )
+    DAMPING_SURPASSED = (
+        "another motion of the same mode and amplitude, which this path does not visit, has more "
+        "damping at some value, see scan_damping_ratio; try bounds that begin there"
+    )
+    LIMIT_MISSING = (
+        "the flutter limit is not told at some values, where the mode could not be followed to "
+        "the largest amplitude, or its amplitude turns back; the others are valid; try a smaller "
+        "largest amplitude, or a narrower band"
+    )
+    FRONT_FOUND = (
+        "both ends of the front and all points between them satisfy the conditions of an optimum, "
+        "and the whole band was followed at each"
+    )
+    FRONT_INCOMPLETE = (
+        "some points of the front were not found, or lie beside designs that could not be followed "
+        "(removed_reason and front_status tell which); the others are valid; try narrower bounds "
+        "or another number of points"
     )
     PEAK_UNBOUNDED = (
         "the largest response grows without bound over a part of the band (peak_kind is unbounded "

@@ -1,4 +1,4 @@
-"""Cases of a design: parameter sets with bands, computed here or by an executor."""
+"""Responses of a design: named peaks of parameter sets, computed here or by an executor."""
 
 import pickle
 import threading
@@ -9,6 +9,7 @@ from functools import cached_property, lru_cache, partial
 from typing import Any
 
 from symhbm.balance import HarmonicBalance, SecondOrder
+from symhbm.continuation import Status
 from symhbm.design.maxima import Maxima, Response
 from symhbm.design.variables import DesignVariables
 from symhbm.numerics import FloatArray
@@ -20,11 +21,25 @@ Previous = tuple[FloatArray, Maxima]
 """A design and the maxima at it."""
 
 
+@dataclass(frozen=True)
+class NamedPeak:
+    """The largest response of a ``problem`` in ``bands`` [Hz] of each case, or that of one ``dof``.
+
+    ``name`` is what aims call it.
+    """
+
+    name: str
+    problem: HarmonicBalance
+    bands: Sequence[Bands]
+    dof: int | None = None
+
+
 @dataclass
 class Cases:
-    """Responses of a problem for all parameter sets of a sweep, computed here or by workers.
+    """Responses of all named peaks for all parameter sets of a sweep, computed here or by workers.
 
-    ``surveys`` and ``follows`` count surveyed and followed responses.
+    They are numbered peak by peak. ``surveys`` and ``follows`` count surveyed and followed
+    responses; ``failed`` has designs at which a band could not be followed to its end, and why.
     """
 
     work: "Work"
@@ -32,11 +47,12 @@ class Cases:
     progress: bool | None = False
     surveys: int = 0
     follows: int = 0
+    failed: list[tuple[FloatArray, str]] = field(default_factory=list)
 
     @property
     def size(self) -> int:
-        """Number of parameter sets."""
-        return self.work.sweep.size
+        """Number of responses."""
+        return len(self.work.peaks) * self.work.sweep.size
 
     @cached_property
     def _bar(self) -> Any:
@@ -49,7 +65,7 @@ class Cases:
     @cached_property
     def _payload(self) -> bytes:
         work = self.work
-        return pickle.dumps((work.problem, work.sweep, work.variables, work.bands))
+        return pickle.dumps((work.peaks, work.sweep, work.variables))
 
     def changed(self, **changes: Any) -> "Cases":
         """The same with other fields of its `Work`: other variables, or another sweep."""
@@ -61,13 +77,13 @@ class Cases:
         return all(self.response(number).unique for number in range(self.size))
 
     def response(self, number: int) -> Response:
-        """The response of one case, in this process."""
+        """One response, in this process."""
         return self.work.response(number)
 
     def __call__(
         self, x: FloatArray, previous: tuple[FloatArray, list[Maxima]] | None = None
     ) -> list[Maxima]:
-        """Maxima of all cases at a design: surveyed, or followed from a ``previous`` design."""
+        """Maxima of all responses at a design: surveyed, or followed from a ``previous`` design."""
         before: list[Previous | None] = [None] * self.size
         if previous is not None:
             before = [(previous[0], state) for state in previous[1]]
@@ -79,39 +95,50 @@ class Cases:
         surveyed = sum(state.surveyed for state in maxima)
         self.surveys += surveyed
         self.follows += len(maxima) - surveyed
+        self.failed += [(x, state.reason) for state in maxima if state.failed]
         self._bar.update(len(maxima))
         return maxima
 
 
 @dataclass(frozen=True)
 class Work:
-    """A problem with all parameter sets of a ``sweep``, each in its ``bands`` [Hz].
+    """Named ``peaks`` with all parameter sets of a ``sweep``.
 
-    Designed parameters that are swept as well keep their proportions to the nominal ones. Cases of
-    one structure share compiled functions.
+    Designed parameters that are swept as well keep their proportions to the nominal ones. Responses
+    of one structure share compiled functions.
     """
 
-    problem: HarmonicBalance
+    peaks: Sequence[NamedPeak]
     sweep: Sweep
     variables: DesignVariables
-    bands: Sequence[Bands]
     _responses: dict[int, Response] = field(default_factory=dict, init=False)
     _compiled: dict[int, SecondOrder] = field(default_factory=dict, init=False)
 
+    @property
+    def problem(self) -> HarmonicBalance:
+        """The problem of the first peak, whose response is reported."""
+        return self.peaks[0].problem
+
     def response(self, number: int) -> Response:
-        """The response of one case."""
+        """One response, by its number peak by peak."""
         if number not in self._responses:
-            chosen = self.sweep.chosen(number)
-            own_variables = self.variables.proportional(self.problem, chosen)
-            case, bands = self.problem.with_parameters(**chosen), self.bands[number]
-            self._responses[number] = Response(case, own_variables, bands, self._compiled)
+            which, case = divmod(number, self.sweep.size)
+            peak, chosen = self.peaks[which], self.sweep.chosen(case)
+            own_variables = self.variables.proportional(peak.problem, chosen)
+            problem = peak.problem.with_parameters(**chosen)
+            self._responses[number] = Response(
+                problem, own_variables, peak.bands[case], self._compiled, peak.dof
+            )
         return self._responses[number]
 
     def __call__(self, number: int, x: FloatArray, previous: Previous | None) -> Maxima:
-        """The maxima of one case at a design: followed from a ``previous`` one, or surveyed."""
+        """The maxima of one response at a design: followed from a ``previous`` one, or surveyed."""
         response = self.response(number)
-        followed = None if previous is None else response.follow(x, *previous)
-        return response.survey(x) if followed is None else followed
+        try:
+            followed = None if previous is None else response.follow(x, *previous)
+            return response.survey(x) if followed is None else followed
+        except ArithmeticError:
+            return Maxima.of_failure(str(Status.COMPUTATION_FAILED))
 
 
 def _remote(payload: bytes, number: int, x: FloatArray, previous: Previous | None) -> Maxima:

@@ -12,9 +12,8 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from symhbm.design import tolerances
-from symhbm.design.maxima import FollowedMaximum, Maxima
-from symhbm.design.optimum import ActiveSet
-from symhbm.design.program import Program
+from symhbm.design.maxima import Maxima
+from symhbm.design.program import ActiveSet, Program
 from symhbm.numerics import FloatArray
 
 Evaluate = Callable[[FloatArray, tuple[FloatArray, list[Maxima]] | None], list[Maxima]]
@@ -23,7 +22,7 @@ Evaluate = Callable[[FloatArray, tuple[FloatArray, list[Maxima]] | None], list[M
 
 @dataclass(frozen=True)
 class Design:
-    """A design ``x`` (n_variables,), its cases, and the logarithm of the statistic."""
+    """A design ``x`` (n_variables,), its responses, and what designs compare by."""
 
     x: FloatArray
     states: list[Maxima]
@@ -35,7 +34,7 @@ class Descent:
     """The end of a descent: a surveyed ``design``.
 
     ``converged`` tells that no step of the models leads further down; ``active`` are then the
-    active maxima, bounds and constraint rows.
+    active maxima, bounds and rows.
     """
 
     design: Design
@@ -43,20 +42,13 @@ class Descent:
     active: ActiveSet | None = None
 
 
-def is_flat(design: Design) -> bool:
-    """Whether the largest maxima do not change with the design, to first and second order."""
-    maxima = [followed for state in design.states for followed in state.contenders[:1]]
-    return bool(maxima) and are_flat(maxima)
-
-
-def are_flat(maxima: list[FollowedMaximum]) -> bool:
-    """Whether maxima do not change with the design, to first and second order."""
-    derivatives = [array for followed in maxima for array in (followed.gradient, followed.hessian)]
-    return all(np.abs(array).max() < tolerances.STILL for array in derivatives)
+def is_flat(program: Program, design: Design) -> bool:
+    """Whether neither largest maxima nor aims change with the design, to second order."""
+    return program.is_flat([f for state in design.states for f in state.contenders[:1]])
 
 
 def descend(program: Program, evaluate: Evaluate, start: Design) -> Descent:
-    """Descend from a surveyed design whose statistic is finite."""
+    """Descend from a surveyed design whose aim is finite."""
     best, current = start, start
     radius = tolerances.FIRST_RADIUS
     for _ in range(tolerances.MOST_SURVEYS):
@@ -67,7 +59,7 @@ def descend(program: Program, evaluate: Evaluate, start: Design) -> Descent:
         surveyed = current
         if not all(state.surveyed for state in current.states):
             states = evaluate(current.x, None)
-            surveyed = Design(current.x, states, _value(program, states))
+            surveyed = Design(current.x, states, program.value(states, current.x))
         if surveyed.value <= best.value + tolerances.ROUND_OFF:
             best = surveyed
         if surveyed.value <= current.value + tolerances.AGREE:
@@ -80,9 +72,9 @@ def descend(program: Program, evaluate: Evaluate, start: Design) -> Descent:
 
 
 def _follow(program, evaluate, current: Design, radius: float) -> tuple[Design, float, bool]:
-    """Steps until the statistic falls no further, without new surveys."""
+    """Steps until the aim falls no further, without new surveys."""
     for _ in range(tolerances.MOST_STEPS):
-        if is_flat(current):
+        if is_flat(program, current):
             return current, radius, False
         step = program.step(current.states, current.x, radius)
         length = float(np.abs(step.x - current.x).max())
@@ -93,7 +85,7 @@ def _follow(program, evaluate, current: Design, radius: float) -> tuple[Design, 
         if length <= tolerances.PRECISION or hidden:
             return current, radius, step.solved
         states = evaluate(step.x, (current.x, current.states))
-        value = _value(program, states)
+        value = program.value(states, step.x)
         gain = current.value - value
         if gain > 1e-4 * expected > 0:
             current = Design(step.x, states, value)
@@ -121,7 +113,7 @@ def _polished(
             break
         x = np.clip(current.x + change, program.variables.lower, program.variables.upper)
         states = evaluate(x, (current.x, current.states))
-        trial = Design(x, states, _value(program, states))
+        trial = Design(x, states, program.value(states, x))
         better = _active_set(program, trial)
         if better is None or not trial.value <= current.value + tolerances.AGREE:
             break
@@ -142,8 +134,4 @@ def _active_set(program: Program, design: Design) -> ActiveSet | None:
     _, weights, pulls = active.step()
     if not np.all(weights > 0):
         return active
-    return replace(active, weights=weights, constraint_multipliers=pulls)
-
-
-def _value(program: Program, states: list[Maxima]) -> float:
-    return program.value(np.array([state.height for state in states]))
+    return replace(active, weights=weights, row_multipliers=pulls)

@@ -43,7 +43,8 @@ class Maxima:
 
     ``contenders`` are in descending order; ``height`` is the logarithm of the largest response,
     infinite where it is unbounded or unknown; ``surveyed`` tells that the whole band was followed,
-    and then ``n_peaks`` is its number of peaks; ``reason`` tells why the height is infinite.
+    and then ``n_peaks`` is its number of peaks; ``reason`` tells why the height is infinite, and
+    ``failed`` that it is because the band could not be followed.
     """
 
     contenders: list[FollowedMaximum]
@@ -51,10 +52,19 @@ class Maxima:
     surveyed: bool
     n_peaks: int = 0
     reason: str = ""
+    failed: bool = False
+
+    @classmethod
+    def of_failure(cls, reason: str) -> "Maxima":
+        """Nothing known, for a ``reason``."""
+        return cls([], np.inf, True, 0, reason, True)
 
 
 class Response:
-    """The maxima of one case of a design: a parameter set, in ``bands`` [Hz]."""
+    """The maxima of one case of a design: a parameter set, in ``bands`` [Hz].
+
+    Those of one ``dof``, or of all.
+    """
 
     def __init__(
         self,
@@ -62,11 +72,12 @@ class Response:
         variables: DesignVariables,
         bands: Sequence[tuple[float, float]],
         compiled: dict[int, SecondOrder] | None = None,
+        dof: int | None = None,
     ):
-        self.variables = variables
-        self.bands = bands
+        self.variables, self.bands, self.dof = variables, bands, dof
         # Sectors that are alike at a design of different variables are alike at every design.
-        self._problem = sector_of(variables.problem(problem, variables.apart))
+        whole = variables.problem(problem, variables.apart)
+        self._problem = sector_of(whole) if dof is None else whole
         shared = {} if compiled is None else compiled
         key = id(self._problem.compiled[0].residual)
         if key not in shared:
@@ -90,12 +101,13 @@ class Response:
 
     def survey(self, x: FloatArray) -> Maxima:
         """All contenders over the whole bands."""
-        surveyed = survey(self.at(x), self.bands)
+        surveyed = survey(self.at(x), self.bands, dof=self.dof)
         # A band that was not followed to its end may hold a higher maximum.
         top = surveyed.height if surveyed.complete else np.inf
         n_peaks = sum(maximum.kind != MaximumKind.EDGE for maximum in surveyed.maxima)
         if not np.isfinite(top):
-            return Maxima([], np.inf, True, n_peaks, _why(surveyed))
+            failed = not surveyed.unbounded
+            return Maxima([], np.inf, True, n_peaks, _why(surveyed), failed)
         least = tolerances.CONTENDER * top
         maxima = [s for s in surveyed.maxima if s.amplitude >= least][: tolerances.MOST]
         contenders = [self._followed(Conditions.of(self._second_order, s)) for s in maxima]

@@ -2,34 +2,32 @@
 
 from __future__ import annotations
 
-import warnings
-from collections.abc import Mapping, Sequence
+from collections.abc import Callable, Mapping, Sequence
 from concurrent.futures import Executor
-from typing import TYPE_CHECKING, Any, Literal
+from dataclasses import replace
+from typing import Any, Literal
 
 import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from symhbm.balance import HarmonicBalance, advise_condensing, check_mean, check_problem
+from symhbm.balance import HarmonicBalance
 from symhbm.continuation import SolveError, Status
 from symhbm.design import arguments
-from symhbm.design.cases import Bands, Cases, Work
-from symhbm.design.certificate import certificate, status_of
-from symhbm.design.program import Program, Statistic
-from symhbm.design.report import infeasible, report, report_of_fresh, with_certificate
-from symhbm.design.search import SearchResult, search
-from symhbm.design.variables import DesignVariables
-from symhbm.model import DOUBT, warn_of_doubts
-from symhbm.model.linear import natural_band
+from symhbm.design.cases import Cases
+from symhbm.design.outcome import (
+    certificate,
+    infeasible,
+    report,
+    report_of_fresh,
+    status_of,
+    with_certificate,
+)
+from symhbm.design.search import feasible, search
+from symhbm.design.task import Task
 from symhbm.numerics import check
-from symhbm.peaks import COMPLETE
-from symhbm.response import frf
 from symhbm.results import Sweep, parse
 from symhbm.workers import check_executor, check_progress
-
-if TYPE_CHECKING:
-    from scipy.optimize import LinearConstraint
 
 _GOOD = (Status.DESIGN_OPTIMAL, Status.DESIGN_AT_BOUND)
 """Statuses of an optimum."""
@@ -45,7 +43,9 @@ def minimise_peak(
     vary: Any = "common",
     statistic: Literal["worst", "mean", "tail"] = "worst",
     tail: float = 0.1,
-    constraint: LinearConstraint | None = None,
+    constraint: Any = None,
+    objective: Callable[[Any, Any], Any] | None = None,
+    peaks: Mapping[str, Mapping[str, Any]] | None = None,
     start: ArrayLike | None = None,
     n_starts: int | None = None,
     fresh: Mapping[str, Any] | xr.Dataset | None = None,
@@ -68,7 +68,8 @@ def minimise_peak(
         Names of the parameters to choose: ``normal_load``, ``contact_stiffness``,
         ``friction_coefficient``, or those of the blades.
     bounds
-        Lower and upper value, positive; a mapping by name for several parameters.
+        Lower and upper value, positive; a mapping by name for several parameters, or
+        ``scipy.optimize.Bounds`` on all variables in their order.
     frequency
         First and last frequency [Hz], several such pairs, or a DataArray of pairs over the
         dimensions of ``over``; by default a band that holds all resonances.
@@ -84,8 +85,21 @@ def minimise_peak(
         Statistic of the largest responses of the cases to minimise: the worst, their mean, or the
         mean of the worst share ``tail`` of them (the conditional value at risk).
     constraint
-        On the values of the variables, in their order, for example
-        ``LinearConstraint(np.ones(13) / 13, 2.0, 2.0)`` for a given mean of 13.
+        ``scipy.optimize.LinearConstraint`` or ``NonlinearConstraint`` on the values of the
+        variables, in their order, for example ``LinearConstraint(np.ones(13) / 13, 2.0, 2.0)`` for
+        a given mean of 13; a function of the parameters that returns relations, for example
+        ``lambda p: p["friction_coefficient"] * p["normal_load"] <= 2``; or several of these.
+        Functions are called once, with CasADi's symbols: their derivatives are exact.
+    objective
+        What to make as small as it gets in place of the largest response: a function of peaks [m]
+        and parameters, both mappings by name to CasADi's symbols, that returns one expression, for
+        example ``lambda peaks, parameters: peaks["tip"] * (1 + parameters["normal_load"][0])``.
+        Parameters are columns with one value per blade or contact. It is positive, and falls with
+        no peak that rises; ``statistic`` is that of each peak.
+    peaks
+        The peaks that it is called with, by name: mappings with ``frequency``, bands as below,
+        ``dof``, the one whose response counts, or ``problem``, another one that has the same
+        parameters. By default one, ``"largest"``.
     start
         Values to start from, one or one per variable, beside those that are spread over the bounds.
     n_starts
@@ -106,7 +120,9 @@ def minimise_peak(
     Dataset as that of `frf` at the optimum (`symhbm.rebuild` gives the optimal problem), with the
     values along ``variable``, the active maxima along ``active``, with multipliers that sum to 1,
     all starts and descents, derivatives by every parameter, ``design_status`` and the
-    ``certificate``: sentences on what is proved and what is not.
+    ``certificate``: sentences on what was computed and checked, and what was not. With an
+    ``objective`` it has ``design_aim`` in place of ``design_amplitude`` [m], the peaks along
+    ``named_peak``, and no derivatives by parameters; the response is that of ``problem``.
 
     Raises
     ------
@@ -126,61 +142,52 @@ def minimise_peak(
     >>> best = sh.minimise_peak(problem, "normal_load", bounds=(0.1, 100), frequency=(5, 40))
     >>> best.design_value.values.round(6), best.design_status.item() == sh.Status.DESIGN_OPTIMAL
     (array([3.088579]), True)
+
+    A load weighs, too: 2e-5 m of the peak are as bad as 1 N.
+
+    >>> light = sh.minimise_peak(
+    ...     problem, "normal_load", bounds=(0.1, 100), frequency=(5, 40),
+    ...     objective=lambda peaks, p: peaks["largest"] + 2e-5 * p["normal_load"][0],
+    ... )
+    >>> light.design_value.values.round(6), light.named_peak_amplitude.values.round(8)
+    (array([2.845496]), array([0.00031046]))
     """
-    check_problem(problem, bends=True)
-    advise_condensing(problem, "second derivatives take minutes")
     check_executor(executor)
-    if problem.samples is not None:
-        raise ValueError(
-            f"problem: expected located switching angles, got friction over {problem.samples} "
-            "samples, which has no second derivatives"
-        )
     throw = check.flag("throw", throw)
-    sweep = parse(problem, over)
-    arguments.check_dimensions(sweep)
-    arguments.check_forces(problem, sweep)
-    variables = arguments.read_variables(problem, parameters, bounds, vary)
-    arguments.check_ratios(problem, variables, sweep)
-    if statistic not in [str(member) for member in Statistic]:
-        raise ValueError(f"statistic={check.shown(statistic)}: expected 'worst', 'mean' or 'tail'")
-    if not 0 < check.scalar("tail", tail) <= 1:
-        raise ValueError(f"tail={check.shown(tail)}: expected a share above 0, up to 1")
-    program = Program(
-        variables, Statistic(statistic), tail, arguments.read_constraint(variables, constraint)
+    task = Task.of(
+        *(problem, parameters, bounds, frequency, over),
+        vary=vary,
+        statistic=statistic,
+        tail=tail,
+        constraint=constraint,
+        peaks=peaks,
     )
-    fixed_start = arguments.read_start(variables, start)
-    check_mean(problem)
-    if frequency is None:
-        frequency = _resonances(problem, sweep, variables)
-    bands = arguments.read_bands(frequency, sweep)
-    problem.model.check_frequencies("frequency", _hull(bands))
-    moving = {*variables.names, *sweep.values}
-    warn_of_doubts(problem.model, _hull(bands), problem.harmonics, moving=moving)
+    fixed_start = arguments.read_start(task.variables, start)
+    given = objective is not None or peaks is not None
+    program = task.program(*([task.read_aim("objective", objective)] if given else []))
     if n_starts is not None:
         n_starts = check.integer("n_starts", n_starts, minimum=1)
-    fresh_sweep = None if fresh is None else parse(problem, fresh, "fresh")
-    if fresh_sweep is not None:
-        arguments.check_ratios(problem, variables, fresh_sweep, "fresh")
-        arguments.check_forces(problem, fresh_sweep)
-        if len(set(bands)) > 1:
-            raise ValueError("fresh: expected None where cases have bands of their own")
-    if not program.feasible():
-        return _checked(infeasible(problem, variables), throw)
-    work = Work(problem, sweep, variables, bands)
-    cases = Cases(work, executor, check_progress(progress))
+    fresh_sweep = None if fresh is None else _read_fresh(task, fresh, given)
+    if feasible(program) is None:
+        return _checked(infeasible(problem, task.variables, task.limits.names), throw)
+    cases = Cases(task.work, executor, check_progress(progress))
     search_result = search(program, cases, [] if fixed_start is None else [fixed_start], n_starts)
-    status = status_of(program, search_result)
-    result = _responses(problem, program, search_result, sweep, bands, executor, progress)
-    if status in _GOOD and not bool(result["status"].isin([*map(str, COMPLETE)]).all()):
+    design = search_result.design
+    status = status_of(program, search_result, cases.failed)
+    result = task.responses([design.x], executor, progress)
+    found = None
+    if np.isfinite(design.value):
+        found = task.compared(result, np.array([state.height for state in design.states]))
+    if status in _GOOD and not (task.complete(result) if found is None else found.agrees):
         status = Status.DESIGN_NOT_SURVEYED
-    dims = dict(zip(sweep.dims, sweep.shape, strict=True))
+    dims = dict(zip(task.sweep.dims, task.sweep.shape, strict=True))
     result = result.merge(report(program, cases, search_result, dims))
-    hulls = sorted({band for case_bands in bands for band in case_bands})
-    text = certificate(program, search_result, hulls, sweep.size, cases.unique)
+    check_of = "" if found is None else found.text
+    text = certificate(program, search_result, task.all_bands, cases, check_of)
     if fresh_sweep is not None:
-        fresh_cases = cases.changed(sweep=fresh_sweep, bands=[bands[0]] * fresh_sweep.size)
-        states = fresh_cases(search_result.design.x)
-        result = result.merge(report_of_fresh(program, [state.height for state in states]))
+        own = [replace(peak, bands=[task.bands[0]] * fresh_sweep.size) for peak in task.peaks]
+        states = cases.changed(sweep=fresh_sweep, peaks=own)(design.x)
+        result = result.merge(report_of_fresh(problem, program, [state.height for state in states]))
         text += (
             f" Over {fresh_sweep.size} cases that were not designed for, the same statistic is "
             f"{float(result['fresh_amplitude']):.6g} m."
@@ -188,47 +195,16 @@ def minimise_peak(
     return _checked(with_certificate(result, status, text), throw)
 
 
-def _resonances(
-    problem: HarmonicBalance, sweep: Sweep, variables: DesignVariables
-) -> tuple[float, float]:
-    """A band [Hz] that holds the resonances of all cases at all designs."""
-    models = []
-    for number in range(sweep.size):
-        chosen = sweep.chosen(number)
-        case, own = problem.with_parameters(**chosen), variables.proportional(problem, chosen)
-        models += [own.problem(case, x).model for x in (variables.lower, variables.upper)]
-    return natural_band(models)
-
-
-def _responses(
-    problem: HarmonicBalance,
-    program: Program,
-    search_result: SearchResult,
-    sweep: Sweep,
-    bands: list[Bands],
-    executor: Executor | None,
-    progress: bool | None,
-) -> xr.Dataset:
-    """Frequency responses of all cases at a design, over the hull of all bands."""
-    variables, x = program.variables, search_result.design.x
-    over: dict[str, Any] = {k: v for k, v in sweep.values.items() if k not in variables.names}
-    own = [variables.proportional(problem, sweep.chosen(i)) for i in range(sweep.size)]
-    for name in [name for name in variables.names if name in sweep.values]:
-        values = [of_case.parameters(problem, x)[name] for of_case in own]
-        inner, coords = problem.model.dims_of(name), sweep.values[name].coords
-        labels = {str(label): coords[label] for label in coords if label not in inner}
-        array = np.reshape(values, (*sweep.shape, *np.shape(values[0])))
-        over[name] = xr.DataArray(array, dims=(*sweep.dims, *inner), coords=labels)
-    best = variables.problem(problem, x)
-    with warnings.catch_warnings():
-        # The problem was warned of already.
-        warnings.filterwarnings("ignore", message=DOUBT)
-        return frf(best, _hull(bands), over=over or None, executor=executor, progress=progress)
-
-
-def _hull(bands: list[Bands]) -> tuple[float, float]:
-    edges = np.array([band for case_bands in bands for band in case_bands])
-    return float(edges.min()), float(edges.max())
+def _read_fresh(task: Task, fresh: Any, given: bool) -> Sweep:
+    """Cases that are not designed for; ``given`` tells that there is an objective."""
+    sweep = parse(task.problem, fresh, "fresh")
+    arguments.check_ratios(task.problem, task.variables, sweep, "fresh")
+    arguments.check_forces(task.problem, sweep)
+    if len(set(task.bands)) > 1 or given:
+        raise ValueError(
+            "fresh: expected None where cases have bands of their own, or with an objective"
+        )
+    return sweep
 
 
 def _checked(result: xr.Dataset, throw: bool) -> xr.Dataset:

@@ -1,22 +1,17 @@
 """The search for an optimal design: several starts, and descents from them."""
 
-from dataclasses import dataclass, replace
+from collections.abc import Iterable, Iterator
+from dataclasses import dataclass
 from itertools import compress
-from typing import TYPE_CHECKING
 
 import numpy as np
-import scipy
 
 from symhbm.design import tolerances
 from symhbm.design.cases import Cases
 from symhbm.design.descent import Descent, Design, descend, is_flat
-from symhbm.design.optimum import ActiveSet
-from symhbm.design.program import Program
-from symhbm.design.variables import DesignVariables, Group
+from symhbm.design.program import ActiveSet, Program
+from symhbm.design.variables import DesignVariables
 from symhbm.numerics import FloatArray
-
-if TYPE_CHECKING:
-    from scipy.optimize import LinearConstraint
 
 
 @dataclass(frozen=True)
@@ -38,30 +33,19 @@ def search(
 ) -> SearchResult:
     """The best design, searched among equal values first: a start for values that differ."""
     variables = program.variables
-    alike = replace(program, variables=common(variables), constraint=_merged(program))
-    if alike.variables.n_variables == variables.n_variables or not alike.feasible():
-        return _best(program, cases, fixed_starts, n_starts, tolerances.DESCENTS)
+    alike, index = program.alike()
+    if len(variables.names) == variables.n_variables or feasible(alike) is None:
+        return best_of(program, cases, fixed_starts, n_starts, tolerances.DESCENTS)
     alike_cases = cases.changed(variables=alike.variables)
-    best = _best(alike, alike_cases, [], n_starts, tolerances.DESCENTS)
-    values = dict(zip(variables.names, best.design.x, strict=True))
-    x = np.array([values[group.parameter] for group in variables.groups])
+    best = best_of(alike, alike_cases, [], n_starts, tolerances.DESCENTS)
+    cases.failed += [(failed[index], reason) for failed, reason in alike_cases.failed]
+    x = best.design.x[index]
     # A symmetric optimum may be a saddle, or the highest of several minima.
     nearby = around(variables, x, n_starts or tolerances.AROUND)
-    return _best(program, cases, [*fixed_starts, x, *nearby], 1, 0)
+    return best_of(program, cases, [*fixed_starts, x, *nearby], 1, 0)
 
 
-def _merged(program: Program) -> "LinearConstraint | None":
-    """The constraint on designs whose variables of one parameter are alike."""
-    constraint = program.constraint
-    if constraint is None:
-        return None
-    names = np.array([group.parameter for group in program.variables.groups])
-    matrix = np.atleast_2d(np.asarray(constraint.A, dtype=float))
-    merged = [matrix[:, names == name].sum(axis=1) for name in program.variables.names]
-    return scipy.optimize.LinearConstraint(np.column_stack(merged), constraint.lb, constraint.ub)  # type: ignore
-
-
-def _best(
+def best_of(
     program: Program,
     cases: Cases,
     fixed_starts: list[FloatArray],
@@ -73,14 +57,18 @@ def _best(
     A descent begins at every finite one of ``fixed_starts``, and at the ``n_descents`` best of
     those spread over the bounds.
     """
-    points = [*fixed_starts, *starts(program.variables, n_starts)]
-    designs = [_surveyed(program, cases, program.nearest(point)) for point in points]
-    chosen = [design for design in designs[: len(fixed_starts)] if np.isfinite(design.value)]
-    chosen += _promising(program.variables, designs[len(fixed_starts) :], n_descents)
-    sloping = [design for design in chosen if not is_flat(design)]
+    given = [_surveyed(program, cases, x) for x in _allowed(program, fixed_starts)]
+    others = [*_allowed(program, starts(program.variables, n_starts))]
+    if not given and not others:
+        others = [x for x in [feasible(program)] if x is not None]
+    spread = [_surveyed(program, cases, x) for x in others]
+    designs = [*given, *spread]
+    chosen = [design for design in given if np.isfinite(design.value)]
+    chosen += _promising(program.variables, spread, n_descents)
+    sloping = [design for design in chosen if not is_flat(program, design)]
     if not sloping:
         finite = sorted((d for d in designs if np.isfinite(d.value)), key=_value)
-        sloping = [design for design in finite if not is_flat(design)][:1]
+        sloping = [design for design in finite if not is_flat(program, design)][:1]
     descents = [descend(program, cases, design) for design in sloping]
     best = min(designs, key=_value)
     lowest = min((descent.design.value for descent in descents), default=np.inf)
@@ -90,6 +78,29 @@ def _best(
     alike = [descent for descent in descents if descent.design.value <= lowest + tolerances.AGREE]
     ended = min(alike, key=lambda descent: not descent.converged)
     return SearchResult(ended.design, ended.active, designs, descents)
+
+
+def again(program: Program, cases: Cases, x: FloatArray) -> SearchResult:
+    """What a search found at a design ``x``, by one descent from there."""
+    design = _surveyed(program, cases, x)
+    if is_flat(program, design):
+        return SearchResult(design, None, [design], [])
+    descent = descend(program, cases, design)
+    return SearchResult(descent.design, descent.active, [design], [descent])
+
+
+def feasible(program: Program) -> FloatArray | None:
+    """A design that satisfies all constraints; None where none was found."""
+    variables = program.variables
+    if np.any(variables.lower > variables.upper):
+        return None
+    most = tolerances.TRIED if program.limits.n_rows else 1
+    return next(_allowed(program, starts(variables, most)), None)
+
+
+def _allowed(program: Program, points: Iterable[FloatArray]) -> Iterator[FloatArray]:
+    """The nearest designs that satisfy all constraints, of those where one was found."""
+    return filter(program.limits.holds, map(program.nearest, points))
 
 
 def starts(variables: DesignVariables, n_starts: int | None) -> FloatArray:
@@ -120,32 +131,22 @@ def _spread(n_variables: int, n_points: int) -> FloatArray:
     return sobol.random_base2(int(np.ceil(np.log2(n_points))))[:n_points]
 
 
-def common(variables: DesignVariables) -> DesignVariables:
-    """The variables of designs in which all values of one parameter are one variable."""
-    groups = []
-    for name in variables.names:
-        same = [group for group in variables.groups if group.parameter == name]
-        entries = tuple(sorted(entry for group in same for entry in group.entries))
-        lower, upper = max(g.lower for g in same), min(g.upper for g in same)
-        groups.append(Group(name, name, entries, lower, upper))
-    return DesignVariables(tuple(groups), variables.ratios)
-
-
 def _promising(variables: DesignVariables, designs: list[Design], most: int) -> list[Design]:
     """Designs from which to descend: local minima over one variable, the lowest of several."""
     finite = [design for design in designs if np.isfinite(design.value)]
     if variables.n_variables > 1:
         return sorted(finite, key=_value)[:most]
-    finite.sort(key=lambda design: design.x[0])
-    values = [np.inf, *(design.value for design in finite), np.inf]
+    # What is not known, or unbounded, is higher than its neighbours.
+    along = sorted(designs, key=lambda design: design.x[0])
+    values = [np.inf, *(design.value for design in along), np.inf]
     sides = zip(values, values[1:], values[2:], strict=False)
     low = [value <= before and value < after for before, value, after in sides]
-    return sorted(compress(finite, low), key=_value)[:most]
+    return sorted(compress(along, low), key=_value)[:most]
 
 
 def _surveyed(program: Program, cases: Cases, x: FloatArray) -> Design:
     states = cases(x)
-    return Design(x, states, program.value(np.array([state.height for state in states])))
+    return Design(x, states, program.value(states, x))
 
 
 def _value(design: Design) -> float:

@@ -40,6 +40,8 @@ APART = np.log(25.0)
 DESCENTS = 3
 """Descents from the starts that are spread over the bounds, from the lowest: each costs several
 surveys, and minima are few."""
+TRIED = 32
+"""Points from which a design that satisfies constraints is looked for."""
 AROUND = 2
 """Starts around the best equal values, where values of one parameter may differ."""
 
@@ -64,3 +66,5 @@ LEVEL = 1e-9
 STATIONARY = 1e-8
 """Largest slope of the statistic over those of the variables at an optimum: gradients of maxima
 that almost cancel leave as much."""
+VIOLATION = 1e-8
+"""Largest excess over a constraint of size 1 that is round-off: IPOPT ends some 1e-9 beyond."""

@@ -89,6 +89,16 @@ class DesignVariables:
                 ratios[name] = np.broadcast_to(chosen[name] / nominal, ratios[name].shape)
         return DesignVariables(self.groups, ratios)
 
+    def common(self) -> "DesignVariables":
+        """The variables of designs in which all values of one parameter are one variable."""
+        groups = []
+        for name in self.names:
+            same = [group for group in self.groups if group.parameter == name]
+            entries = tuple(sorted(entry for group in same for entry in group.entries))
+            lower, upper = max(g.lower for g in same), min(g.upper for g in same)
+            groups.append(Group(name, name, entries, lower, upper))
+        return DesignVariables(tuple(groups), self.ratios)
+
     @cached_property
     def apart(self) -> FloatArray:
         """A design of which no two variables are alike, (n_variables,)."""

@@ -136,12 +136,12 @@ def find_symmetry(model: Structure, excitation: Excitation, basis: FourierBasis)
         order = _contact_order(model, n_dof, n_sectors)
         if order is None:
             continue
-        shape, static = model.felt_shape(excitation, basis), model.felt_static(excitation)
+        shapes, static = model.felt_shapes(excitation, basis), model.felt_static(excitation)
         if not np.array_equal(np.roll(static, -n_dof), static):
             continue
-        lag = _lag(shape, n_dof, n_sectors, basis)
-        if lag is not None:
-            return Symmetry(n_sectors, n_dof, lag, *order)
+        lags = [_lag(shape, n_dof, n_sectors, basis) for shape in shapes.values()]
+        if lags[0] is not None and len({*lags}) == 1:
+            return Symmetry(n_sectors, n_dof, lags[0], *order)
     return None
 
 

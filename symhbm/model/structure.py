@@ -7,8 +7,9 @@ and the ground. Contacts of one law are a group; groups may act side by side on 
 from __future__ import annotations
 
 from abc import ABC, abstractmethod
-from collections.abc import Callable, Collection, Hashable, Sequence
+from collections.abc import Callable, Collection, Hashable, Mapping, Sequence
 from functools import cached_property
+from types import MappingProxyType
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -25,6 +26,7 @@ from symhbm.model.contacts import (
 )
 from symhbm.model.excitation import Excitation, check_whole, static_force
 from symhbm.model.mass import dissipates
+from symhbm.model.outputs import Output, outputs_of
 from symhbm.model.parameters import (
     CONTACT_PARAMETERS,
     PARAMETERS,
@@ -166,6 +168,8 @@ class Structure(ABC):
     """Whether every degree of freedom is a blade with parameters of its own."""
     places: Any = None
     """Where its degrees of freedom are, as `Places`, if known."""
+    outputs: Mapping[str, Output] = MappingProxyType({})
+    """Its linear outputs by name."""
 
     def __init__(self, n_dof: int, contacts: Any = (), *, places: Any = None, **parameters: Any):
         self._store(_n_dof=check.integer("n_dof", n_dof, minimum=1))
@@ -231,6 +235,30 @@ class Structure(ABC):
         other._store(**{name: value for name, value in stored.items() if name not in CACHED})
         other._set_contacts(groups)
         return other
+
+    def with_outputs(self, outputs: Any, units: Any) -> Self:
+        """Return a copy with linear outputs ``S x``, and no others.
+
+        ``outputs`` maps names to the weights S: ``{dof: weight}`` by numbers or names or an array
+        (n_dof,) for one value, a list of such mappings or a matrix (n, n_dof), dense or
+        `scipy.sparse`, for several. ``units`` is a text, or one by name. On what is reduced or
+        condensed, degrees of freedom are those of the whole structure.
+
+        Datasets have ``<name>_amplitude``, ``<name>_peak_to_peak`` and ``<name>_coefficient`` of
+        each. Raises TypeError, ValueError or KeyError for bad weights, names and units.
+        """
+        rows = outputs_of(outputs, units, self.n_whole, self.number_of)
+        return self._seeing({name: output.of(self.seen(output)) for name, output in rows.items()})
+
+    def _seeing(self, outputs: Mapping[str, Output]) -> Self:
+        """A copy with outputs of its own degrees of freedom."""
+        other = object.__new__(type(self))
+        other._store(**vars(self) | {"outputs": dict(outputs)})
+        return other
+
+    def seen(self, output: Output) -> Any:
+        """Rows (n_rows, n_dof) of an output over all degrees of freedom that forces name."""
+        return output.rows
 
     @property
     def contact_coordinates(self) -> FloatArray:
@@ -568,6 +596,13 @@ class Structure(ABC):
         """Coefficients of an excitation of unit amplitude, (n_whole, n_components)."""
         return excitation.shape(self.n_whole, basis)
 
+    def force_shapes(self, excitation: Any, basis: FourierBasis) -> dict[int, FloatArray]:
+        """Coefficients (n_whole, n_components) of an excitation of unit amplitude.
+
+        By the power of the angular frequency that they go with, 0 where they do not change.
+        """
+        return excitation.shapes(self, basis)
+
     def static_load(self, excitation: Any, basis: FourierBasis = AT_REST) -> FloatArray:
         """What of an excitation does not oscillate, (n_whole,) [N].
 
@@ -583,9 +618,15 @@ class Structure(ABC):
         """The static part of an excitation as the degrees of freedom feel it, (n_dof,) [N]."""
         return self.felt(self.static_load(excitation, basis)[:, None], AT_REST)[:, 0]
 
-    def felt_coefficients(self, excitation: Any, basis: FourierBasis) -> FloatArray:
-        """All of an excitation as the degrees of freedom feel it, (n_dof, n_components) [N]."""
-        result = excitation.amplitude * self.felt_shape(excitation, basis)
+    def felt_coefficients(
+        self, excitation: Any, basis: FourierBasis, frequency: float
+    ) -> FloatArray:
+        """All of an excitation as the degrees of freedom feel it, (n_dof, n_components) [N].
+
+        ``frequency`` in rad/s.
+        """
+        shapes = self.felt_shapes(excitation, basis).items()
+        result = excitation.amplitude * sum(frequency**power * shape for power, shape in shapes)
         static = self.felt_static(excitation, basis)
         if 0 in basis.harmonics:
             result[:, basis.component(0)] += static
@@ -594,6 +635,11 @@ class Structure(ABC):
     def felt_shape(self, excitation: Any, basis: FourierBasis) -> FloatArray:
         """An excitation of unit amplitude as the degrees of freedom feel it."""
         return self.felt(self.force_shape(excitation, basis), basis)
+
+    def felt_shapes(self, excitation: Any, basis: FourierBasis) -> dict[int, FloatArray]:
+        """The same by the power of the angular frequency, as `force_shapes` tells them."""
+        shapes = self.force_shapes(excitation, basis).items()
+        return {power: self.felt(shape, basis) for power, shape in shapes}
 
     def as_felt(self, excitation: Any, basis: FourierBasis) -> Any:
         """An excitation that a structure of the same matrices alone takes, for its archive."""

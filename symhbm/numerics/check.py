@@ -111,6 +111,13 @@ def integer(name: str, value: object, minimum: int | None = None, maximum: int |
     return number
 
 
+def text(name: str, value: object) -> str:
+    """Return a text; raises TypeError."""
+    if not isinstance(value, str):
+        raise TypeError(f"{name}={shown(value)}: expected text")
+    return value
+
+
 def flag(name: str, value: object) -> bool:
     """Return ``value``; raise TypeError unless it is True or False."""
     if not isinstance(value, (bool, np.bool_)):

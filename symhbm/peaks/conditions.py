@@ -79,8 +79,10 @@ class Conditions:
             stack = sp.vstack if sp.issparse(constraints) else np.vstack
             constraints = stack([constraints, row[None]])
         slope = -constraints.T @ multipliers
-        slope[maximum.dof_slice] += maximum.amplitude_slope
-        curvature = maximum.amplitude_curvature(second_order.n_variables) - derivatives.hessian
+        unit = problem.peaking_scale
+        slope[: problem.n_unknowns] += maximum.amplitude_slope / unit
+        curvature = maximum.amplitude_curvature(second_order.n_variables) / unit
+        curvature = curvature - derivatives.hessian
         if maximum.kind == MaximumKind.CORNER:
             curvature = curvature - multipliers[-1] * maximum.limit_curvature(second_order)
         given = second_order, maximum, multipliers, evaluation
@@ -93,13 +95,18 @@ class Conditions:
     @property
     def gradient(self) -> FloatArray:
         """Derivative of the amplitude by the parameters, (n_parameters,)."""
-        return self.slope[self._n + 1 :]
+        return self._unit * self.slope[self._n + 1 :]
+
+    @property
+    def _unit(self) -> float:
+        """What amplitudes are divided by, so that outputs of any units are as displacements."""
+        return self.maximum.problem.peaking_scale
 
     @cached_property
     def hessian(self) -> FloatArray:
         """Second derivative of the amplitude by the parameters, (n_parameters, n_parameters)."""
         block = self.curvature[self._n + 1 :, self._n + 1 :]
-        return full(block) + self._mixed.T @ self.by_parameters
+        return self._unit * (full(block) + self._mixed.T @ self.by_parameters)
 
     @cached_property
     def by_parameters(self) -> FloatArray:
@@ -187,7 +194,7 @@ class Conditions:
         maximum, tangent = self.maximum, self._tangent(evaluation)
         if tangent is None:
             return 0.0
-        slope = tangent[self.maximum.dof_slice] @ maximum.amplitude_slope
+        slope = tangent[: self._n] @ maximum.amplitude_slope
         sign = np.sign(self.limit_row[: self._n + 1] @ tangent)
         return float(sign * slope) * maximum.frequency / maximum.amplitude
 
@@ -239,8 +246,7 @@ def _fitted_multipliers(
 ) -> FloatArray:
     """Multipliers that make the Lagrangian stationary by unknowns and a limited frequency."""
     n = maximum.problem.n_unknowns
-    right_side = np.zeros(n)
-    right_side[maximum.dof_slice] = maximum.amplitude_slope
+    right_side = maximum.amplitude_slope / maximum.problem.peaking_scale
     matrix = evaluation.jacobian.T
     if maximum.kind != MaximumKind.SMOOTH:
         force = np.append(evaluation.by_parameter, limit_row[n])

@@ -139,16 +139,23 @@ class Maximum:
             loop = loop.on(self.problem.basis, motion)
         return replace(self, unknowns=unknowns, frequency=frequency, loop=loop)
 
-    @property
-    def dof_slice(self) -> slice:
-        """The unknowns that are coefficients of the degree of freedom."""
+    @cached_property
+    def _involved(self) -> tuple[NDArray[np.intp], FloatArray]:
+        """Unknowns (n,) that tell what peaks, and its coefficients by them (n_components, n)."""
         size = self.problem.basis.n_components
-        return slice(self.dof * size, (self.dof + 1) * size)
+        if self.problem.peaks_of is None:
+            return np.arange(self.dof * size, (self.dof + 1) * size), np.eye(size)
+        rows = self.problem.peaking_by_unknowns(self.dof)
+        unknowns = np.unique(rows.indices)
+        return unknowns, rows[:, unknowns].toarray()
 
     @property
     def motion(self) -> FloatArray:
-        """The coefficients of the degree of freedom, (n_components,) [m]."""
-        return self.unknowns[self.dof_slice]
+        """The coefficients of what peaks, (n_components,)."""
+        involved, rows = self._involved
+        if self.problem.peaks_of is None:
+            return self.unknowns[involved]
+        return rows @ self.unknowns[involved]
 
     @property
     def amplitude(self) -> float:
@@ -157,9 +164,12 @@ class Maximum:
 
     @cached_property
     def amplitude_slope(self) -> FloatArray:
-        """Derivative of the amplitude by the coefficients of the degree of freedom."""
+        """Derivative of the amplitude by the unknowns, (n_unknowns,)."""
         values = self.problem.basis.values(self._extreme[1])
-        return np.sign(values @ self.motion) * values
+        involved, rows = self._involved
+        result = np.zeros(self.problem.n_unknowns)
+        result[involved] = (np.sign(values @ self.motion) * values) @ rows
+        return result
 
     @cached_property
     def _extreme(self) -> tuple[float, float]:
@@ -175,7 +185,8 @@ class Maximum:
         slope, bend = (basis.values(self._extreme[1], derivative) for derivative in (1, 2))
         # The angle of the largest displacement varies with the coefficients.
         block = np.outer(slope, slope) / abs(bend @ self.motion)
-        return _embedded(block, np.arange(self.dof_slice.start, self.dof_slice.stop), size)
+        involved, rows = self._involved
+        return _embedded(rows.T @ block @ rows, involved, size)
 
     @property
     def margins(self) -> float:

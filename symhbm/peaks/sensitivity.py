@@ -19,7 +19,15 @@ from symhbm.model.contacts import ContactLaw
 from symhbm.numerics import RADIANS, FloatArray, largest_displacement, unknowns_of
 from symhbm.peaks.conditions import Conditions, solve
 from symhbm.peaks.maximum import Maximum
-from symhbm.results import OWN_DIMENSIONS, VARIABLES, Sweep, recall, variables, without
+from symhbm.results import (
+    OWN_DIMENSIONS,
+    VARIABLES,
+    Sweep,
+    recall,
+    records_of_problem,
+    variables,
+    without,
+)
 from symhbm.results.archive import ArchiveError, rebuild
 
 EXACT = "exact"
@@ -88,7 +96,8 @@ def sensitivity(dataset: xr.Dataset, *, laws: Iterable[ContactLaw] = ()) -> xr.D
     stored = _stored_peaks(dataset, laws)
     status = np.full(stored.shape, "", dtype=object)
     derivatives: dict[str, tuple[FloatArray, FloatArray]] = {}
-    n_dof, parameters = stored.problem.model.n_dof, stored.problem.parameters
+    problem, parameters = stored.problem, stored.problem.parameters
+    n_dof = problem.whole.n_peaking
     for name in stored.names:
         shape = (*stored.shape, n_dof, *np.shape(parameters[name]))
         derivatives[name] = np.full(shape, np.nan), np.full(shape, np.nan)
@@ -102,14 +111,15 @@ def sensitivity(dataset: xr.Dataset, *, laws: Iterable[ContactLaw] = ()) -> xr.D
     result = dataset.drop_dims([d for d in dataset.dims if d in {*OWN_DIMENSIONS} - kept_dims])
     dropped = [name for name in result.variables if name in VARIABLES and name not in _KEPT]
     result = result.drop_vars(dropped)
-    attributes = _attributes(VARIABLES["peaking_dof"])
+    attributes = _attributes(variables.meaning("peaking_dof", records_of_problem(problem)))
     result = result.assign_coords(peaking_dof=("peaking_dof", np.arange(n_dof), attributes))
     result["sensitivity_status"] = stored.dims, status, _attributes(VARIABLES["sensitivity_status"])
+    records = records_of_problem(stored.problem)
     for name, pair in derivatives.items():
         parameter_dims = stored.problem.model.dims_of(name) if np.ndim(parameters[name]) else ()
         dims = (*stored.dims, "peaking_dof", *parameter_dims)
         for of, values in zip(("peak_amplitude", "peak_frequency"), pair, strict=True):
-            meaning = variables.derivative(of, name, stored.problem.records)
+            meaning = variables.derivative(of, name, records)
             result[f"{of}_by_{name}"] = dims, values, _attributes(meaning)
     result.attrs.pop("verification", None)
     return result
@@ -187,6 +197,7 @@ class _StoredPeaks:
         if harmonics not in self._sets:
             problem = self.problem
             base = HarmonicBalance(problem.model, problem.excitation, harmonics)
+            base = base.with_peaks_of(problem.peaks_of)
             self._sets[harmonics] = base, SecondOrder(base, self.names)
         base, second_order = self._sets[harmonics]
         number = int(np.ravel_multi_index(set_index, self.sweep.shape)) if set_index else 0
@@ -232,7 +243,7 @@ def _derivatives(
     problem: HarmonicBalance, second_order: SecondOrder, peak: Peak
 ) -> tuple[str, _Derivatives]:
     """Derivatives of a peak for each degree of freedom that peaks there, frequencies in Hz."""
-    amplitude, _ = largest_displacement(problem.basis, problem.layout.coefficients(peak.unknowns))
+    amplitude, _ = largest_displacement(problem.basis, problem.peaking(peak.unknowns))
     tied = np.flatnonzero(np.abs(amplitude - peak.amplitude) <= TIE * peak.amplitude).tolist()
     if peak.dof not in tied:
         return NOT_VERIFIED, {}

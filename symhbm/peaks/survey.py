@@ -56,8 +56,13 @@ def sector_of(problem: HarmonicBalance) -> HarmonicBalance:
     return problem.of_sector(symmetry)
 
 
-def survey(problem: HarmonicBalance, bands: Bands, max_points: int = 5000) -> Survey:
-    """All maxima in ``bands`` [Hz], from the frequency response over each of them."""
+def survey(
+    problem: HarmonicBalance, bands: Bands, max_points: int = 5000, dof: int | None = None
+) -> Survey:
+    """All maxima in ``bands`` [Hz], from the frequency response over each of them.
+
+    Those of one ``dof`` alone where it is given; unbounded peaks are those of all.
+    """
     maxima: list[Maximum] = []
     unbounded: list[Peak] = []
     status = Status.REACHED_END
@@ -68,17 +73,20 @@ def survey(problem: HarmonicBalance, bands: Bands, max_points: int = 5000) -> Su
             status = branch.status
         unbounded += [peak for peak in branch.peaks if peak.kind == PeakKind.UNBOUNDED]
         bounded = [peak for peak in branch.peaks if peak.kind != PeakKind.UNBOUNDED]
+        bounded = [peak for peak in bounded if dof in (None, peak.dof)]
         maxima += [Maximum.at_peak(problem, peak) for peak in bounded]
         for point in {id(p): p for p in (branch.points[:1] + branch.points[-1:])}.values():
             if point.value in ends:
-                maxima += _edges(problem, point.unknowns, point.value)
+                maxima += _edges(problem, point.unknowns, point.value, dof)
     maxima.sort(key=lambda maximum: -maximum.amplitude)
     return Survey(maxima, unbounded, status)
 
 
-def _edges(problem: HarmonicBalance, unknowns, frequency: float) -> list[Maximum]:
-    """The responses of all degrees of freedom at an end of the band."""
-    amplitude, _ = largest_displacement(problem.basis, problem.layout.coefficients(unknowns))
+def _edges(problem: HarmonicBalance, unknowns, frequency: float, dof: int | None) -> list[Maximum]:
+    """The responses of all degrees of freedom, or of one, at an end of the band."""
+    if dof is not None:
+        return [Maximum.at_edge(problem, unknowns, frequency, dof)]
+    amplitude, _ = largest_displacement(problem.basis, problem.peaking(unknowns))
     largest = amplitude.max(initial=0.0)
     dofs = np.flatnonzero(amplitude >= 0.5 * largest) if largest > 0 else []
     return [Maximum.at_edge(problem, unknowns, frequency, int(dof)) for dof in dofs]

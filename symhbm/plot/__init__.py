@@ -5,11 +5,12 @@ from symhbm.plot.curves import response
 from symhbm.plot.disks import campbell, interference
 from symhbm.plot.drawing import LINE_STYLES, MOST_LEGEND_ENTRIES, STYLE, SYMBOLS, nothing_to_draw
 from symhbm.plot.ensemble import blades, envelope
+from symhbm.plot.front import pareto_front
 from symhbm.plot.map import stick_map
 from symhbm.plot.phase import phase
 from symhbm.plot.schematic import model
 from symhbm.plot.shapes import disk
-from symhbm.plot.unforced import limit_cycles, nonlinear_modes
+from symhbm.plot.unforced import flutter_limit, limit_cycles, nonlinear_modes
 
 __all__ = [
     "LINE_STYLES",
@@ -21,6 +22,7 @@ __all__ = [
     "contact_map",
     "disk",
     "envelope",
+    "flutter_limit",
     "hysteresis",
     "interference",
     "limit_cycles",
@@ -28,6 +30,7 @@ __all__ = [
     "nonlinear_modes",
     "normal_force",
     "nothing_to_draw",
+    "pareto_front",
     "phase",
     "response",
     "states",

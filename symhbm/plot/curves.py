@@ -25,7 +25,7 @@ from symhbm.plot.drawing import (
     scale_of,
 )
 from symhbm.plot.lines import Line, Peak, line_of, located_peaks
-from symhbm.results import check_dof, places_of
+from symhbm.results import Description, check_dof, places_of
 
 _LEADS = 1e-6
 """Relative distance within which a peak belongs to the largest response."""
@@ -99,7 +99,7 @@ def response(
     >>> figure.savefig("response.png")
     """
     parameter, dof = check_curves(dataset, dof)
-    shown = scale_of(scale, unit)
+    shown = scale_of(scale, unit, dataset)
     check_anything(dataset, "amplitude")
     inner = parameter.along, "dof", "solution"
     swept = [str(dim) for dim in dataset["amplitude"].dims if dim not in inner]
@@ -247,7 +247,12 @@ def label_axes(
     """Labels of a response over the parameter ``name``; a wide one gets a logarithmic axis."""
     ax.set_xlabel(axis_label(dataset, name))
     kept, places = dataset.variables.get("structure_dof"), places_of(dataset)
-    if dof is not None and places is not None:
+    output = Description(dataset).output
+    if output is not None:
+        words = output.replace("_", " ")
+        several = dof is None and dataset.sizes["dof"] > 1
+        which = f"largest {words}" if several else f"{words}{'' if dof is None else f' {dof}'}"
+    elif dof is not None and places is not None:
         which = f"response of {places.name(dof)}"
     elif kept is None:
         which = "largest response" if dof is None else f"response of DOF {dof}"

@@ -185,12 +185,12 @@ class Scale(NamedTuple):
     @property
     def label(self) -> str:
         """The unit of what is drawn."""
-        unit = _METRES[self.unit][1]
+        unit = _METRES.get(self.unit, (1.0, self.unit))[1]
         return f"dB re 1 {unit}" if self.kind == "decibel" else unit
 
     def of(self, amplitude: Any) -> Any:
         """What is drawn of amplitudes [m]."""
-        shown = amplitude / _METRES[self.unit][0]
+        shown = amplitude / _METRES.get(self.unit, (1.0, ""))[0]
         return decibel(shown) if self.kind == "decibel" else shown
 
     def of_level(self, level: Any) -> Any:
@@ -212,10 +212,12 @@ _METRES = {"m": (1.0, "m"), "mm": (1e-3, "mm"), "um": (1e-6, "µm")}
 SCALES = ("decibel", "linear", "log")
 
 
-def scale_of(scale: str, unit: str) -> Scale:
-    """The scale of two words; ValueError for others."""
+def scale_of(scale: str, unit: str, dataset: xr.Dataset) -> Scale:
+    """The scale of two words, of an output in its own unit; ValueError for others."""
     kind = check.one_of("scale", scale, SCALES)
-    return Scale(kind, check.one_of("unit", unit, _METRES))
+    unit = check.one_of("unit", unit, _METRES)
+    own = dataset["amplitude"].attrs.get("units", "m") if "amplitude" in dataset else "m"
+    return Scale(kind, unit if own == "m" else own)
 
 
 def is_wide(values: np.ndarray) -> bool:

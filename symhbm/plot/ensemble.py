@@ -97,7 +97,7 @@ def envelope(
             f"quantiles={check.shown(quantiles)}: expected a lower and an upper one from 0 to 1"
         )
     samples = check.integer("samples", samples, 0, dataset.sizes["sample"])
-    shown = scale_of(scale, unit)
+    shown = scale_of(scale, unit, dataset)
     reference = None if tuned is None else drawn(_tuned(tuned, parameter, dof), shown)[:2]
     value, amplitude = _on_common_grid(dataset, parameter, dof)
     covered = np.isfinite(amplitude).any(axis=0)

@@ -10,6 +10,7 @@ from scipy.interpolate import PchipInterpolator
 
 from symhbm.numerics import FloatArray, amplitude_between, largest_displacement
 from symhbm.plot.drawing import Moving, decibel, motions_of
+from symhbm.results import Description
 
 _STRAIGHT = 0.002
 """Distance [dB] of the curve from a straight line from which the line is halved."""
@@ -199,6 +200,8 @@ def located_peaks(curve: xr.Dataset, parameter: Moving) -> list[Peak]:
     """The located peaks of a curve, one for each degree of freedom where several peak together."""
     keys = [f"peak_{key}" for key in ("kind", parameter.name, "amplitude", "dof")]
     if not all(key in curve.variables and "peak" in curve[key].dims for key in keys):
+        return []
+    if not Description(curve).peaks_of_amplitude:
         return []
     rows = [*zip(*(curve[key].values for key in keys), strict=True)]
     peaks = [

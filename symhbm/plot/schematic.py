@@ -148,7 +148,7 @@ def _force(model: Structure, excitation: Excitation, basis: FourierBasis | None)
         harmonics = {harmonic for table in tables for harmonic in table}
         harmonics |= {0, 1, *(getattr(part, "harmonic", 1) for part in parts)}
         basis = FourierBasis(check_harmonics(harmonics))
-    each = [force_coefficients(part, model.n_whole, basis) for part in parts]
+    each = [_coefficients(model, part, basis) for part in parts]
     size = np.linalg.norm(np.sum(each, axis=0), axis=1)
     texts = [_text(*pair) for pair in zip(parts, each, strict=True)]
     inside = 0
@@ -159,11 +159,22 @@ def _force(model: Structure, excitation: Excitation, basis: FourierBasis | None)
     return _Force(size, "; ".join(texts), inside)
 
 
+def _coefficients(model: Structure, part: Excitation, basis: FourierBasis) -> FloatArray:
+    """Coefficients (n_whole, n_components) [N]; relative sizes of what the frequency changes."""
+    if not part.changes:
+        return force_coefficients(part, model.n_whole, basis)
+    shapes = model.force_shapes(part, basis).values()
+    return np.sum([shape / (np.abs(shape).max() or 1.0) for shape in shapes], axis=0)
+
+
 def _text(part: Excitation, coefficients: FloatArray) -> str:
     """What a force is, from its coefficients (n_dof, n_components) [N]."""
     size = np.linalg.norm(coefficients, axis=1)
     count = np.count_nonzero(size)
-    amplitude = f"$f_0$ = {number(part.amplitude)} N"
+    amplitude = f"$f_0$ = {number(part.amplitude)} {part.units}"
+    if part.changes:
+        where = f"{_counted(count, 'degree')} of freedom"
+        return f"{part.meaning}, {amplitude}: a force on {where} that changes with the frequency"
     if isinstance(part, PointForce):
         turn = "" if part.harmonic == 1 else f"{part.harmonic} "
         phase = f" + {number(part.phase)} rad" if part.phase else ""

@@ -6,7 +6,7 @@ from symhbm.response.modes_and_cycles import limit_cycles, nonlinear_modes
 from symhbm.response.other_branches import other_branches
 from symhbm.response.periodic_motion import periodic_motion
 from symhbm.response.recover import recover
-from symhbm.response.run import resume
+from symhbm.response.run import reported, resume
 from symhbm.response.solve import solve
 from symhbm.response.static_states import static_states
 from symhbm.response.unforced import synthesised_response
@@ -23,6 +23,7 @@ __all__ = [
     "other_branches",
     "periodic_motion",
     "recover",
+    "reported",
     "resume",
     "sector_response",
     "solve",

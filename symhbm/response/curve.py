@@ -41,7 +41,7 @@ from symhbm.response.unforced import (
     cycle_curve,
     mode_curve,
 )
-from symhbm.results import SLOPES, Request, Sweep, tables
+from symhbm.results import SLOPES, Request, Sweep, tables, values_of
 
 SMALLEST = 1e-3
 """Share of the largest value of a band below which steps along it are no longer relative."""
@@ -350,7 +350,8 @@ class Curve:
         """
         per_dof, symmetry = self.request.per_dof, self.symmetry
         offsets = [0]
-        if symmetry is not None and per_dof:
+        # Outputs are of all sectors as they are.
+        if symmetry is not None and per_dof and self._problem(0).peaks_of is None:
             offsets = [i * symmetry.n_dof for i in range(symmetry.n_sectors)]
         shown = self.request.shown([peak.value for peak, _, _ in located]).tolist()
         rows = [
@@ -371,12 +372,18 @@ class Curve:
         )
         truncation = self._truncation(len(rows), self.highest_level)
         table |= {f"peak_{name}": values for name, values in truncation.items()}
+        for name, output in whole.model.outputs.items():
+            size = output.rows.shape[:1] if output.several else ()
+            table[f"peak_{name}_amplitude"] = np.full((len(rows), *size), np.nan)
         for level in {level for _, level, _ in located}:
             problem, at = self._problem(level), [i for i, row in enumerate(rows) if row[3] == level]
             unknowns = np.array([rows[i][2].unknowns for i in at])
             coefficients = by_harmonic(problem.basis, problem.layout.everywhere(unknowns))
             of_level = self._truncation(len(at), level, [rows[i][4] for i in at])
             of_level |= dict(coefficient=coefficients)
+            for name, output in problem.model.outputs.items():
+                of_output = values_of(output, problem.basis, problem.output_of(name, unknowns))
+                of_level[f"{name}_amplitude"] = of_output[f"{name}_amplitude"]
             _put(table, np.array(at), {f"peak_{name}": of for name, of in of_level.items()})
         return table
 

@@ -14,7 +14,7 @@ from symhbm.numerics import (
     by_harmonic,
     largest_displacement,
 )
-from symhbm.results import OF_LAWS, VARIABLES, tables
+from symhbm.results import OF_LAWS, VARIABLES, tables, values_of, variables_of
 from symhbm.time_domain import growth_rate, verdict
 
 _OF_CONTACTS = dict(
@@ -110,6 +110,11 @@ def _layout(problem: HarmonicBalance, stability: bool) -> tables.Layout:
     kinds |= dict.fromkeys(variables_of_laws(problem), float)
     kinds["iterations"] = np.int32
     inner = {name: VARIABLES[name].inner if name in VARIABLES else OF_LAWS for name in kinds}
+    for output in model.outputs.values():
+        sizes |= dict.fromkeys(output.inner, int(output.rows.shape[0]))
+    of_outputs = variables_of(model.outputs)
+    kinds |= dict.fromkeys(of_outputs, float)
+    inner |= {name: about.inner for name, about in of_outputs.items()}
     return {
         name: (np.dtype(kind), tuple(sizes[dim] for dim in inner[name]))
         for name, kind in kinds.items()
@@ -134,6 +139,8 @@ def _described(
         coefficient=by_harmonic(basis, first.layout.everywhere(unknowns)),
         **{name: of for name, of in contacts.items() if name not in _COUNTS},
     )
+    for name, output in first.model.outputs.items():
+        table |= values_of(output, basis, first.output_of(name, unknowns))
     arguments = [*zip(problems, unknowns, frequencies.tolist(), strict=True)]
     if _sums_samples(first):
         table["sampling_error"] = np.array([_sampling_error(*point) for point in arguments])

@@ -28,6 +28,7 @@ from symhbm.results import (
     check_keep,
     check_parameter,
     parse,
+    parts,
 )
 from symhbm.time_domain import check_stability
 from symhbm.workers import check_executor, check_progress
@@ -39,6 +40,7 @@ def frf(
     at: ArrayLike | None = None,
     over: Mapping[str, Any] | xr.Dataset | None = None,
     *,
+    part: parts.JobPart | None = None,
     accuracy: float | None = None,
     stability: bool = False,
     phase_resonances: bool = False,
@@ -73,6 +75,10 @@ def frf(
         list becomes a dimension of its own name. A DataArray may have the dimension ``dof`` or
         ``contact`` (a pattern) and any other, for example ``sample``. Several names give their
         product; names that share a dimension go in pairs.
+    part
+        Compute these parameter sets alone: ``(k, n)``, the k-th of n parts of the longest dimension
+        of ``over``, a ``range`` of positions along it, or ``{dimension: range}``. Each job of
+        many computes one, with the same ``over``; `symhbm.merge` makes one result of all.
     accuracy
         Largest error of the displacements by truncation of the harmonics, relative to their
         amplitudes, and of normal forces that vary with the motion, relative to the largest over
@@ -180,7 +186,7 @@ def frf(
         verifiable,
         max_points,
     )
-    return _run(problem, axis, options, over, archive, executor, throw, progress)
+    return _run(problem, axis, options, over, part, archive, executor, throw, progress)
 
 
 def follow(
@@ -190,6 +196,7 @@ def follow(
     at: ArrayLike | None = None,
     over: Mapping[str, Any] | xr.Dataset | None = None,
     *,
+    part: parts.JobPart | None = None,
     frequency: float,
     contact: int | None = None,
     dof: int | None = None,
@@ -222,6 +229,8 @@ def follow(
         springs may make several, as in `frf`. Peaks lie between the values.
     over
         Other parameters to sweep, as in `frf`.
+    part
+        The parameter sets of one job, as in `frf`.
     frequency
         The constant excitation frequency [Hz].
     contact, dof
@@ -281,7 +290,7 @@ def follow(
         verifiable,
         max_points,
     )
-    return _run(problem, axis, options, over, archive, executor, throw, progress)
+    return _run(problem, axis, options, over, part, archive, executor, throw, progress)
 
 
 def _damping_values(axis: dict[str, Any], sweep: Sweep) -> list[float]:
@@ -296,6 +305,7 @@ def _run(
     axis: dict[str, Any],
     options: tuple[Any, ...],
     over: Mapping[str, Any] | xr.Dataset | None,
+    part: parts.JobPart | None,
     archive: str | os.PathLike[str] | None,
     executor: Executor | None,
     throw: bool,
@@ -308,6 +318,7 @@ def _run(
     if not isinstance(peaks, str) or peaks not in ("largest", "each"):
         raise ValueError(f"peaks={check.shown(peaks)}: expected 'largest' or 'each'")
     sweep = parse(problem, over)
+    chosen = parts.check_part(part, sweep)
     if axis["name"] in sweep.values:
         raise ValueError(f"over: {axis['name']!r} is the parameter that is followed")
     moving = {axis["name"], *sweep.values}
@@ -333,5 +344,7 @@ def _run(
         keep=check_keep(keep, verifiable, axis["name"], accuracy),
         angles=angles,
     )
-    request = prepared(problem, sweep, request, progress)
-    return reported(run(problem, sweep, request, archive, executor, progress), throw, depth=4)
+    computed = sweep if chosen is None else parts.restricted(sweep, chosen)
+    request = prepared(problem, computed, request, progress)
+    result = run(problem, sweep, request, archive, executor, progress, chosen)
+    return reported(result, throw, depth=4)

@@ -10,34 +10,38 @@ from typing import Any
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from symhbm.balance import HarmonicBalance, check_problem
+from symhbm.balance import HarmonicBalance
 from symhbm.model import Place
 from symhbm.numerics import check
 from symhbm.response.run import reported, run
-from symhbm.response.unforced import with_cycle_dof, with_dof
-from symhbm.results import (
-    Request,
-    Sweep,
-    check_band,
-    check_grid,
-    check_index,
-    check_keep,
-    check_parameter,
-    parse,
+from symhbm.response.unforced import (
+    amplitudes_of,
+    axis_of,
+    checked,
+    first_of,
+    modes_of,
+    wave_of,
+    with_cycle_dof,
+    with_dof,
 )
+from symhbm.results import Request, check_grid, check_keep, parts
 from symhbm.time_domain import check_stability
-from symhbm.workers import check_executor, check_progress
 
 
 def nonlinear_modes(
     problem: HarmonicBalance,
-    mode: int = 0,
-    amplitude: tuple[float, float] = (1e-6, 1e-2),
-    dof: Place | None = 0,
+    parameter: str | None = None,
+    band: tuple[float, float] | None = None,
     at: ArrayLike | None = None,
     over: Mapping[str, Any] | xr.Dataset | None = None,
     *,
+    part: parts.JobPart | None = None,
+    mode: int = 0,
+    amplitude: float | tuple[float, float] = (1e-6, 1e-2),
+    dof: Place | None = 0,
     nodal_diameter: int | None = None,
+    contact: int | None = None,
+    blade: int | None = None,
     keep: Iterable[str] | None = None,
     archive: str | os.PathLike[str] | None = None,
     executor: Executor | None = None,
@@ -52,24 +56,33 @@ def nonlinear_modes(
     problem
         What vibrates. Its force does not drive the modes: what of it oscillates is left out, static
         loads stay. It may have none, ``HarmonicBalance(model, harmonics=(1, 3, 5))``.
+    parameter, band
+        A named parameter that moves between two values (SI units) in place of the amplitude, for
+        example ``"normal_load", (0.1, 10)``, with one ``amplitude``. It may be any that does not
+        change the mass matrix.
+    at : (n,), ascending
+        Amplitudes [m], or values of the parameter, of a grid, which then is a dimension, and
+        ``solution`` another: where the mode turns back along it, there are several. By default the
+        result holds the points of the path along ``point``.
+    over
+        Named parameters to sweep, as in `symhbm.frf`.
     mode
         Number of the mode from the lowest, 0 first, of small motions about the rest: contacts that
-        are closed there stick.
+        are closed there stick. Over a parameter it is that at the first value.
     amplitude
-        Smallest and largest amplitude [m]: that of the first harmonic at ``dof``.
+        Smallest and largest amplitude [m]: that of the first harmonic at ``dof``. One amplitude
+        where a parameter moves.
     dof
         The degree of freedom that tells the amplitude, by its number or by its name as ``"tip:y"``;
         None for the one that moves most in the linear mode of the first parameter set.
-    at : (n,), ascending
-        Amplitudes [m] of a grid; ``amplitude`` then is a dimension, and ``solution`` another: where
-        the amplitude turns back along the mode, there are several. By default the result holds the
-        points of the path along ``point``.
-    over
-        Named parameters to sweep, as in `symhbm.frf`.
+    part
+        The parameter sets of one job, as in `symhbm.frf`.
     nodal_diameter
         Of a disk of equal sectors, numbered one after the other, the mode of the wave in which each
         sector lags the one before by ``2 pi nodal_diameter / N``; negative ones go the other way.
         One sector is solved. Of a `symhbm.Sector` it is by default the engine order of its force.
+    contact, blade
+        The one contact or blade whose parameter moves, by default all alike.
     keep, archive, executor, throw, progress, max_points
         As in `symhbm.frf`.
 
@@ -78,7 +91,7 @@ def nonlinear_modes(
     Dataset with ``frequency`` [Hz] and ``damping_ratio`` over ``amplitude`` [m], beside them
     ``modal_amplitude`` [kg^1/2 m], the root of ``X^H M X`` summed over the harmonics above 0,
     ``coefficient`` [m], ``largest_displacement`` (dof) [m] and what contacts do, as in
-    `symhbm.frf`. Events are those of contacts, ``fold`` where the amplitude turns back, and
+    `symhbm.frf`. Events are those of contacts, ``fold`` where what moves turns back, and
     ``damping turns`` where the damping ratio has a maximum or a minimum.
 
     Raises
@@ -117,23 +130,40 @@ def nonlinear_modes(
     (array(['onset of slip', 'damping turns'], dtype=object), array([0.00015 , 0.000391]))
     >>> modes.damping_ratio.max().values.round(4)
     np.float64(0.1138)
+
+    The normal load that damps vibrations of 0.3 mm most:
+
+    >>> loads = sh.nonlinear_modes(
+    ...     problem, "normal_load", (0.1, 10), amplitude=3e-4, progress=False
+    ... )
+    >>> best = loads.isel(event=loads.event_kind == "damping turns")
+    >>> best.event_normal_load.values.round(4), best.event_damping_ratio.values.round(4)
+    (array([2.3039]), array([0.1138]))
     """
-    sweep, throw, progress = _checked(problem, over, executor, throw, progress)
-    band = _amplitudes(amplitude)
+    sweep, throw, progress = checked(problem, over, executor, throw, progress)
+    wave = wave_of(nodal_diameter)
+    axis: dict[str, Any]
+    if parameter is None:
+        if not (band is contact is blade is None):
+            raise ValueError("parameter=None: expected the name of one where band is given")
+        edges = amplitudes_of(amplitude)
+        axis = dict(name="amplitude", band=edges, at=check_grid(at, edges), index=None)
+    else:
+        axis = axis_of(problem, parameter, band, at, contact, blade, sweep, wave)
+        axis["amplitude"] = check.scalar("amplitude", amplitude, "positive")
     request = Request(
-        name="amplitude",
-        band=band,
-        at=check_grid(at, band),
+        **axis,
         may_fold=True,
         max_points=check.integer("max_points", max_points, minimum=2),
-        keep=check_keep(keep, False, "amplitude", None),
+        keep=check_keep(keep, False, axis["name"], None),
         unforced="nonlinear mode",
         mode=check.integer("mode", mode, minimum=0),
-        nodal_diameter=_nodal_diameter(nodal_diameter),
+        nodal_diameter=wave,
         dof=None if dof is None else problem.model.number_of(dof),
     )
-    request = with_dof(_first(problem, sweep), request)
-    return reported(run(problem, sweep, request, archive, executor, progress), throw)
+    request = with_dof(first_of(problem, sweep), request)
+    chosen = parts.check_part(part, sweep)
+    return reported(run(problem, sweep, request, archive, executor, progress, chosen), throw)
 
 
 def limit_cycles(
@@ -143,6 +173,7 @@ def limit_cycles(
     at: ArrayLike | None = None,
     over: Mapping[str, Any] | xr.Dataset | None = None,
     *,
+    part: parts.JobPart | None = None,
     mode: int | Sequence[int] = 0,
     amplitude: tuple[float, float] = (1e-6, 1.0),
     dof: Place | None = None,
@@ -174,6 +205,8 @@ def limit_cycles(
         there may be several cycles or none. By default the result holds points along ``point``.
     over
         Named parameters to sweep, as in `symhbm.frf`.
+    part
+        The parameter sets of one job, as in `symhbm.frf`.
     mode
         Number of the mode whose cycles are looked for, from the lowest, 0 first, or several.
     amplitude
@@ -242,19 +275,12 @@ def limit_cycles(
     >>> over.fold_damping.values.round(3)  # beyond it friction cannot hold the blade
     np.float64(-26.317)
     """
-    sweep, throw, progress = _checked(problem, over, executor, throw, progress)
-    amplitudes = _amplitudes(amplitude)
-    wave = _nodal_diameter(nodal_diameter)
+    sweep, throw, progress = checked(problem, over, executor, throw, progress)
+    amplitudes = amplitudes_of(amplitude)
+    wave = wave_of(nodal_diameter)
     axis: dict[str, Any] = dict(name="amplitude", band=amplitudes, at=None, index=None)
     if parameter is not None:
-        axis = _axis(problem, parameter, band, at, contact, blade)
-        if axis["name"] in sweep.values:
-            raise ValueError(f"over: {axis['name']!r} is the parameter that is followed")
-        if wave is not None and axis["index"] is not None:
-            raise ValueError(
-                f"nodal_diameter={wave}: expected None where the parameter of one contact or blade "
-                "moves, all sectors move alike in a wave"
-            )
+        axis = axis_of(problem, parameter, band, at, contact, blade, sweep, wave)
     elif not (band is at is contact is blade is None):
         raise ValueError("parameter=None: expected the name of one where band or at is given")
     if stability is None:
@@ -266,67 +292,11 @@ def limit_cycles(
         max_points=check.integer("max_points", max_points, minimum=2),
         keep=check_keep(keep, False, axis["name"], None),
         unforced="limit cycle",
-        mode=_modes(mode),
+        mode=modes_of(mode),
         nodal_diameter=wave,
         dof=None if dof is None else problem.model.number_of(dof),
         amplitudes=amplitudes,
     )
-    request = with_cycle_dof(_first(problem, sweep), request)
-    return reported(run(problem, sweep, request, archive, executor, progress), throw)
-
-
-def _checked(
-    problem: HarmonicBalance, over: Any, executor: Any, throw: bool, progress: bool | None
-) -> tuple[Sweep, bool, bool | None]:
-    """The sweep and flags of a call; raises for a problem whose modes are not known."""
-    check_problem(problem)
-    check_executor(executor)
-    throw, progress = check.flag("throw", throw), check_progress(progress)
-    if problem.samples is not None:
-        raise ValueError(f"samples={problem.samples}: expected a problem with located angles")
-    if 1 not in problem.harmonics:
-        raise ValueError(
-            f"harmonics={problem.harmonics}: expected 1 among them, its amplitude is that of modes"
-        )
-    return parse(problem, over), throw, progress
-
-
-def _amplitudes(amplitude: Any) -> tuple[float, float]:
-    """A band of amplitudes, ascending."""
-    band = check_band("amplitude", amplitude, "positive", " [m]")
-    if band[0] > band[1]:
-        raise ValueError(f"amplitude={check.shown(amplitude)}: expected (smallest, largest) [m]")
-    return band
-
-
-def _axis(
-    problem: HarmonicBalance, parameter: str, band: Any, at: Any, contact: Any, blade: Any
-) -> dict[str, Any]:
-    """Fields of the request that tell which parameter moves, and where."""
-    bound = check_parameter(problem, parameter)
-    name = problem.parameter_name(parameter)
-    if name == "force_amplitude":
-        raise ValueError(f"parameter={parameter!r}: expected one of the structure, no force acts")
-    edges = check_band("band", band, bound, f" [{problem.model.about(name).units}]")
-    index = check_index(problem, name, contact, blade)
-    return dict(name=name, band=edges, at=check_grid(at, edges), index=index)
-
-
-def _modes(mode: Any) -> int | tuple[int, ...]:
-    """A number of a mode, or several different ones."""
-    if not isinstance(mode, Sequence) or isinstance(mode, str):
-        return check.integer("mode", mode, minimum=0)
-    numbers = tuple(check.integer("mode", number, minimum=0) for number in mode)
-    if not numbers or len({*numbers}) < len(numbers):
-        raise ValueError(f"mode={check.shown(mode)}: expected different numbers of modes")
-    return numbers
-
-
-def _nodal_diameter(given: Any) -> int | None:
-    return None if given is None else check.integer("nodal_diameter", given)
-
-
-def _first(problem: HarmonicBalance, sweep: Sweep) -> HarmonicBalance:
-    """The problem of the first parameter set."""
-    first = sweep.chosen(0)
-    return problem.with_parameters(**first) if first else problem
+    request = with_cycle_dof(first_of(problem, sweep), request)
+    chosen = parts.check_part(part, sweep)
+    return reported(run(problem, sweep, request, archive, executor, progress, chosen), throw)

@@ -1,13 +1,16 @@
 """`periodic_motion`: the exact periodic motion in time, as a labelled dataset."""
 
 from collections.abc import Iterable
+from typing import Any
 
 import numpy as np
+import scipy
 import xarray as xr
 
 from symhbm.balance import HarmonicBalance, check_problem, is_held
 from symhbm.continuation import SolveError, Status
 from symhbm.model.contacts import Behaviour
+from symhbm.model.outputs import Output
 from symhbm.numerics import (
     RADIANS,
     FloatArray,
@@ -21,6 +24,8 @@ from symhbm.numerics import (
 from symhbm.results import check_dataset, schema
 from symhbm.time_domain import INTEGRATION_TOLERANCE, ExactMotion, curved, exact_motion_of, in_plane
 
+_FINE = 1024
+"""Samples of the period among which the extremes of an output are found."""
 _NORMAL = ("open_fraction", "mean_normal_force", "least_normal_force", "largest_normal_force")
 _KINDS = {"slip": "onset of slip", "stick": "end of slip", "apart": "opening"}
 
@@ -61,12 +66,12 @@ def periodic_motion(
 
     Returns
     -------
-    Dataset with displacement, velocity and friction force along ``angle`` [rad] (``omega t``),
-    their coefficients, of planar friction also the force across; the changes of contact states
-    along ``event``, Floquet multipliers, the work of the exciting force and where it goes; with
-    contacts that have a normal direction also their normal force, its mean and extremes, and how
-    long they are open. Where nothing converged, ``converged`` is False, the values are NaN and
-    ``status`` says why.
+    Dataset with displacement, velocity, friction force and outputs along ``angle`` [rad]
+    (``omega t``), their coefficients, of planar friction also the force across; the changes of
+    contact states along ``event``, Floquet multipliers, the work of the exciting force and where
+    it goes; with contacts that have a normal direction also their normal force, its mean and
+    extremes, and how long they are open. Where nothing converged, ``converged`` is False, the
+    values are NaN and ``status`` says why.
 
     Raises
     ------
@@ -149,6 +154,8 @@ def _describe(
         viscous_dissipation=np.float64(motion.damping_loss),
         stick_fraction=motion.stick_fraction,
     )
+    for output in problem.model.outputs.values():
+        values |= _of_output(output, motion, basis, response, displacement)
     laws = [group.law for group in problem.model.groups]
     if across[0].size:
         names = "friction_force_across", "friction_force_across_coefficient"
@@ -178,6 +185,54 @@ def _describe(
         iterations=np.int32(motion.iterations),
         converged=np.bool_(motion.converged),
     )
+
+
+def _of_output(
+    output: Output,
+    motion: ExactMotion,
+    basis: FourierBasis,
+    response: FloatArray,
+    displacement: FloatArray,
+) -> Table:
+    """An output over the period, and its exact extremes: the highest samples are refined."""
+    name = output.name
+    angle = 2 * np.pi * np.arange(_FINE) / _FINE
+    rows = output.rows @ motion.at(angle)[0].T
+    largest, spread = np.empty((2, len(rows)))
+    for i, values in enumerate(rows):
+        top, bottom = (
+            sign * _highest(lambda tau, i=i, sign=sign: sign * _value(output, motion, i, tau), at)
+            for sign, at in (
+                (1.0, float(angle[values.argmax()])),
+                (-1.0, float(angle[values.argmin()])),
+            )
+        )
+        largest[i], spread[i] = max(abs(top), abs(bottom)), top - bottom
+    at = slice(None) if output.several else 0
+    return {
+        name: (output.rows @ displacement.T).T[:, at],
+        f"{name}_amplitude": largest[at],
+        f"{name}_peak_to_peak": spread[at],
+        f"{name}_coefficient": by_harmonic(basis, output.rows @ response)[at],
+    }
+
+
+def _value(output: Output, motion: ExactMotion, row: int, angle: float) -> float:
+    """One row of an output at an angle of the period."""
+    return float((output.rows[[row]] @ motion.at(np.array([angle]))[0][0])[0])
+
+
+def _highest(function: Any, start: float) -> float:
+    """The highest value of a function next to an angle where samples are highest."""
+    width = 2 * np.pi / _FINE
+    search: Any = scipy.optimize.minimize_scalar
+    found = search(
+        lambda tau: -function(tau),
+        bounds=(start - width, start + width),
+        method="bounded",
+        options={"xatol": 1e-10},
+    )
+    return max(-float(found.fun), function(start))
 
 
 def _event_kinds(motion: ExactMotion) -> np.ndarray:

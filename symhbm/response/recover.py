@@ -4,7 +4,7 @@ import numpy as np
 import xarray as xr
 
 from symhbm.balance import HarmonicBalance, check_problem
-from symhbm.model import Model
+from symhbm.model import PARAMETERS, Model
 from symhbm.model.condensation import LONG, CondensedModel, dynamic_stiffness, factorised, refined
 from symhbm.model.cyclic import Sector
 from symhbm.numerics import (
@@ -16,7 +16,7 @@ from symhbm.numerics import (
     length_of,
     unknowns_of,
 )
-from symhbm.results import check_dataset, meaning, of_places
+from symhbm.results import check_dataset, meaning, of_places, values_of, variables_of
 
 
 def recover(
@@ -41,10 +41,11 @@ def recover(
     Returns
     -------
     Dataset with ``coefficient`` (dof, harmonic, component) and ``amplitude`` (dof) [m] of all
-    degrees of freedom, ``frequency`` [Hz], and two errors in all equations of the whole structure,
-    contacts included. ``residual_norm`` is their largest residual over the largest sum of absolute
-    force terms. ``condensation_error`` is the length of a Newton step of the kept degrees of
-    freedom over that of their response: the error of this response by condensation. Places of the
+    degrees of freedom, outputs of the structure, ``frequency`` [Hz], and two errors in all
+    equations of the whole structure, contacts included. ``residual_norm`` is their largest residual
+    over the largest sum of absolute force terms. ``condensation_error`` is the length of a Newton
+    step of the kept degrees of freedom over that of their response: the error of this response by
+    condensation. Places of the
     structure are coordinates.
 
     Raises
@@ -97,12 +98,15 @@ def recover(
         "condensation_error": np.float64(error),
         "frequency": np.float64(frequency),
     }
-    dataset = xr.Dataset()
+    dataset, whole = xr.Dataset(), problem.model.structure
+    kept = problem.layout.coefficients(unknowns)
+    for output in problem.model.outputs.values():
+        variables |= values_of(output, basis, output.rows @ kept)  # what they read is kept
+    records = variables_of(problem.model.outputs)
     for name, value in variables.items():
-        inner, units, long_name, _ = meaning(name)
+        inner, units, long_name, _ = meaning(name, PARAMETERS | records)
         dataset[name] = inner, value, {"units": units, "long_name": long_name}
     coordinates: dict = {name: point[name].variable for name in ("harmonic", "component")}
-    whole = problem.model.structure
     of_dofs = of_places(whole.structure if isinstance(whole, Sector) else whole)
     coordinates |= {name: part for name, part in of_dofs.items() if part[0] == "dof"}
     if isinstance(whole, Sector):  # what `sector_response` needs
@@ -123,7 +127,7 @@ def recovered(
     assert isinstance(model, CondensedModel)
     structure, masters = model.structure, model.masters
     slaves = np.setdiff1d(np.arange(structure.n_dof), masters)
-    force = structure.felt_coefficients(problem.excitation, basis)
+    force = structure.felt_coefficients(problem.excitation, basis, frequency)
     evaluation, contacts = (
         problem.evaluate(unknowns, frequency),
         problem.contact_forces(unknowns, frequency),

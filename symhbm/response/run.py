@@ -19,17 +19,18 @@ from symhbm.model.contacts import ContactLaw
 from symhbm.numerics import Table, check, on_one_thread
 from symhbm.response.curve import blank_curve, prepared
 from symhbm.response.ensemble import compute
-from symhbm.results import DatasetParts, Request, Sweep, schema, tables
+from symhbm.results import DatasetParts, Request, Sweep, parts, schema, tables
 from symhbm.results.archive import (
     SUFFIX,
     ArchiveError,
     Spool,
     Store,
+    assemble,
     bytes_of,
     call_of,
+    computed_here,
     existing,
     load,
-    merge,
     path_of,
     rebuild,
     working_file,
@@ -45,21 +46,29 @@ def run(
     archive: str | os.PathLike[str] | None = None,
     executor: Executor | None = None,
     progress: bool | None = None,
+    part: parts.Part | None = None,
 ) -> xr.Dataset:
     """Dataset of the curves of all parameter sets, opened lazily where it is an ``archive``.
 
-    A note on KeyboardInterrupt tells which results are safe and how to go on.
+    Of a ``part`` of the sweep there are its sets alone. A note on KeyboardInterrupt tells which
+    results are safe and how to go on.
 
     Raises KeyError for names to keep that the result does not have, and ArchiveError if the archive
     is of another computation, is in use, or cannot be written.
     """
     call, blank = schema.describe(problem, sweep, request), _blank(problem, request)
+    if part is not None:
+        sweep, whole = parts.restricted(sweep, part), call
+        call = schema.describe(problem, sweep, request)
+        call = parts.call_of_part(call, whole, part, tables.encode(blank()))
     if request.keep is not None:
         call.attributes["left_out"] = json.dumps(_left_out(problem, request, call))
     if archive is None:
         with Spool() as spool, _with_note(lambda: _lost_text(len(spool), sweep.size)):
             for encoded in compute(problem, sweep, request, blank, executor, progress):
                 spool.add(encoded)
+            if part is not None:
+                call.attributes[parts.COMPUTED] = json.dumps([computed_here()])
             return schema.label(call, sweep, request, spool.stacked())
     target = _target("archive", archive)
     file, call = working_file(target), call.dataset()
@@ -217,7 +226,7 @@ def _finished(
         with closing(curves):
             for encoded in curves:
                 store.add(encoded)
-        merge(store, target, progress)
+        assemble(store, target, progress)
         store.remove()
     return load(target, lazy=True)
 

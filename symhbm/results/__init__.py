@@ -1,8 +1,9 @@
 """Datasets: the request, names and units of the variables, provenance."""
 
-from symhbm.results import schema, tables, variables
+from symhbm.results import parts, schema, tables, variables
 from symhbm.results.blocks import consecutive_blocks
 from symhbm.results.description import Description, records_of_problem
+from symhbm.results.outputs import values_of, variables_of
 from symhbm.results.places import check_dof, of_places, places_of
 from symhbm.results.provenance import (
     DRAWN,
@@ -57,12 +58,15 @@ __all__ = [
     "meaning",
     "of_places",
     "parse",
+    "parts",
     "places_of",
     "recall",
     "records_of_problem",
     "schema",
     "tables",
+    "values_of",
     "variables",
+    "variables_of",
     "variables_of_model",
     "with_provenance",
     "without",

@@ -7,8 +7,16 @@ from typing import Any
 import xarray as xr
 
 from symhbm.balance import HarmonicBalance
-from symhbm.model import PARAMETERS, is_pattern, records_by_name, records_of_blade_modes
+from symhbm.model import (
+    PARAMETERS,
+    is_pattern,
+    records_by_name,
+    records_of_blade_modes,
+)
 from symhbm.model.contacts import Parameter
+from symhbm.model.excitation import amplitude_of
+from symhbm.model.outputs import Output
+from symhbm.results.outputs import histories_of, of_peaks, variables_of
 from symhbm.results.variables import (
     OF_LAWS,
     OF_PLACES,
@@ -17,6 +25,9 @@ from symhbm.results.variables import (
     VARIABLES,
     Variable,
 )
+
+OUTPUT = "output"
+"""Attribute of results in which an output takes the place of displacements: its name."""
 
 
 class Description:
@@ -110,6 +121,16 @@ class Description:
         return self.request.get("peaks") == "each"
 
     @property
+    def output(self) -> str | None:
+        """The output that amplitudes are of, None for displacements."""
+        return self._attributes.get(OUTPUT)
+
+    @property
+    def peaks_of_amplitude(self) -> bool:
+        """Whether peaks are those of the amplitudes, and not of another output."""
+        return self.problem.get("peaks_of") == self.output
+
+    @property
     def swept(self) -> list[str]:
         """Names of the swept parameters, which differ between curves."""
         return self._read("swept", [])
@@ -128,7 +149,10 @@ class Description:
 def records_of(description: dict[str, Any]) -> dict[str, Parameter | Variable]:
     """What the parameters of a described problem are, and the variables of its contact laws."""
     variables = [entry["variables"] for entry in description.get("groups", {}).values()]
-    return parameters_of(description) | _of_laws(variables)
+    outputs = {n: Output.from_stored(n, o) for n, o in description.get("outputs", {}).items()}
+    of_outputs = of_peaks(outputs.get(description.get("peaks_of", "")))
+    of_outputs |= variables_of(outputs) | histories_of(outputs)
+    return parameters_of(description) | _of_laws(variables) | of_outputs
 
 
 def parameters_of(description: dict[str, Any]) -> dict[str, Parameter]:
@@ -138,7 +162,8 @@ def parameters_of(description: dict[str, Any]) -> dict[str, Parameter]:
         for group, entry in description.get("groups", {}).items()
     }
     of_modes = records_of_blade_modes(description.get("blade_modes", 0))
-    return PARAMETERS | of_modes | records_by_name(own)
+    of_force = amplitude_of(*description["amplitude"]) if "amplitude" in description else {}
+    return PARAMETERS | of_modes | records_by_name(own) | of_force
 
 
 def check_names(problem: HarmonicBalance) -> None:
@@ -148,6 +173,12 @@ def check_names(problem: HarmonicBalance) -> None:
             raise ValueError(
                 f"problem: the parameter {name!r} of a contact law needs a name of its own, "
                 f"{name!r} is the result's"
+            )
+    taken = {*VARIABLES, *OWN_DIMENSIONS, *OF_PLACES, *problem.parameters}
+    for output in problem.model.outputs.values():
+        for name in ({output.name, *output.inner, *variables_of({output.name: output})}) & taken:
+            raise ValueError(
+                f"outputs: {output.name!r} needs a name of its own, {name!r} is the result's"
             )
     for group in problem.groups:
         for name in group.law.variables:
@@ -160,7 +191,11 @@ def check_names(problem: HarmonicBalance) -> None:
 def records_of_problem(problem: HarmonicBalance) -> dict[str, Parameter | Variable]:
     """The same of a problem; ValueError for a name that all datasets have."""
     check_names(problem)
-    return problem.records | _of_laws([group.law.variables for group in problem.groups])
+    of_laws = _of_laws([group.law.variables for group in problem.groups])
+    outputs = problem.model.outputs
+    peaking = None if problem.peaks_of is None else outputs[problem.peaks_of]
+    of_outputs = variables_of(outputs) | histories_of(outputs)
+    return problem.records | of_laws | of_peaks(peaking) | of_outputs
 
 
 def _of_laws(variables: Iterable[Mapping[str, Sequence[str]]]) -> dict[str, Variable]:

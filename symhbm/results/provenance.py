@@ -40,6 +40,8 @@ from symhbm.model.contacts import (
     to_stored,
 )
 from symhbm.model.cyclic import Sector
+from symhbm.model.excitation import BaseMotion, bases_of, motions_of_base
+from symhbm.model.outputs import Output
 from symhbm.model.reduction import DeviatingModel, deviations_of
 from symhbm.model.rotation import recalled_model, speed_order
 from symhbm.results.description import Description, check_names
@@ -64,10 +66,14 @@ STRUCTURE_NUMBERS = "structure_numbers"
 """Variable of other structures without constant matrices, sectors for example: the same."""
 LARGEST_OF = "largest_of"
 """Attribute of datasets of condensed structures: the degrees of freedom that maxima are of."""
+DISPLACEMENTS = "displacements"
+"""Attribute of datasets of what a moving base drives: which displacements they hold."""
+SEEN = {"relative": "relative to the moving base", "absolute": "absolute"}
 SPEED_ORDER = "speed_order"
 """Attribute of datasets of what changes with the speed of rotation: frequencies over it."""
 EVALUATED_BY = "equations_evaluated_by"
 """Attribute of curves that tells what evaluates the equations, to the same bits."""
+_EVALUATORS = {1: "machine code", 0: "the virtual machine of CasADi"}
 LEFT_OUT = "force_left_out"
 """Attribute of motions that no force drives, of a problem with one."""
 SPEEDS = ("speed", "peak_speed", "event_speed", "branch_speed")
@@ -218,7 +224,7 @@ def with_provenance(
     check_names(problem)
     variables, coordinates = dict(variables), dict(coordinates)
     for name, value in problem.parameters.items():
-        about = problem.model.about(name)
+        about = problem.records[name]
         long_name, attributes = about.meaning, {"units": about.units, "long_name": about.meaning}
         dims = () if np.ndim(value) == 0 else problem.model.dims_of(name)
         if name in sweep.values:
@@ -229,7 +235,10 @@ def with_provenance(
             for label, coordinate in swept.coords.items():
                 if label not in (name, *LABELS, *coordinates):
                     defaults = {"long_name": str(label), "units": "1"}
-                    coordinates[str(label)] = coordinate.assign_attrs(defaults | coordinate.attrs)
+                    labelled = coordinate.assign_attrs(defaults | coordinate.attrs)
+                    coordinates[str(label)] = (
+                        labelled.variable
+                    )  # its own coordinate has no attributes
         nominal = name in sweep.values or (request and name == request.name)
         if nominal:
             attributes = attributes | {"long_name": f"{long_name}, nominal value"}
@@ -264,7 +273,7 @@ def with_provenance(
     if request and request.unforced is not None:
         kind = request.unforced.capitalize()
         global_attributes["title"] = f"{kind} of a structure by multi-harmonic balance"
-        if request.amplitudes is not None:
+        if request.unforced == "limit cycle":
             global_attributes["searched"] = _searched(request)
         if problem.excitation.amplitude:
             global_attributes[LEFT_OUT] = "what of the force oscillates; static loads act"
@@ -274,6 +283,8 @@ def with_provenance(
         if request.accuracy is not None:
             global_attributes["accuracy"] = request.accuracy
     model = problem.model
+    for motion in motions_of_base(problem.excitation):
+        global_attributes[DISPLACEMENTS] = SEEN[motion]
     if (order := speed_order(model)) is not None:
         global_attributes[SPEED_ORDER] = order
     if model.kept is not None:
@@ -290,10 +301,15 @@ def evaluated_by(by_machine_code: Iterable[int]) -> dict[str, str]:
 
     It may be both, as workers on other machines may have no compiler. Empty for no curves.
     """
-    words = {1: "machine code", 0: "the virtual machine of CasADi"}
     found = {int(each) for each in by_machine_code}
-    by = [text for state, text in words.items() if state in found]
+    by = [text for state, text in _EVALUATORS.items() if state in found]
     return {EVALUATED_BY: " and ".join(by)} if by else {}
+
+
+def states_of(dataset: xr.Dataset) -> list[int]:
+    """What evaluated some of its curves, as `evaluated_by` takes it."""
+    told = dataset.attrs.get(EVALUATED_BY, "").split(" and ")
+    return [state for state, text in _EVALUATORS.items() if text in told]
 
 
 @cache
@@ -346,6 +362,10 @@ def _of_blades(name: str, entries: Any) -> dict[str, tuple]:
 
 def _description(problem: HarmonicBalance) -> dict[str, Any]:
     excitation = problem.model.as_felt(problem.excitation, problem.basis)
+    outputs = {name: output.to_stored() for name, output in problem.model.outputs.items()}
+    model, amplitude = problem.model, excitation.amplitude
+    excitation = excitation.along_base(lambda base: _translation(base, model))
+    bases = [_base(base, model, amplitude) for base in bases_of(excitation)]
     return (
         problem.model.description()
         | _groups(problem.model)
@@ -358,7 +378,31 @@ def _description(problem: HarmonicBalance) -> dict[str, Any]:
             "lumped": problem.model.lumped,
             "excitation": excitation.description(),
         }
+        | ({"amplitude": [excitation.units, excitation.meaning]} if excitation.changes else {})
+        | ({"bases": bases} if bases else {})
+        | ({"outputs": outputs} if outputs else {})
+        | ({} if problem.peaks_of is None else {"peaks_of": problem.peaks_of})
     )
+
+
+def _base(base: BaseMotion, model: Structure, amplitude: float) -> dict[str, Any]:
+    """A motion of the base as JSON keeps it: what is given, and where it takes a structure."""
+    share = base.amplitude / amplitude if amplitude else 1.0
+    moved = _translation(base, model).tolist()
+    return base.description() | {"influence": moved, "share": share}
+
+
+def _translation(base: BaseMotion, model: Structure) -> np.ndarray:
+    """Where a unit motion of the base takes the degrees of freedom of a structure, (n_dof,).
+
+    NaN of displacements of contacts, which need not move with it.
+    """
+    moved = base.influence
+    moved = np.array(moved if isinstance(moved, tuple) else base.translation(model), dtype=float)
+    if len(moved) != model.n_dof:
+        assert model.kept is not None
+        moved = np.append(moved, np.nan)[np.minimum(model.kept, len(moved))]
+    return moved
 
 
 def _in_waves(problem: HarmonicBalance) -> dict[str, Any]:
@@ -465,11 +509,14 @@ def describe_problem(dataset: xr.Dataset, laws: Iterable[ContactLaw] = ()) -> Ha
         else:
             model = Model(*matrices, contacts=contacts, lumped=lumped, places=places, **nominal)
     of_blades = {name: _nominal(dataset, name, varied) for name in BLADE_PARAMETERS if lumped}
+    if told := description.get("outputs"):
+        model = model._seeing({name: Output.from_stored(name, each) for name, each in told.items()})
     problem = HarmonicBalance(
         model.with_parameters(**of_blades),
         excitation,
         description["harmonics"],
         description.get("samples"),
+        peaks_of=description.get("peaks_of"),
     )
     chosen = {
         name: dataset[name].values

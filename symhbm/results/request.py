@@ -19,7 +19,7 @@ OF_PEAKS = ("coefficient", "amplitude", "dof")
 _STABILITY = frozenset({"growth_rate", "stability"})
 _JSON_KEYS = {"per_dof": "each"}
 """Keys of fields in JSON where they differ: those of archives that exist."""
-_OF_UNFORCED = ("unforced", "mode", "nodal_diameter", "dof", "amplitudes")
+_OF_UNFORCED = ("unforced", "mode", "nodal_diameter", "dof", "amplitudes", "amplitude")
 """Fields that responses to a force do not have, nor their archives."""
 
 
@@ -40,9 +40,10 @@ class Request:
 
     ``unforced``: what is followed without a force, a key of `symhbm.results.variables.OF_UNFORCED`,
     None for responses. Of a nonlinear mode, ``name`` is ``"amplitude"``, that [m] of the first
-    harmonic at the degree of freedom ``dof``; ``mode`` counts from the lowest, in the wave of a
-    ``nodal_diameter`` where there is one. Of limit cycles, several modes may be searched, over
-    ``amplitudes`` [m]; ``name`` is ``"amplitude"`` where no parameter moves.
+    harmonic at the degree of freedom ``dof``, or a parameter, at a constant ``amplitude``; ``mode``
+    counts from the lowest, in the wave of a ``nodal_diameter`` where there is one. Of limit cycles,
+    several modes may be searched, over ``amplitudes`` [m]; ``name`` is ``"amplitude"`` where no
+    parameter moves.
     """
 
     name: str
@@ -65,6 +66,7 @@ class Request:
     nodal_diameter: int | None = None
     dof: int | None = None
     amplitudes: tuple[float, float] | None = None
+    amplitude: float | None = None
 
     @property
     def unit(self) -> float:

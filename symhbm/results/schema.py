@@ -11,6 +11,7 @@ from symhbm.balance import HarmonicBalance
 from symhbm.model import PARAMETERS
 from symhbm.numerics import Table, check
 from symhbm.results.description import Description, records_of, records_of_problem
+from symhbm.results.parts import PART
 from symhbm.results.provenance import DatasetParts, evaluated_by, with_provenance
 from symhbm.results.request import Request
 from symhbm.results.sweep import RESERVED, Sweep
@@ -41,6 +42,9 @@ def describe(problem: HarmonicBalance, sweep: Sweep, request: Request) -> Datase
         )
     if request.frequency is not None:
         coordinates["frequency"] = ((), request.frequency, _attributes("frequency"))
+    if request.amplitude is not None:
+        about = _attributes("amplitude", _own(request))
+        coordinates["amplitude"] = ((), request.amplitude, about)
     return with_provenance({}, coordinates, problem, sweep, request)
 
 
@@ -105,7 +109,7 @@ def differences(first: xr.Dataset, second: xr.Dataset) -> list[str]:
         Description(dataset).problem
         # Results with an accuracy have more harmonics; those given are with the request.
         | Description(dataset).request
-        | {name: dataset.attrs[name] for name in ("symhbm_schema", "swept")}
+        | {name: dataset.attrs.get(name) for name in ("symhbm_schema", "swept", PART)}
         for dataset in (first, second)
     )
     names = [name for name in settings | others if settings.get(name) != others.get(name)]
@@ -207,9 +211,9 @@ def label_peak_curve(
 ) -> xr.Dataset:
     """Dataset of the largest peak over a parameter, ``request.at`` its values; ``bands`` in Hz."""
     variables = _of_one_set(results, status, request.name, records_of_problem(problem))
-    units = problem.model.about(request.name).units
+    units, own = problem.records[request.name].units, variables["peak_amplitude"][2]["units"]
     dims, values, attributes = variables["peak_amplitude_slope"]
-    attributes = attributes | {"units": "m" if units == "1" else f"m/({units})"}
+    attributes = attributes | {"units": own if units == "1" else f"{own}/({units})"}
     variables["peak_amplitude_slope"] = dims, values, attributes
     attributes = _attributes(request.name, records_of_problem(problem))
     coordinates = {request.name: (request.name, request.at, attributes)}
@@ -217,6 +221,27 @@ def label_peak_curve(
     followed = json.loads(parts.attributes["followed"]) | {"frequency_bands": list(bands)}
     parts.attributes["followed"] = json.dumps(followed)
     return parts.dataset()
+
+
+def label_flutter_limits(
+    problem: HarmonicBalance,
+    request: Request,
+    disturbances: Sequence[float],
+    results: Table,
+    status: str,
+) -> xr.Dataset:
+    """Dataset of flutter limits of ``disturbances`` [m] over a parameter, at ``request.at``."""
+    variables = _of_one_set(results, status, request.name, records_of_problem(problem))
+    units = problem.model.about(request.name).units
+    dims, values, attributes = variables["flutter_limit_slope"]
+    attributes = attributes | {"units": "1" if units == "1" else f"1/({units})"}
+    variables["flutter_limit_slope"] = dims, values, attributes
+    attributes = _attributes(request.name, records_of_problem(problem))
+    coordinates = {
+        request.name: (request.name, request.at, attributes),
+        "disturbance": ("disturbance", np.array(disturbances), _attributes("disturbance")),
+    }
+    return with_provenance(variables, coordinates, problem, _NO_SWEEP, request).dataset()
 
 
 def _of_one_set(

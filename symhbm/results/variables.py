@@ -25,6 +25,7 @@ OWN_DIMENSIONS = (
     "angle",
     "multiplier",
     "peaking_dof",
+    "disturbance",
 )
 OF_PLACES = ("node", "direction", "label", *(f"{o}_{a}" for o in ("dof", "contact") for a in "xyz"))
 """Coordinates of structures with places."""
@@ -203,6 +204,13 @@ VARIABLES = {
         (), "1", "slope of the logarithm of the response by that of the value, held by a bound"
     ),
     "design_amplitude": Variable((), "m", "statistic of the largest responses at the optimum"),
+    "design_aim": Variable((), "as given", "the aim at the optimum"),
+    "start_aim": Variable((), "as given", "the aim at a start of the search"),
+    "descent_aim": Variable((), "as given", "the aim at the end of a descent"),
+    "named_peak": Variable((), "1", "name of a peak that the aim depends on"),
+    "named_peak_amplitude": Variable((), "m", "statistic of the largest responses of the peak"),
+    "active_named_peak": Variable((), "1", "number of the named peak of the active maximum"),
+    "n_failed": Variable((), "1", "responses of designs that could not be followed over the band"),
     "design_optimality": Variable(
         (), "1", "largest slope of the logarithm of the response that nothing holds"
     ),
@@ -210,7 +218,26 @@ VARIABLES = {
         (), "1", "smallest curvature of the logarithm of the response that nothing holds"
     ),
     "design_status": Variable((), "1", "how the search for a design ended"),
-    "certificate": Variable((), "1", "what was proved of the design and what was not"),
+    "certificate": Variable(
+        (), "1", "what was computed and checked of the design, and what was not"
+    ),
+    "aim": Variable((), "1", "name of an aim"),
+    "front_aim": Variable((), "as given", "the aim at a point of the front"),
+    "front_value": Variable((), "variable_units", "value at a point of the front"),
+    "front_kind": Variable((), "1", "end: the optimum of one aim; between: of both"),
+    "front_place": Variable(
+        (), "1", "place on the chord of the front, from 0, the first aim's end, to 1, the second's"
+    ),
+    "front_status": Variable((), "1", "how the search for the point ended"),
+    "front_optimality": Variable((), "1", "largest slope of the scalarised aim that nothing holds"),
+    "front_n_active": Variable((), "1", "maxima that hold the point of the front"),
+    "front_peak_amplitude": Variable(
+        (), "m", "statistic of the largest responses of the peak at a point of the front"
+    ),
+    "removed_aim": Variable((), "as given", "the aim at a design that is not on the front"),
+    "removed_value": Variable((), "variable_units", "value of a design that is not on the front"),
+    "removed_place": Variable((), "1", "place on the chord that the design was looked for from"),
+    "removed_reason": Variable((), "1", "why the design is not on the front"),
     "case_amplitude": Variable((), "m", "largest response of the case"),
     "start_value": Variable((), "variable_units", "value at a start of the search"),
     "start_amplitude": Variable((), "m", "statistic at a start of the search"),
@@ -222,8 +249,47 @@ VARIABLES = {
     "active_amplitude": Variable((), "m", "displacement at the active maximum"),
     "active_dof": Variable((), "1", "degree of freedom of the active maximum"),
     "active_kind": Variable((), "1", "smooth, corner, or edge: the end of the band"),
-    "active_multiplier": Variable((), "1", "multiplier of the active maximum; they sum to 1"),
+    "active_multiplier": Variable(
+        (),
+        "1",
+        "slope of the logarithm of the aim by that of the active maximum; of one peak they sum "
+        "to 1",
+    ),
     "n_followed": Variable((), "1", "sets of maxima that were followed from design to design"),
+    "design_from": Variable(
+        (), "variable_units", "first of the values that are as good as the best"
+    ),
+    "design_to": Variable((), "variable_units", "last of the values that are as good as the best"),
+    "design_damping_ratio": Variable((), "1", "damping ratio, or flutter limit, at the best value"),
+    "design_slope": Variable(
+        (), "1", "derivative of that by the logarithm of the parameter, at the best value"
+    ),
+    "candidate_value": Variable((), "variable_units", "value at a maximum or an end of the band"),
+    "candidate_damping_ratio": Variable((), "1", "damping ratio, or flutter limit, there"),
+    "candidate_kind": Variable(
+        (), "1", "maximum, corner, bound, or range of values that are as good as each other"
+    ),
+    "scan_value": Variable((), "variable_units", "value at which the mode was computed again"),
+    "scan_damping_ratio": Variable(
+        (), "1", "largest damping ratio there, from the linear mode over the amplitude"
+    ),
+    "flutter_limit": Variable(
+        ("disturbance",), "1", "largest negative damping ratio under which a disturbance is held"
+    ),
+    "flutter_limit_slope": Variable(
+        ("disturbance",), "1", "derivative of the flutter limit by the parameter"
+    ),
+    "limit_amplitude": Variable(
+        ("disturbance",), "m", "amplitude of the first harmonic at which the limit is reached"
+    ),
+    "limit_frequency": Variable(("disturbance",), "Hz", "frequency at which the limit is reached"),
+    "limit_kind": Variable(
+        ("disturbance",), "1", "fold of two limit cycles, corner, disturbance, or largest amplitude"
+    ),
+    "limit_status": Variable(
+        (), "1", "whether the flutter limit is told at this value, or why not"
+    ),
+    "disturbance": Variable((), "m", "amplitude of the first harmonic of a disturbance"),
     "fresh_case_amplitude": Variable((), "m", "largest response of a case not designed for"),
     "fresh_amplitude": Variable((), "m", "statistic of the cases not designed for"),
 }
@@ -235,6 +301,7 @@ OF_UNFORCED = {
         ),
         "frequency": Variable((), "Hz", "frequency of the nonlinear mode"),
     },
+    "flutter limit": {},
     "limit cycle": {
         "amplitude": Variable(
             (), "m", "amplitude of the first harmonic at the degree of freedom that tells it"
@@ -263,7 +330,15 @@ TEXTS = (
     "variable_units",
     "design_status",
     "certificate",
+    "named_peak",
+    "aim",
+    "front_kind",
+    "front_status",
+    "removed_reason",
     "active_kind",
+    "candidate_kind",
+    "limit_kind",
+    "limit_status",
 )
 """Variables that hold text."""
 
@@ -291,7 +366,7 @@ def meaning(name: str, records: Records = PARAMETERS) -> Variable:
 
 def derivative(name: str, parameter: str, records: Records = PARAMETERS) -> Variable:
     """Meaning of the derivative of a variable by a parameter, ``<name>_by_<parameter>``."""
-    of, by = VARIABLES[name], meaning(parameter, records)
+    of, by = meaning(name, records), meaning(parameter, records)
     powers: defaultdict[str, float] = defaultdict(float)
     for variable, sign in ((of, 1), (by, -1)):
         for symbol, power in re.findall(r"([A-Za-z]+)(-?[\d.]*)", variable.units):

@@ -2,7 +2,7 @@
 
 from symhbm.time_domain.exact_motion import ExactMotion
 from symhbm.time_domain.linear_motion import curved, in_plane
-from symhbm.time_domain.motion import exact_motion_of
+from symhbm.time_domain.motion import exact_motion_of, free_motion
 from symhbm.time_domain.shooting import INTEGRATION_TOLERANCE
 from symhbm.time_domain.stability import (
     check_stability,
@@ -26,6 +26,7 @@ __all__ = [
     "curved",
     "cycle_growth_rate",
     "exact_motion_of",
+    "free_motion",
     "growth_rate",
     "held_between",
     "in_plane",

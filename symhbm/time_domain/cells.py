@@ -6,7 +6,8 @@ import numpy as np
 from numpy.polynomial.polynomial import polyval
 
 from symhbm.numerics import FloatArray
-from symhbm.time_domain.linear_motion import DEGREE, LinearMotion, alternates, crossings
+from symhbm.numerics.loops import polynomials
+from symhbm.time_domain.linear_motion import DEGREE, LinearMotion, alternates
 from symhbm.time_domain.normal_springs import STICK
 
 _POWER = np.arange(DEGREE + 1)
@@ -132,7 +133,7 @@ class Cells:
             samples = []
             bends = alternates(rates[:, :, j])
             for powers, bent in zip(rates[:, :, j], bends, strict=True):
-                zeros = [zero for zero, _ in crossings(powers)] if bent else []
+                zeros = [zero for zero, _ in polynomials.crossings(powers)] if bent else []
                 zeros = np.array([0.0, *zeros, 1.0])
                 # Half-way between its zeros a velocity has a sign, unless it is round-off.
                 samples.append(polyval((zeros[1:] + zeros[:-1]) / 2, powers))

@@ -10,23 +10,21 @@ that closes and sticks it is that of the displacement since the contact closed.
 """
 
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from symhbm.numerics import FloatArray
+from symhbm.numerics.loops import Loop, polynomials
 from symhbm.time_domain.cells import Cells
-from symhbm.time_domain.linear_motion import BERNSTEIN, DEGREE, LinearMotion, crossings
+from symhbm.time_domain.linear_motion import DEGREE, LinearMotion
 from symhbm.time_domain.normal_springs import APART, STICK, slip
 
 _POWER = np.arange(DEGREE + 1)
-_ALWAYS = np.eye(DEGREE + 1)[0]
-"""Powers of a margin that is always positive."""
 _INSTANT = 1e-13
 """Distance of events [rad] below which they share one state."""
 SHORTEST = 1e-15
 """Shortest interval between events [rad]: the round-off of an angle."""
-_OUTSIDE = 1e-9
-"""Share of a cell over which a contact may exceed its limit by round-off alone."""
 _NOISE = 1e-13
 """Share of the terms of a margin below which it is round-off: walls that move with the slider."""
 EVENTS_PER_CONTACT = 2000
@@ -231,97 +229,130 @@ def _margins(
     ended_slip: FloatArray,
     touching: np.ndarray,
 ) -> FloatArray:
-    """Powers of what is positive until a contact changes its state, (DEGREE + 1, 2, n_active).
+    """Powers of what is positive until a contact changes its state, (n_active, 2, DEGREE + 1).
 
     Distances to the upper and the lower limit while it sticks; along the slip, the velocity less
-    that of the limit, and the normal force. Zeros at the start of the cell that belong to the last
-    event are divided out.
+    that of the limit, and the normal force; minus that where it is open. Zeros at the start of the
+    cell that belong to the last event are divided out.
     """
-    motion = powers @ linear.directions.T
-    margin = np.zeros((DEGREE + 1, 2, len(state)))
-    force = linear.contact_stiffness * motion
-    force[0] = friction
-    margin[:, 0], margin[:, 1] = -force, force
-    margin[0] += limit
-    slides = np.abs(state) == 1
-    margin[:-1, 0, slides] = (_POWER[1:, None] * motion[1:])[:, slides] * state[slides]
-    margin[-1, 0, slides] = 0.0
-    margin[:, 1, slides] = _ALWAYS[:, None]
-    if len(linear.normal):
-        _press(linear, powers, margin, state, touching)
-    # A contact that sticks since this instant is on its limit, at zero velocity: a double zero.
-    for j in np.flatnonzero((ended_slip != 0) & ~slides):
-        side = 0 if ended_slip[j] > 0 else 1
-        margin[:-2, side, j] = margin[2:, side, j]
-        margin[-2:, side, j] = 0.0
+    normal, margin = linear.normal, np.empty((len(state), 2, DEGREE + 1))
+    motion, pressing = linear.directions @ powers.T, normal.directions @ powers.T
+    contact = friction, limit, state, ended_slip, touching, linear.contact_stiffness, linear.rubs
+    springs = normal.contact, normal.stiffness, normal.load, normal.friction, normal.ratio
+    _write_margins(motion, *contact, pressing, *springs, margin)
     return margin
 
 
-def _press(
-    linear: LinearMotion,
-    powers: FloatArray,
-    margin: FloatArray,
-    state: FloatArray,
-    touching: np.ndarray,
+@Loop
+def _write_margins(
+    motion: Any,
+    friction: Any,
+    limit: Any,
+    state: Any,
+    ended_slip: Any,
+    touching: Any,
+    stiffness: Any,
+    rubs: Any,
+    pressing: Any,
+    of_normal: Any,
+    normal_stiffness: Any,
+    load: Any,
+    coefficient: Any,
+    ratio: Any,
+    margin: Any,
 ) -> None:
-    """Make the limits of `_margins` move with the normal force, and contacts open and close."""
-    normal, contact = linear.normal, linear.normal.contact
-    pressure = normal.stiffness * (powers @ normal.directions.T)
-    walls = normal.friction * pressure
-    rates = normal.ratio * _POWER[:, None] * (powers @ normal.directions.T)
-    pressure[0] += normal.load
-    for k, j in enumerate(contact.tolist()):
-        if touching[j]:
-            pressure[:, k] = _divided(pressure[:, k])
-        if state[j] == APART:
-            margin[:, 0, j], margin[:, 1, j] = -pressure[:, k], _ALWAYS
-        elif not linear.rubs[j]:
-            margin[:, 0, j], margin[:, 1, j] = pressure[:, k], _ALWAYS
-        elif state[j] == STICK:
-            terms = np.abs(margin[:, 0, j]).max() + np.abs(walls[:, k]).max()
-            margin[1:, :, j] += walls[1:, k, None]
-            for side in range(2):
-                margin[:, side, j] = _above_noise(margin[:, side, j], terms)
-                if touching[j]:
-                    margin[:, side, j] = _divided(margin[:, side, j])
-        else:
-            terms = np.abs(margin[:, 0, j]).max() + np.abs(rates[:, k]).max()
-            margin[:-1, 0, j] -= rates[1:, k]
-            margin[:, 0, j] = _above_noise(margin[:, 0, j], terms)
-            margin[:, 1, j] = pressure[:, k]
+    size = margin.shape[2]
+    for j in range(len(state)):
+        slides = abs(state[j]) == 1
+        for k in range(size):
+            force = stiffness[j] * motion[j, k] if k else friction[j]
+            margin[j, 0, k], margin[j, 1, k] = -force, force
+            if slides:
+                margin[j, 0, k] = state[j] * (k + 1) * motion[j, k + 1] if k + 1 < size else 0.0
+        margin[j, 0, 0] += 0.0 if slides else limit[j]
+        margin[j, 1, 0] += limit[j]
+        if slides:
+            _make_positive(margin[j, 1])
+    for i in range(len(of_normal)):
+        j = of_normal[i]
+        if state[j] == APART or not rubs[j]:
+            _write_pressure(normal_stiffness[i], load[i], pressing[i], touching[j], margin[j, 0])
+            for k in range(size if state[j] == APART else 0):
+                margin[j, 0, k] = -margin[j, 0, k]
+            _make_positive(margin[j, 1])
+            continue
+        # The limits of a contact that sticks, and the wall of one that slips, move with the load.
+        moves = coefficient[i] * normal_stiffness[i] if state[j] == STICK else -ratio[i]
+        terms = _largest(margin[j, 0])
+        wall = 0.0
+        for k in range(size):
+            order = 1 if state[j] == STICK else k
+            wall = max(wall, abs(moves * order * pressing[i, k]))
+        for k in range(1, size):
+            if state[j] == STICK:
+                margin[j, 0, k] += moves * pressing[i, k]
+                margin[j, 1, k] += moves * pressing[i, k]
+            else:
+                margin[j, 0, k - 1] += moves * k * pressing[i, k]
+        # Differences of equal terms never change their sign: their digits are round-off.
+        for side in range(2 if state[j] == STICK else 1):
+            if _largest(margin[j, side]) <= _NOISE * (terms + wall):
+                _make_positive(margin[j, side])
+            if state[j] == STICK and touching[j]:
+                _divide(margin[j, side])
+        if state[j] != STICK:
+            _write_pressure(normal_stiffness[i], load[i], pressing[i], touching[j], margin[j, 1])
+    # A contact that sticks since this instant is on its limit, at zero velocity: a double zero.
+    for j in range(len(state)):
+        if ended_slip[j] != 0 and abs(state[j]) != 1:
+            for _ in range(2):
+                _divide(margin[j, 0 if ended_slip[j] > 0 else 1])
 
 
-def _divided(powers: FloatArray) -> FloatArray:
-    """A polynomial that is 0 at 0 over its variable."""
-    return np.append(powers[1:], 0.0)
+@Loop
+def _write_pressure(
+    stiffness: float, load: float, pressing: Any, touches: bool, powers: Any
+) -> None:
+    """Write a normal force; of a contact that ``touches``, which has none, over its variable."""
+    for k in range(len(powers)):
+        powers[k] = stiffness * pressing[k] + (0.0 if k else load)
+    if touches:
+        _divide(powers)
 
 
-def _above_noise(margin: FloatArray, terms: float) -> FloatArray:
-    """The margin, or what never changes its sign where it is a difference of equal terms."""
-    return margin if np.abs(margin).max() > _NOISE * terms else _ALWAYS
+@Loop
+def _divide(powers: Any) -> None:
+    """Divide a polynomial that is 0 at 0 by its variable."""
+    for k in range(len(powers) - 1):
+        powers[k] = powers[k + 1]
+    powers[len(powers) - 1] = 0.0
+
+
+@Loop
+def _make_positive(powers: Any) -> None:
+    """Write a polynomial that never changes its sign."""
+    for k in range(len(powers)):
+        powers[k] = 0.0
+    powers[0] = 1.0
+
+
+@Loop
+def _largest(powers: Any) -> float:
+    largest = 0.0
+    for k in range(len(powers)):
+        largest = max(largest, abs(powers[k]))
+    return largest
 
 
 def first_event(margin: FloatArray) -> tuple[float, np.ndarray, np.ndarray]:
-    """Share of the cell at the first event, 1 without one, the contacts that have it, and sides."""
-    count = margin.shape[2]
-    lowest = np.einsum("ik,kc->ic", BERNSTEIN, margin.reshape(DEGREE + 1, -1)).min(axis=0)
-    first = np.full((2, count), np.inf)
-    for side, j in zip(*np.nonzero(lowest.reshape(2, count) <= 0), strict=True):
-        first[side, j] = _first_exit(margin[:, side, j])
-    soonest = first.min(axis=0)
+    """Share of the cell at the first event, 1 without one, the contacts that have it, and sides.
+
+    ``margin`` (n_active, 2, DEGREE + 1) are powers of what is positive until then.
+    """
+    first = polynomials.first_exits(margin.reshape(-1, margin.shape[2])).reshape(-1, 2)
+    soonest = first.min(axis=1)
     at = float(soonest.min(initial=np.inf))
     if at > 1:
         return 1.0, np.zeros(0, dtype=int), np.zeros(0, dtype=int)
     changing = np.flatnonzero(soonest <= at + np.finfo(float).eps)
-    return at, changing, first[:, changing].argmin(axis=0)
-
-
-def _first_exit(margin: FloatArray) -> float:
-    """First change of sign of a polynomial that is positive up to round-off, infinity if none."""
-    values = BERNSTEIN @ margin
-    values = values[values != 0]
-    if not len(values):
-        return np.inf
-    if values[0] < 0 and next(crossings(margin), (1.0, False))[0] > _OUTSIDE:
-        return 0.0
-    return next((share for share, falls in crossings(margin) if falls), np.inf)
+    return at, changing, first[changing].argmin(axis=1)

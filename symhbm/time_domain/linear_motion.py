@@ -1,18 +1,17 @@
-"""Linear motion between two events of the contacts, and all zeros of its polynomials.
+"""Linear motion between two events of the contacts.
 
 While no contact changes its state the motion is linear: ``M x'' + C x' + K x`` with the springs of
 the sticking contacts and of the closed ones, under harmonic and constant forces. The friction of a
 contact that slips grows with its normal force: the stiffness need not be symmetric. The exponential
 series is summed to round-off on short cells, which requires neither distinct eigenvalues nor a
 regular dynamic stiffness: critical damping, bodies without springs and resonances are no
-exceptions. In the
-Bernstein basis of a cell the signs of the coefficients bound the number of zeros (variation
-diminishing): none is missed, however close the next one is.
+exceptions.
 """
 
-from collections.abc import Iterator
+from copy import copy
 from dataclasses import dataclass, replace
-from math import comb
+from functools import cached_property
+from typing import Any
 
 import numpy as np
 import scipy.linalg
@@ -21,25 +20,17 @@ from symhbm.balance import HarmonicBalance
 from symhbm.model import Structure, positive_definite
 from symhbm.model.contacts import Group
 from symhbm.numerics import FloatArray, by_harmonic
+from symhbm.numerics.loops import Loop, polynomials
 from symhbm.time_domain.normal_springs import STICK, NormalSprings
 
 DEGREE = 24
 """Degree of the polynomials of a cell."""
 _REACH = 2.0
 """Norm of the generator times the length of a cell: the first term left out is 2^25/25! = 2e-18."""
-_CLOSEST = 2.0**-46
-"""Share of a cell below which an interval with several zeros is not halved."""
 _MOST = 2_000
 """Degrees of freedom whose series in one state of the contacts takes 2 GB."""
 _KEPT_NUMBERS = 3e7
 """Most numbers in the series that are kept for the next march."""
-
-_ROW = range(DEGREE + 1)
-BERNSTEIN = np.array([[comb(i, k) / comb(DEGREE, k) for k in _ROW] for i in _ROW])
-"""Maps powers to Bernstein coefficients; every entry is at most one: no digits are lost."""
-_LEFT = np.array([[comb(i, k) / 2.0**i for k in _ROW] for i in _ROW])
-_RIGHT = _LEFT[::-1, ::-1].copy()
-"""Map Bernstein coefficients to those on either half of a cell."""
 
 
 @dataclass(frozen=True)
@@ -48,17 +39,30 @@ class LinearFlow:
 
     ``width`` is the length of a cell [rad]; ``series`` (DEGREE + 1, n_dof, 3 n_dof + n_waves) maps
     displacement, its derivative by ``tau``, constant acceleration and the waves of the force at
-    the start of a cell to the powers of the share of the cell; ``full`` (2 n_dof, 3 n_dof) maps
-    the first three to displacement and derivative at its end.
+    the start of a cell to the powers of the share of the cell.
     """
 
     width: float
     series: FloatArray
-    full: FloatArray
+
+    @cached_property
+    def _full(self) -> FloatArray:
+        return self._transition(1.0)
 
     def transition(self, share: float) -> FloatArray:
-        """Displacement and its derivative at a ``share`` of the cell, (2 n_dof, 3 n_dof)."""
-        return self.full if share == 1.0 else _transition(self.series, self.width, share)
+        """Map of displacement, its derivative and acceleration, (2 n_dof, 3 n_dof).
+
+        From the start of the cell to displacement and derivative at a ``share`` of it.
+        """
+        return self._full if share == 1.0 else self._transition(share)
+
+    def _transition(self, share: float) -> FloatArray:
+        n = self.series.shape[1]
+        k = np.arange(DEGREE + 1)
+        powers = share**k
+        rates = np.concatenate([[0.0], k[1:] * powers[:-1]]) / self.width
+        flat = self.series[:, :, : 3 * n].reshape(DEGREE + 1, -1)
+        return (np.array([powers, rates]) @ flat).reshape(2 * n, 3 * n)
 
 
 class LinearMotion:
@@ -116,12 +120,24 @@ class LinearMotion:
         parts = [self.stiffness, self.directions.T, self.static[:, None], self.cosine, self.sine]
         parts = [scipy.linalg.cho_solve((factor, True), part) / frequency**2 for part in parts]
         self._elastic, self.push, self._static, self._cosine, self._sine = parts
-        self._viscous = scipy.linalg.cho_solve((factor, True), self.damping) / frequency
-        # In the coordinates of the factor the generator has the norm of its frequencies.
         self._factor = factor
-        viscous = np.linalg.solve(factor, self.damping) / frequency
-        viscous = np.linalg.solve(factor, viscous.T)
-        self._viscous_norm = np.linalg.norm(viscous, 2)
+        inverse = scipy.linalg.solve_triangular(factor, np.eye(self.n_dof), lower=True)
+        self._inverse_factor = inverse
+        self._scaled_stiffness = inverse @ self.stiffness @ inverse.T
+        self._set_damping(self.damping)
+
+    def sustained(self, damping_ratio: float) -> "LinearMotion":
+        """The motions with the force ``2 D omega M x'``, which feeds them."""
+        other = copy(self)
+        other._set_damping(self.damping - 2 * damping_ratio * self.frequency * self.mass)
+        return other
+
+    def _set_damping(self, damping: FloatArray) -> None:
+        self.damping = damping
+        self._viscous = scipy.linalg.cho_solve((self._factor, True), damping) / self.frequency
+        # In the coordinates of the factor the generator has the norm of its frequencies.
+        inverse = self._inverse_factor
+        self._viscous_norm = np.linalg.norm(inverse @ damping @ inverse.T, 2) / self.frequency
         self._flows: dict[bytes, LinearFlow] = {}
 
     def _check_contacts(self, problem: HarmonicBalance) -> None:
@@ -165,8 +181,9 @@ class LinearMotion:
         )
 
     def _set_force(self, problem: HarmonicBalance) -> None:
-        basis = problem.basis
-        force = by_harmonic(basis, problem.model.felt_coefficients(problem.excitation, basis))
+        basis, given = problem.basis, (problem.excitation, problem.basis, self.frequency)
+        coefficients = problem.model.felt_coefficients(*given)
+        force = by_harmonic(basis, coefficients)
         order = np.array(basis.harmonics)
         acts = force.any(axis=(0, 2)) & (order > 0)
         self.orders = order[acts]
@@ -230,13 +247,11 @@ class LinearMotion:
     def _build(self, state: FloatArray) -> LinearFlow:
         n, n_orders = self.n_dof, len(self.orders)
         directions, push, springs = self.springs(state)
-        whole = self.stiffness + directions.T @ springs
-        norm = np.linalg.solve(self._factor, whole)
-        norm = np.linalg.solve(self._factor, norm.T)
+        inverse = self._inverse_factor
+        norm = self._scaled_stiffness + (inverse @ directions.T) @ (springs @ inverse.T)
         rate = np.sqrt(np.linalg.norm(norm, 2)) / self.frequency + self._viscous_norm
         width = _REACH / max(float(rate), float(self.orders.max(initial=1)))
         elastic = (self._elastic + push @ springs) * width**2
-        viscous = self._viscous * width
         series = np.zeros((DEGREE + 1, n, 3 * n + 2 * n_orders))
         series[0, :, :n] = np.eye(n)
         series[1, :, n : 2 * n] = width * np.eye(n)
@@ -244,17 +259,10 @@ class LinearMotion:
         wave = np.concatenate([self._cosine, self._sine], axis=1) * width**2
         turned = np.concatenate([self._sine, -self._cosine], axis=1) * width**2
         slope = np.concatenate([self.orders, self.orders]) * width
-        factor = np.ones(2 * n_orders)
-        for k in range(DEGREE - 1):
-            right = -(k + 1) * viscous @ series[k + 1]
-            # The force of a sticking contact at the start is given; its spring acts on the travel.
-            right -= (elastic if k else self._elastic * width**2) @ series[k]
-            if k == 0:
-                right[:, 2 * n : 3 * n] += width**2 * np.eye(n)
-            right[:, 3 * n :] += (wave, turned, -wave, -turned)[k % 4] * factor
-            factor = factor * slope / (k + 1)
-            series[k + 2] = right / ((k + 1) * (k + 2))
-        return LinearFlow(width, series, _transition(series, width, 1.0))
+        # The force of a sticking contact at the start is given; its spring acts on the travel.
+        parts = elastic, self._elastic * width**2, self._viscous * width, wave, turned
+        _write_series(*map(np.ascontiguousarray, parts), slope, width, series)
+        return LinearFlow(width, series)
 
     def expand(
         self, flow: LinearFlow, tau: float, x: FloatArray, slope: FloatArray, constant: FloatArray
@@ -266,6 +274,44 @@ class LinearMotion:
         """
         waves = np.cos(self.orders * tau), np.sin(self.orders * tau)
         return flow.series @ np.concatenate([x, slope, constant, *waves])
+
+
+@Loop
+def _write_series(
+    elastic: Any,
+    at_start: Any,
+    viscous: Any,
+    wave: Any,
+    turned: Any,
+    slope: Any,
+    width: float,
+    series: Any,
+) -> None:
+    """Write the powers of `LinearFlow` from the first two on.
+
+    ``elastic`` and ``viscous`` (n, n) are the accelerations by displacement and velocity,
+    ``at_start`` those by the displacement at the start of the cell, ``wave`` and ``turned``
+    (n, n_waves) those by the waves of the force and by their derivatives, whose orders times the
+    width of the cell are ``slope`` (n_waves,).
+    """
+    n, columns = series.shape[1:]
+    constant, n_waves = 2 * n, len(slope)
+    factor = np.ones(n_waves)
+    for k in range(len(series) - 2):
+        by_velocity = viscous @ series[k + 1]
+        by_displacement = (elastic if k else at_start) @ series[k]
+        for i in range(n):
+            for j in range(columns):
+                right = -(k + 1) * by_velocity[i, j] - by_displacement[i, j]
+                series[k + 2, i, j] = right / ((k + 1) * (k + 2))
+            if k == 0:
+                series[2, i, constant + i] += width**2 / 2
+            for j in range(n_waves):
+                force = turned[i, j] if k % 2 else wave[i, j]
+                force *= factor[j] / ((k + 1) * (k + 2))
+                series[k + 2, i, 3 * n + j] += force if k % 4 < 2 else -force
+        for j in range(n_waves):
+            factor[j] *= slope[j] / (k + 1)
 
 
 def curved(problem: HarmonicBalance) -> list[Group]:
@@ -293,44 +339,9 @@ def in_plane(problem: HarmonicBalance) -> list[Group]:
     ]
 
 
-def _transition(series: FloatArray, width: float, share: float) -> FloatArray:
-    n = series.shape[1]
-    k = np.arange(DEGREE + 1)
-    powers = share**k
-    rates = np.concatenate([[0.0], k[1:] * powers[:-1]]) / width
-    flat = series[:, :, : 3 * n].reshape(DEGREE + 1, -1)
-    return (np.array([powers, rates]) @ flat).reshape(2 * n, 3 * n)
-
-
-def crossings(powers: FloatArray) -> Iterator[tuple[float, bool]]:
-    """Changes of sign of a polynomial on [0, 1], ascending: where, and whether it falls.
-
-    ``powers`` (DEGREE + 1,) are its coefficients. Zeros closer than 1e-14 may be taken as one, or
-    as none where no sign is left.
-    """
-    before = None
-    todo = [(BERNSTEIN @ powers, 0.0, 1.0)]
-    while todo:
-        values, left, width = todo.pop()
-        positive = values[values != 0] > 0
-        if not len(positive):
-            continue
-        changes = np.count_nonzero(positive[1:] != positive[:-1])
-        if changes > 1 and width > _CLOSEST:
-            width /= 2
-            todo.append((_RIGHT @ values, left + width, width))
-            todo.append((_LEFT @ values, left, width))
-            continue
-        if before is not None and positive[0] != before:
-            yield left, bool(before)
-        if positive[0] != positive[-1]:
-            yield _zero(powers.tolist(), left, left + width, bool(positive[0])), bool(positive[0])
-        before = positive[-1]
-
-
 def alternates(powers: FloatArray) -> np.ndarray:
     """Whether polynomials (..., DEGREE + 1) may change their sign on [0, 1]."""
-    values = powers @ BERNSTEIN.T
+    values = powers @ polynomials.bernstein(DEGREE).T
     return (values.min(axis=-1) < 0) & (values.max(axis=-1) > 0)
 
 
@@ -341,29 +352,8 @@ def extremes(powers: FloatArray) -> tuple[FloatArray, FloatArray]:
     slopes = np.zeros_like(powers)
     slopes[:, :-1] = np.arange(1, DEGREE + 1)[:, None] * powers[:, 1:]
     for cell, function in zip(*np.nonzero(alternates(np.moveaxis(slopes, 1, 2))), strict=True):
-        for share, _ in crossings(slopes[cell, :, function]):
+        for share, _ in polynomials.crossings(slopes[cell, :, function]):
             value = np.polynomial.polynomial.polyval(share, powers[cell, :, function])
             high[function] = max(high[function], value)
             low[function] = min(low[function], value)
     return high, low
-
-
-def _zero(powers: list[float], left: float, right: float, falls: bool) -> float:
-    """The only zero between ``left`` and ``right``: Newton's method kept inside a bracket."""
-    root = (left + right) / 2
-    for _ in range(100):
-        value = slope = 0.0
-        for power in reversed(powers):
-            slope = slope * root + value
-            value = value * root + power
-        if (value > 0) == falls:
-            left = root
-        else:
-            right = root
-        new = root - value / slope if slope else left - 1.0
-        if not left <= new <= right:
-            new = (left + right) / 2
-        step, root = abs(new - root), new
-        if step <= 1e-16 + 2e-16 * root:
-            break
-    return root

@@ -60,7 +60,7 @@ def planar_march(linear: PlanarMotion, state: FloatArray, length: float) -> Plan
         if not np.all(np.isfinite(powers)):
             raise ArithmeticError("the motion is not finite")
         margin = _margins(linear, at, step, powers, zeros)
-        share, changing, side = first_event(margin)
+        share, changing, side = first_event(margin.transpose(2, 1, 0))
         width = share * step.width
         if width > SHORTEST:
             along = share ** np.arange(DEGREE + 1)[:, None]

@@ -50,7 +50,6 @@ _NODES = (np.polynomial.legendre.leggauss(7)[0] + 1) / 2
 _ORDER = np.arange(len(_NODES))
 _TO_POWERS = np.linalg.inv(_NODES[:, None] ** _ORDER)
 _TO_POWERS /= ((_ORDER + 1) * (_ORDER + 2))[:, None]
-_RATES = np.arange(DEGREE + 1.0)
 
 
 @dataclass(frozen=True)
@@ -115,7 +114,7 @@ class IntegratedMotion(LinearMotion):
 
     def flow(self, state: FloatArray) -> LinearFlow:
         """The next step in a ``state`` (n_active,) of the contacts; `expand` makes it."""
-        return _Step(np.nan, np.array([]), np.array([]), state.copy())
+        return _Step(np.nan, np.array([]), state.copy())
 
     def expand(
         self, flow: LinearFlow, tau: float, x: FloatArray, slope: FloatArray, constant: FloatArray
@@ -150,9 +149,7 @@ class IntegratedMotion(LinearMotion):
         powers = np.zeros((DEGREE + 1, n, start.shape[1]))
         powers[0], powers[1] = start[:n], width * start[n:]
         powers[_ORDER + 2] = width**2 * np.tensordot(_TO_POWERS, np.array(bent), 1)
-        series = powers[:, :, 1:]
-        full = np.concatenate([series.sum(axis=0), np.tensordot(_RATES, series, 1) / width])
-        flow.__dict__.update(width=width, series=series, full=full)
+        flow.__dict__.update(width=width, series=powers[:, :, 1:])
         return powers[:, :, 0]
 
     def _acceleration(

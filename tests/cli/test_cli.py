@@ -204,6 +204,25 @@ def interrupted(target, monkeypatch, at=GRID, **options):
     return target.with_name("run.nc.partial")
 
 
+def test_info_of_a_flutter_limit(tmp_path):
+    blade = sh.single_blade(
+        mass=1, stiffness=1e4, damping=0.5,
+        contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+    )  # fmt: skip
+    problem = sh.HarmonicBalance(blade, harmonics=(1,))
+    given = "normal_load", (1, 2)
+    held = sh.maximise_flutter_limit(problem, *given, (1e-6, 4e-4), progress=False)
+    damped = sh.maximise_damping(problem, *given, 3e-4, progress=False)
+    sh.save(held, tmp_path / "held.nc")
+    sh.save(damped, tmp_path / "damped.nc")
+    said = told(tmp_path / "held.nc")
+    assert said["best value"] == "normal_load 1 to 2 N"
+    assert said["largest flutter limit"].startswith("0.113416, at ")
+    assert said["design"].startswith("the parameter changes nothing within the bounds")
+    assert told(tmp_path / "damped.nc")["best value"] == "normal_load 2 N"
+    assert run("plot", tmp_path / "held.nc")[1].strip().endswith("held_flutter-limit.png")
+
+
 @pytest.mark.parametrize("at", [None, GRID], ids=["path", "grid"])
 def test_info_of_an_unfinished_run(tmp_path, monkeypatch, at):
     path = interrupted(tmp_path / "run.nc", monkeypatch, at)
@@ -573,6 +592,7 @@ def test_every_file_of_verbs_is_a_command():
 
 def test_every_picture_of_the_library_is_a_kind(monkeypatch):
     expected = ["response", "envelope", "disk", "blades", "nonlinear-modes", "limit-cycles"]
+    expected += ["flutter-limit", "pareto-front"]
     expected += ["hysteresis", "normal-force", "states", "stick-map", "contact-map", "model"]
     expected += ["phase"]
     assert kinds() == expected

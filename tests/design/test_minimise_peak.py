@@ -24,11 +24,10 @@ import symhbm as sh
 from studies.closed_form import OneBlade
 from symhbm.continuation.status import Status
 from symhbm.design.arguments import read_variables
-from symhbm.design.cases import Cases, Work
-from symhbm.design.certificate import certificate, status_of
+from symhbm.design.cases import Cases, NamedPeak, Work
 from symhbm.design.descent import Descent, Design
-from symhbm.design.optimum import ActiveSet
-from symhbm.design.program import Program
+from symhbm.design.outcome import certificate, status_of
+from symhbm.design.program import ActiveSet, Program
 from symhbm.design.search import SearchResult
 from symhbm.peaks.survey import survey
 from symhbm.results.sweep import parse
@@ -342,26 +341,26 @@ class TestCertificate:
 
     def test_certificate_of_proved_and_unproved_statements(self, best):
         text = best.certificate.item()
-        assert (
-            "Proved: at this design the largest response over 5 to 40 Hz is 0.00030822885" in text
-        )
+        assert "At this design the largest response over 5 to 40 Hz is 0.00030822885" in text
+        assert "Checked: the response was followed once more, and none of its" in text
         assert "a smooth peak at 19.496559 Hz" in text
         assert "strict local minimum" in text
-        assert "Not proved: that no other design within the bounds is better" in text
+        assert "and that no other design within the bounds is better" in text
         assert "cubic" not in text
 
 
 def held_at(load):
     """Active set, status and certificate of a search that stops at a load."""
     problem, bands = blade(), (BAND,)
-    program = Program(read_variables(problem, "normal_load", BOUNDS, "common"))
-    cases = Cases(Work(problem, parse(problem, None), program.variables, [bands]))
+    program = Program.of_peak(read_variables(problem, "normal_load", BOUNDS, "common"))
+    peaks = [NamedPeak("largest", problem, [bands])]
+    cases = Cases(Work(peaks, parse(problem, None), program.variables))
     x = np.log([load])
     states = cases(x)
     design = Design(x, states, states[0].height)
     active = ActiveSet.of(program, x, states, program.step(states, x, 1e-12))
     searched = SearchResult(design, active, [design], [Descent(design, True, active)])
-    return active, status_of(program, searched), certificate(program, searched, bands, 1)
+    return active, status_of(program, searched), certificate(program, searched, bands, cases)
 
 
 @pytest.mark.parametrize("distance", [0.0, 1e-7, -1e-5, 1e-3, -1e-1])
@@ -394,13 +393,17 @@ def test_a_saddle_is_no_optimum():
     design = Design(active.x, [state], state.height)
     searched = SearchResult(design, saddle, [design], [Descent(design, True, saddle)])
     assert status_of(saddle.program, searched) == Status.DESIGN_STALLED
-    assert "a lower response may lie close by" in certificate(saddle.program, searched, (BAND,), 1)
+    text = certificate(saddle.program, searched, (BAND,), cases_of(blade()))
+    assert "a lower response may lie close by" in text
+
+
+def cases_of(problem):
+    space = read_variables(problem, "normal_load", BOUNDS, "common")
+    return Cases(Work([NamedPeak("largest", problem, [(BAND,)])], parse(problem, None), space))
 
 
 def survey_of_best():
-    problem = blade()
-    space = read_variables(problem, "normal_load", BOUNDS, "common")
-    return Cases(Work(problem, parse(problem, None), space, [(BAND,)]))(np.log([BEST_LOAD]))[0]
+    return cases_of(blade())(np.log([BEST_LOAD]))[0]
 
 
 FORCED = over(force_amplitude=np.array([0.01, 1.0]), engine_order=np.array([0, 1]))
@@ -431,7 +434,7 @@ ENDS = {
         dict(damping=0.0),
         dict(bounds=(0.05, 1.0)),
         "UNBOUNDED",
-        "Nothing is proved: the largest response is not bounded at any design tried (unbounded at "
+        "Nothing is known: the largest response is not bounded at any design tried (unbounded at "
         "15.9155 Hz)",
     ),
     "beyond the band": (
@@ -503,12 +506,12 @@ class TestArchive:
 def test_a_band_that_is_not_followed_to_its_end_proves_nothing(monkeypatch):
     """What lies beyond the last point of an incomplete survey may be higher."""
 
-    def cut(problem, bands, max_points=5000):
-        return replace(survey(problem, bands, max_points), status=sh.Status.PEAK_NOT_LOCATED)
+    def cut(problem, bands, **options):
+        return replace(survey(problem, bands, **options), status=sh.Status.PEAK_NOT_LOCATED)
 
     monkeypatch.setattr("symhbm.design.maxima.survey", cut)
     optimum = design(blade())
     assert optimum.design_status.item() == sh.Status.DESIGN_NOT_SURVEYED
     assert np.isinf(optimum.design_amplitude)
-    assert "Nothing is proved" in optimum.certificate.item()
+    assert "Nothing is known" in optimum.certificate.item()
     assert str(sh.Status.PEAK_NOT_LOCATED) in optimum.certificate.item()

@@ -11,7 +11,7 @@ from xarray import DataArray
 import symhbm as sh
 from symhbm.balance.second_order import SecondOrder
 from symhbm.continuation.status import Status
-from symhbm.design.arguments import read_bands, read_constraint, read_start, read_variables
+from symhbm.design.arguments import read_bands, read_limits, read_start, read_variables
 from symhbm.results.sweep import parse
 
 
@@ -253,9 +253,10 @@ class TestBadInput:
         assert read_start(variables, 2.0) == pytest.approx(np.log([2.0] * 3))
         assert read_start(variables, None) is None
         given = LinearConstraint(sp.csr_array([[1.0, 2.0, 3.0]]), -np.inf, 5)
-        constraint = read_constraint(variables, given)
-        assert np.array_equal(constraint.A, [[1.0, 2.0, 3.0]])
-        assert (constraint.lb, constraint.ub) == (-np.inf, 5)
+        limits = read_limits(ring(3, 1e5, 1), variables, given)
+        # Over the largest value within the bounds, which is 10 each.
+        assert limits.matrix * 60 == pytest.approx(np.array([[1.0, 2.0, 3.0]]))
+        assert (limits.low.item(), limits.high.item() * 60) == (-np.inf, pytest.approx(5))
 
 
 FRICTION = np.array([0.5, 0.4, 0.6])
@@ -404,12 +405,7 @@ class TestConstraint:
         assert optimum.design_value.item() == pytest.approx(5.0, rel=1e-9)
         assert "Held by the constraint" in optimum.certificate.item()
 
-    def test_an_infeasible_constraint_is_reported(self, mistuned, tmp_path):
+    def test_constraints_that_nothing_in_the_bounds_satisfies_are_named(self, mistuned):
         far = LinearConstraint(np.ones((1, 3)) / 3, 600.0, 700.0)
-        optimum = design(mistuned, vary="each", constraint=far)
-        assert optimum.design_status.item() == Status.DESIGN_INFEASIBLE
-        assert "Nothing was computed" in optimum.certificate.item()
-        assert sh.load(sh.save(optimum, tmp_path / "none.nc")).identical(optimum)
-        with pytest.raises(sh.SolveError, match="no design within the bounds satisfies") as caught:
-            design(mistuned, vary="each", constraint=far, throw=True)
-        assert caught.value.result.identical(optimum)
+        with pytest.raises(ValueError, match="constraint: expected limits that some values"):
+            design(mistuned, vary="each", constraint=far)

@@ -20,9 +20,9 @@ PUBLIC = {
 }
 ENTRY = re.compile(r"^(?P<names>\S[^\n]*)\n(?:[ ]+[^\n]*\n|\n)*", re.MULTILINE)
 UNIT = re.compile(r"\[[^]]+\]|\bHz\b")
-PHYSICAL = {
-    name for name, about in (VARIABLES | PARAMETERS).items() if about.units not in ("", "1")
-}
+OF_ANOTHER = re.compile(r"\n +As (?:in|of) ")
+NO_UNITS = "", "1", "as given", "variable_units"
+PHYSICAL = {name for name, about in (VARIABLES | PARAMETERS).items() if about.units not in NO_UNITS}
 PHYSICAL |= {"speed", "speeds", "coordinates", "gap", "area", "angle", "length"}
 """Variables, parameters and arguments that are nothing without a unit."""
 WITHOUT_SIGNATURE = {"symhbm.ArchiveError", "symhbm.Status"}
@@ -62,7 +62,8 @@ def test_physical_numbers_have_units():
         for title in ("Parameters", "Attributes"):
             for entry in re.finditer(ENTRY, section(name, title)):
                 told = {*entry["names"].partition(" : ")[0].split(", ")} & PHYSICAL
-                silent += [(name, one) for one in told if not UNIT.search(entry[0])]
+                known = UNIT.search(entry[0]) or OF_ANOTHER.search(entry[0])
+                silent += [(name, one) for one in told if not known]
         results = section(name, "Returns")
         for one in {*re.findall(r"``(\w+)``", results)} & PHYSICAL:
             if not re.search(rf"``{one}``(?: \([^)]*\))?[^\[]{{0,90}}\[", results):

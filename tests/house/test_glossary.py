@@ -14,7 +14,9 @@ GROUPS = {
     "Peaks": "peak_ peaking_",
     "Events": "event_",
     "Peaks over a parameter": "minimum_ surveyed n_surveys sensitivity_",
-    "Designs": "design_ variable case_ start_ descent_ active_ fresh_ certificate n_followed",
+    "Designs": "design_ variable case_ start_ descent_ active_ fresh_ certificate n_followed "
+    "n_failed aim named_peak front_ removed_ candidate_ scan_",
+    "Flutter limits": "flutter_ limit_ disturbance",
     "Motions over a period, exact": "angle displacement velocity friction_force normal_force "
     "multiplier_ neutral work viscous_ periodicity integration_ static_displacement",
     "Curves and sets": "n_ rejected_ linear_solves angles_share status",

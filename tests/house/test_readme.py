@@ -15,8 +15,9 @@ PAGES = [ROOT / "README.md", *sorted((ROOT / "docs").rglob("*.md"))]
 FENCE = re.compile(
     r"(?:<!-- (?P<mark>[^>]*?) -->\n)?```(?P<language>\w+)\n(?P<code>.*?)```\n", re.DOTALL
 )
-SLOW, CLUSTER = "takes long", "needs a cluster"
-"""Marks in front of a block: it runs in the slow suite, or cannot run here."""
+SLOW, CLUSTER, JOBS = "takes long", "needs a cluster", "jobs"
+"""Marks in front of a block: it runs in the slow suite, cannot run here, or is a job or what starts
+jobs, as tests/cli/test_jobs.py does."""
 SET_UP = {"python3", "python", "cd", ".venv/bin/python"}
 """Commands that are for those who set up the project, and are run where it is tested."""
 NUMBER = re.compile(r"(?<![\w.])-?\d[\d,]*(?:\.\d+)?(?:e[+-]?\d+)?(?![\w])")
@@ -36,6 +37,8 @@ def blocks_of(page: Path) -> list[Block]:
     text, blocks = page.read_text(encoding="utf-8"), list[Block]()
     for fence in FENCE.finditer(text):
         code, mark = fence["code"], fence["mark"] or ""
+        if mark.partition(":")[0] == JOBS:
+            continue
         if fence["language"] == "python":
             line = text[: fence.start("code")].count("\n") + 1
             blocks.append(Block(f"{page.name}:{line}", mark, code))

@@ -8,7 +8,8 @@ import numpy as np
 import pytest
 
 import symhbm as sh
-from symhbm.numerics import RADIANS
+from symhbm.model.contacts.law import graph_of
+from symhbm.numerics import RADIANS, FourierBasis
 from symhbm.results.archive import ArchiveError
 
 
@@ -499,3 +500,36 @@ def test_events_name_the_contact_and_what_it_does():
         named.contact_state.values[:, 1], short.contact_state.values[:, 0]
     )
     assert np.all(named.contact_state.values[:, 0] == -1)
+
+
+class Twisted(sh.PolynomialLaw):
+    """Each displacement pushes the other, differently."""
+
+    directions = ("first", "second")
+    parameters = {"cross": sh.Parameter("N m-1", "cross stiffness", bound="any")}  # noqa: RUF012
+    degree, odd = 4, False
+
+    def force_at(self, displacement, frequency, values):
+        first, second = displacement[0], displacement[1]
+        forces = second + first**3 * second, frequency * second**2 - first / 3
+        return values["cross"] * ca.vertcat(*forces)
+
+
+@pytest.mark.parametrize("harmonics", [(1,), (0, 1, 2, 5), (1, 3, 5), (2, 6)])
+def test_slopes_from_series_are_the_derivative(harmonics):
+    """CasADi's own derivative of the integrals, entry by entry."""
+    law, basis = Twisted(), FourierBasis(harmonics)
+    motion = ca.SX.sym("motion", 2 * basis.n_components)
+    frequency, cross = ca.SX.sym("frequency"), ca.SX.sym("cross")
+    force = law.force(basis, motion, frequency, {"cross": cross}, ca.SX())
+    slope = law.slope(basis, motion, frequency, {"cross": cross}, force)
+    both = ca.Function("both", [motion, frequency, cross], [slope, ca.jacobian(force, motion)])
+    at = np.random.default_rng(1).normal(size=motion.numel())
+    found, expected = (np.array(part) for part in both(at, 1.3, 0.7))
+    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-13 * np.abs(expected).max())
+
+
+def test_many_harmonics_of_a_polynomial_take_few_operations():
+    """Products of waves would be 62 x 62 x 125 multiplications."""
+    basis = FourierBasis(tuple(range(32)))
+    assert graph_of(sh.CubicSpring(), basis).force.n_instructions() < 120_000

@@ -244,7 +244,8 @@ def test_break_points_are_exact_for_powers_and_near_touches():
 
 
 @pytest.mark.parametrize(
-    "name", ["spring", "rounded", pytest.param("gap", marks=pytest.mark.slow), "rubbing"]
+    "name",
+    ["spring", "rounded", *(pytest.param(n, marks=pytest.mark.slow) for n in ("gap", "rubbing"))],
 )
 def test_from_response_to_picture(name, tmp_path):
     """An archive is enough: laws= is not needed."""

@@ -31,14 +31,6 @@ def at_points(found):
     return found.isel(solution=0)
 
 
-def closed_form(blade, amplitude):
-    """Angular frequency and damping ratio of one blade under one harmonic."""
-    in_phase, quadrature = blade.contact(amplitude)
-    frequency = np.sqrt((blade.stiffness + in_phase / amplitude) / blade.mass)
-    damping = blade.damping + quadrature / (amplitude * frequency)
-    return frequency, damping / (2 * blade.mass * frequency)
-
-
 def of_coefficients(problem, point):
     """All unknowns of a mode from a point of its dataset."""
     coefficient, basis = point.coefficient.values, problem.basis
@@ -78,7 +70,7 @@ def test_closed_form_of_one_blade_at_all_amplitudes(damping, load):
     grid = np.geomspace(1e-6, 1e-2, 41)
     problem = sh.HarmonicBalance(sh.single_blade(**given), sh.PointForce())
     found = modes(problem, at=grid)
-    expected = np.array([closed_form(blade, a) for a in grid])
+    expected = np.array([blade.mode(a) for a in grid])
     found = at_points(found)
     np.testing.assert_allclose(2 * np.pi * found.frequency, expected[:, 0], rtol=1e-12)
     np.testing.assert_allclose(found.damping_ratio, expected[:, 1], rtol=1e-10, atol=1e-16)
@@ -90,7 +82,7 @@ def test_closed_form_of_one_blade_at_all_amplitudes(damping, load):
     np.testing.assert_allclose(onset, [5e-5 * load] if 5e-5 * load < 1e-2 else [], rtol=1e-12)
     turns = path.event_kind == "damping turns"
     if load == 3.0 and damping < 1:
-        best = minimize_scalar(lambda a: -closed_form(blade, a)[1], (2e-4, 4e-4, 8e-4), tol=1e-12)
+        best = minimize_scalar(lambda a: -blade.mode(a)[1], (2e-4, 4e-4, 8e-4), tol=1e-12)
         assert path.event_damping_ratio[turns].item() == pytest.approx(-best.fun, rel=1e-13)
         assert path.event_amplitude[turns].item() == pytest.approx(best.x, rel=1e-6)
     # Straight lines between points tell the mode.
@@ -112,7 +104,7 @@ def exact_difference(problem, harmonics, amplitude, mode=0, dof=0):
 
     The mode is solved for with more harmonics, which the force and its exact motion have as well.
     """
-    found = modes(problem, mode, (1e-6, 2e-2), dof, at=[amplitude])
+    found = modes(problem, mode=mode, amplitude=(1e-6, 2e-2), dof=dof, at=[amplitude])
     coarse = of_coefficients(problem, at_points(found).isel(amplitude=0))
     fine = NonlinearModeProblem(unforced(problem.with_harmonics(tuple(harmonics))), dof)
     basis, n = fine.problem.basis, fine.problem.n_unknowns
@@ -150,7 +142,7 @@ def test_one_sector_of_a_ring_is_the_whole_ring(harmonics, wave):
     if harmonics == (1,):
         ratio = 2 * np.sin(np.pi * wave / 13)
         blade = OneBlade(1, 0.5, 1e4, 1e4, slip_limit=1.5, ratio=ratio)
-        expected = np.array([closed_form(blade, a) for a in grid])
+        expected = np.array([blade.mode(a) for a in grid])
         np.testing.assert_allclose(2 * np.pi * found.frequency, expected[:, 0], rtol=1e-12)
         np.testing.assert_allclose(found.damping_ratio, expected[:, 1], rtol=1e-10)
     other = at_points(modes(problem, at=grid, nodal_diameter=-wave))
@@ -186,7 +178,7 @@ def test_sector_of_any_physics_is_its_disk(cartesian, contacts, wave_number, loa
     force = wave(wave_number, disk) if loaded else None
     problem = sh.HarmonicBalance(disk, force, harmonics)
     grid = [1e-5, 3e-4, 1e-3]
-    found = modes(problem, 0, (1e-6, 1e-3), 5, at=grid, nodal_diameter=wave_number)
+    found = modes(problem, amplitude=(1e-6, 1e-3), dof=5, at=grid, nodal_diameter=wave_number)
     assert ("force_left_out" in found.attrs) == loaded
     ring = assembled(disk, force, harmonics)
     whole = NonlinearModeProblem(unforced(sh.HarmonicBalance(ring.model, ring.force, harmonics)), 0)
@@ -211,10 +203,9 @@ def test_sector_of_any_physics_is_its_disk(cartesian, contacts, wave_number, loa
 def test_wave_of_a_sector_is_that_of_its_engine_order():
     disk = with_friction(random_disk(5, cartesian=False))
     problem = sh.HarmonicBalance(disk, sh.EngineOrder(2, pattern={1: {5: 1.0}}), (0, 1))
-    own = modes(problem, 0, (1e-5, 1e-4), 5, at=[1e-4])
-    given = modes(
-        sh.HarmonicBalance(disk, None, (0, 1)), 0, (1e-5, 1e-4), 5, at=[1e-4], nodal_diameter=2
-    )
+    own = modes(problem, amplitude=(1e-5, 1e-4), dof=5, at=[1e-4])
+    alone = sh.HarmonicBalance(disk, None, (0, 1))
+    given = modes(alone, amplitude=(1e-5, 1e-4), dof=5, at=[1e-4], nodal_diameter=2)
     np.testing.assert_allclose(own.frequency, given.frequency, rtol=1e-13)
 
 
@@ -264,7 +255,7 @@ def shroud(**given):
 @pytest.mark.parametrize("mode", [0, 1])
 def test_contact_that_opens_over_the_whole_range(given, mode):
     problem = sh.HarmonicBalance(shroud(**given), harmonics=range(6))
-    path = modes(problem, mode, (1e-6, 1e-1), mode)
+    path = modes(problem, mode=mode, amplitude=(1e-6, 1e-1), dof=mode)
     assert path.status.item() == sh.Status.REACHED_END
     assert path.converged.all()
     kind = "onset of opening" if "normal_load" in given else "onset of contact"
@@ -304,13 +295,13 @@ def test_bad_input_is_named():
     pair = sh.HarmonicBalance(sh.Model(np.eye(2), np.eye(2), np.diag([1e4, 2e4])))
     sector = sh.HarmonicBalance(disk, None, (0, 1))
     for words, given, options in (
-        ("mode=1: expected a number from 0 to 0", (problem, 1), {}),
-        ("mode=-1", (problem, -1), {}),
-        ("mode=1: .*nodal_diameter=", (ring, 1), {}),
-        ("mode=0: expected a mode that stiffness holds", (free, 0), {}),
+        ("mode=1: expected a number from 0 to 0", (problem,), dict(mode=1)),
+        ("mode=-1", (problem,), dict(mode=-1)),
+        ("mode=1: .*nodal_diameter=", (ring,), dict(mode=1)),
+        ("mode=0: expected a mode that stiffness holds", (free,), {}),
         (
             "dof=1: expected a degree of freedom that moves in mode 0, .*; 0 moves",
-            (pair, 0),
+            (pair,),
             dict(dof=1),
         ),
         ("degree of freedom=1: expected", (problem,), dict(dof=1)),
@@ -435,11 +426,14 @@ def test_degree_of_freedom_that_moves_most():
     pair = sh.Model(np.eye(2), np.eye(2), [[1e4, -1e3], [-1e3, 2e4]])
     for mode in (0, 1):
         problem = sh.HarmonicBalance(pair)
-        most, given = (modes(problem, mode, (1e-6, 1e-5), dof) for dof in (None, mode))
+        most, given = (
+            modes(problem, mode=mode, amplitude=(1e-6, 1e-5), dof=dof) for dof in (None, mode)
+        )
         np.testing.assert_array_equal(most.coefficient, given.coefficient)
         assert most.attrs["followed"] == given.attrs["followed"]
     disk = with_friction(random_disk(5, cartesian=False))
-    path = modes(sh.HarmonicBalance(disk, None, (0, 1)), 0, (1e-6, 1e-5), None, nodal_diameter=1)
+    alone = sh.HarmonicBalance(disk, None, (0, 1))
+    path = modes(alone, amplitude=(1e-6, 1e-5), dof=None, nodal_diameter=1)
     size = np.hypot(*path.coefficient.sel(harmonic=1)[0].values.T)
     assert size.max() == pytest.approx(1e-6, rel=1e-12)
 
@@ -452,7 +446,7 @@ def test_reduced_structure_is_told_by_the_numbers_of_the_whole():
     found = []
     for model in (whole, reduced):
         problem = sh.HarmonicBalance(model, harmonics=(1, 3))
-        found.append(modes(problem, 0, (1e-6, 1e-2), 9, at=[1e-5, 1e-3, 5e-3]))
+        found.append(modes(problem, amplitude=(1e-6, 1e-2), dof=9, at=[1e-5, 1e-3, 5e-3]))
     for name in ("frequency", "damping_ratio", "modal_amplitude"):
         np.testing.assert_allclose(found[1][name], found[0][name], rtol=1e-8)
     small = sh.HarmonicBalance(sh.craig_bampton(whole, 2, (1, 20)))

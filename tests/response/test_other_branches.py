@@ -197,6 +197,7 @@ def test_a_pair_of_branch_points_within_one_step():
     assert branches.sizes["branch"] == 2
 
 
+@pytest.mark.slow
 def test_a_path_ends_where_more_than_two_branches_meet():
     """A ring of four has many branches, some of which end at double branch points."""
     coupling = 0.05

@@ -43,6 +43,7 @@ from studies import (
     optimal_normal_load_engine_orders,
     optimal_normal_load_robust,
     optimal_normal_load_single_blade,
+    pareto_damper_mass,
     switching_angles,
 )
 from studies.__main__ import STUDIES, main, statements
@@ -92,6 +93,7 @@ SMALL = {
             (1,),
         ),
     ),
+    pareto_damper_mass: dict(n_points=3, n_sector=0),
 }
 """Arguments of studies that are run at a part of their points."""
 

@@ -13,6 +13,7 @@ import symhbm as sh
 from studies import open_sector_contacts as contacts
 from studies import open_sector_mistuned as mistuned
 from studies import open_sector_modes as modes
+from studies import pareto_damper_mass as front
 from studies.landmark import unmet
 from studies.open_sector import DENSITY, open_sector
 
@@ -121,3 +122,14 @@ def test_the_ring_of_sectors_at_speed_has_their_waves():
     waves = sh.natural_modes(sector.disk, count=6).frequency.values
     repeated = np.sort(np.repeat(waves, [1, 2, 2, 1], axis=0).ravel())[:6]
     assert np.allclose(whole, repeated, rtol=1e-9)
+
+
+@pytest.mark.slow
+def test_front_of_peak_and_damper_mass():
+    """The end is lower than at masses beside it, and no point between is dominated."""
+    dataset = front.compute(n_points=2, n_sector=3)
+    assert unmet(front.landmarks(dataset)) == []
+    points = front.fronts(dataset)["sector"]
+    assert points.shape == (3, 2)
+    assert np.all(np.diff(points[:, 0]) > 0)
+    assert np.all(np.diff(points[:, 1]) < 0)

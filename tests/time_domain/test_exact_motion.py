@@ -16,10 +16,11 @@ from studies import fig08_engine_orders as fig08
 from symhbm.continuation.newton import newton
 from symhbm.model import force_coefficients as coefficients_of
 from symhbm.numerics.fourier import FourierBasis
+from symhbm.numerics.loops.polynomials import crossings
 from symhbm.numerics.turning_points import largest_displacement
 from symhbm.time_domain.event_march import march
 from symhbm.time_domain.exact_motion import exact_motion
-from symhbm.time_domain.linear_motion import DEGREE, LinearMotion, crossings, extremes
+from symhbm.time_domain.linear_motion import DEGREE, LinearMotion, extremes
 
 EXACT = json.loads(
     (Path(__file__).parent.parent.parent / "data" / "reference" / "exact_values.json").read_text()

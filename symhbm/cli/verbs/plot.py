@@ -37,9 +37,9 @@ class _Kind(click.ParamType):
 @click.option(
     "--kind",
     type=_Kind(),
-    help="What to draw. By default hysteresis for a motion in time, nonlinear-modes and "
-    "limit-cycles for those, envelope for an ensemble, disk for one point of a disk, "
-    "else response.",
+    help="What to draw. By default hysteresis for a motion in time, nonlinear-modes, "
+    "limit-cycles and flutter-limit for those, pareto-front for a front of two aims, envelope for "
+    "an ensemble, disk for one point of a disk, else response.",
 )
 @select_option
 @click.option("--dof", type=int, help="The blade (degree of freedom) to show, from 0.")
@@ -61,9 +61,13 @@ def plot(
 
     \b
       response      amplitude over the frequency (or what was followed), a line per parameter set
+      pareto-front  a front of two aims, and the values of its designs
       envelope      an ensemble of responses as bands
       disk          the response around the disk
       blades        the response of every blade
+      nonlinear-modes  frequency and damping ratio over the amplitude, or a parameter
+      limit-cycles  their amplitude over a parameter
+      flutter-limit the negative damping that contacts hold, over a parameter
       hysteresis    friction force over relative displacement
       normal-force  normal force over the period
       states        where contacts stick, slip, open or never touch, each of them

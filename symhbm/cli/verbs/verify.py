@@ -50,7 +50,8 @@ def verify(
     energy balance are recomputed from the Fourier coefficients, the friction by marching a
     slider, and some points are compared with the exact periodic motion, which shows what the
     harmonics left out amount to. Of an archive without the coefficients of its points the peaks
-    are recomputed, as far as those were kept. The table has the worst value of each figure (all
+    are recomputed, as far as those were kept; of nonlinear modes and limit cycles events,
+    stability and folds as well. The table has the worst value of each figure (all
     relative), its bound, whether that holds, and where.
 
     \b

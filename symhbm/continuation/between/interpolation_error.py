@@ -125,6 +125,8 @@ def _one_sided(
 def slope_errors(
     states: tuple[Any, ...],
     directions: tuple[Any, ...],
+    values: tuple[Any, ...],
+    rates: tuple[Any, ...],
     normal: Any,
     length: Any,
     scale: Any,
@@ -132,18 +134,19 @@ def slope_errors(
 ) -> None:
     """Write error bounds (n, n_dof) of slopes of motions, per unit of length.
 
-    ``states`` and ``directions`` are those of `describe`; ``normal`` and ``scale`` are
-    (n, n_unknowns + 1), ``length`` (n, 1).
+    ``states`` and ``directions`` are those of `describe`; ``values`` and ``rates`` are the
+    coefficients (n, n_dof n_components) of the motions and their derivatives at the same solutions;
+    ``normal`` and ``scale`` are (n, n_unknowns + 1), ``length`` (n, 1).
     """
     around, n_dof = np.empty(6), error.shape[1]
-    size = (scale.shape[1] - 1) // n_dof
+    size = values[LEFT].shape[1] // n_dof
     for i in range(len(error)):
         describe(states, directions, i, normal[i], scale[i], around)
         distance = length[i, 0] if length[i, 0] != 0 else 1.0
         for j in range(n_dof):
             square = 0.0
             for k in range(j * size, (j + 1) * size):
-                square += _of_component(states, directions, i, k, around, distance) ** 2
+                square += _of_component(values, rates, i, k, around, distance) ** 2
             error[i, j] = OF_SLOPE * math.sqrt(square)
 
 

@@ -69,7 +69,12 @@ def estimate_slopes(
     error = np.zeros((n, n_dof))
     if problem.samples is None:  # else piecewise linear forces have corners at any resolution
         states, directions = zip(*((at.state, at.direction) for at in around), strict=True)
-        slope_errors(states, directions, measured.normal, measured.length, scale, error)
+        values, rates = (
+            tuple(np.ascontiguousarray(_peaking(problem, at)) for at in each)
+            for each in (states, directions)
+        )
+        metric = measured.normal, measured.length, scale
+        slope_errors(states, directions, values, rates, *metric, error)
     motions, rates = np.empty((2, n, n_shares, problem.n_unknowns))
     ends = left.state, right.state, measured.left, measured.right
     interpolation.interpolate(*ends, _SHARES, motions)
@@ -84,6 +89,11 @@ def estimate_slopes(
     given = ends[0], amplitudes, slopes, error, measured.length, segments.switch_events, per_dof
     _judge(*given, turns, is_doubtful)
     return SlopeEstimate(turns, is_doubtful, slopes, error, measured)
+
+
+def _peaking(problem: HarmonicBalance, motions: FloatArray) -> FloatArray:
+    """Coefficients (n, n_peaking n_components) of what has peaks."""
+    return problem.peaking(motions[:, : problem.n_unknowns]).reshape(len(motions), -1)
 
 
 @Loop

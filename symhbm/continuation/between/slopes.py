@@ -25,10 +25,14 @@ def leading(amplitude: FloatArray) -> int:
 def amplitude_and_slope(
     problem: HarmonicBalance, unknowns: FloatArray, derivative: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Largest displacements of motions ``(..., n_unknowns)`` and their slopes, ``(..., n_dof)``."""
+    """Largest values of what has peaks at motions ``(..., n_unknowns)``, and their slopes.
+
+    Both ``(..., n_peaking)``: displacements, or rows of an output.
+    """
     size = problem.basis.n_components
-    shape = (*unknowns.shape[:-1], problem.n_dof)
-    coefficients = unknowns.reshape(-1, size)
+    shape = (*unknowns.shape[:-1], problem.n_peaking)
+    coefficients = problem.peaking(unknowns).reshape(-1, size)
+    derivative = problem.peaking(derivative)
     if problem.basis.has_one_harmonic and size == 2:
         rows = np.ascontiguousarray(coefficients), np.ascontiguousarray(derivative).reshape(-1, 2)
         amplitude, slope = np.empty((2, *shape))
@@ -54,7 +58,7 @@ def _of_one_harmonic(motions: Any, derivatives: Any, amplitude: Any, slope: Any)
 
 @dataclass(eq=False, slots=True)
 class Slopes(PathState):
-    """Solutions with the amplitudes of all DOFs and their slopes along the path, (..., n_dof)."""
+    """Solutions with the amplitudes of all that has peaks, and their slopes, (..., n_peaking)."""
 
     amplitude: FloatArray
     slope: FloatArray

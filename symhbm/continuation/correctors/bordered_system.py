@@ -60,7 +60,7 @@ def point_system(equations: Equations, structure: DynamicStiffness | None = None
         conservative, inertia = equations.conservative(*arguments)
         inertia, exciting = (
             ca.mmax(ca.fabs(inertia)),
-            amplitude * ca.mmax(ca.fabs(named["force_shape"])),
+            amplitude * ca.mmax(ca.fabs(equations.shape_at(named["force_shape"], point[n]))),
         )
         below = _resonances_below(equations, conservative, springs)
     else:
@@ -69,7 +69,7 @@ def point_system(equations: Equations, structure: DynamicStiffness | None = None
         )
         balance, magnitude = balance + forces, magnitude + terms
         jacobian, by_frequency = jacobian + stiffness, by_frequency + slopes
-        exciting, below = amplitude * structure.largest, -1
+        exciting, below = amplitude * structure.largest(point[n]), -1
 
     margins, gradients = symbolic(0, 1), [symbolic(0, n)]
     by_omega = symbolic(0, 1)
@@ -111,13 +111,13 @@ def located_system(equations: Equations) -> ca.Function:
     point = symbol["point"]
     parameters = _split(symbol["parameters"], of_parameters)
     events = [
-        ca.reshape(part, -1, group.n)
+        ca.reshape(part, group.law.n_events(equations.basis), group.n)
         for part, group in zip(_split(symbol["events"], of_events), equations.located, strict=True)
     ]
     forces = form(point[:n], point[n], *parameters, *events)
     _, inertia = equations.conservative(point[:n], point[n], *parameters)
     named = dict(zip(equations.parameter_names, parameters, strict=True))
-    largest = ca.mmax(ca.fabs(named["force_shape"]))
+    largest = ca.mmax(ca.fabs(equations.shape_at(named["force_shape"], point[n])))
     rows = [ca.SX(0, n)]
     of_group = zip(groups, motions, _split(symbol["gradients"], of_gradients), strict=True)
     for group, size, gradients in of_group:

@@ -38,7 +38,8 @@ def condensed_graph(structure: DynamicStiffness) -> ca.Function:
     unknowns = ca.MX.sym("unknowns", size * n_components)
     frequency, amplitude = ca.MX.sym("frequency"), ca.MX.sym("amplitude")
     indices, balances = [], []
-    for n, components, kept_force, inner_force in structure.parts:
+    factors, rates = (structure.factors(frequency, derivative) for derivative in (0, 1))
+    for n, components, kept_shapes, inner_shapes in structure.parts:
         by_component = [
             [dof * n_components + component for dof in range(size)]
             for component in range(components.start, components.stop)
@@ -47,16 +48,23 @@ def condensed_graph(structure: DynamicStiffness) -> ca.Function:
         indices += by_component
         if n == 0:
             static = ca.DM(structure.static)
-            shape = kept_force + structure.static[:, size:] @ inner_force
-            load = amplitude * ca.DM(shape.real) + ca.DM(structure.load)
+            shape = kept_shapes + inner_shapes @ structure.static[:, size:].T
+            push = _sum(factors, shape)[0]
+            load = amplitude * push + ca.DM(structure.load)
             balances.append(_at_rest(static[:, :size], motion[0], load))
         else:
             band_function = structure.band_functions[n]
             values = _band_function(band_function, n, frequency)
-            real, imaginary = _pair(inner_force)
-            force = _pair(kept_force), (amplitude * real, amplitude * imaginary), amplitude
+            force, rate = (
+                [
+                    tuple(amplitude * part for part in _sum(scale, shapes))
+                    for shapes in (kept_shapes, inner_shapes)
+                ]
+                for scale in (factors, rates)
+            )
             inertia = [frequency**2 * n**2 * (ca.DM(structure.mass) @ x) for x in motion]
-            balances.append(_moving(values, (motion[0], motion[1]), force, inertia))
+            given = force, rate if any(structure.powers) else None
+            balances.append(_moving(values, (motion[0], motion[1]), given, inertia))
     # The forces are ordered by component, the unknowns by degree of freedom.
     order = np.argsort(np.concatenate(indices)).tolist()
     outputs = [
@@ -78,25 +86,32 @@ def _at_rest(stiffness: Any, motion: Any, load: Any) -> _Balance:
 
 
 def _moving(
-    values: tuple[Pair, Pair], motion: Pair, force: tuple[Pair, Pair, Any], inertia: list[Any]
+    values: tuple[Pair, Pair], motion: Pair, given: tuple[Any, Any], inertia: list[Any]
 ) -> _Balance:
-    """Forces from ``[Z, G]`` and its derivative, and from the force on kept and inner motions."""
+    """Forces from ``[Z, G]`` and its derivative, and from the force on kept and inner motions.
+
+    The force is given with its derivative by the frequency, None where it does not change.
+    """
     size = motion[0].shape[0]
     (real, imaginary), slope = values
-    kept, inner, amplitude = force
+    (kept, inner), rate = given
     stiffness = real[:, :size], imaginary[:, :size]
-    transmitted = _product((real[:, size:], imaginary[:, size:]), inner)
-    load = [amplitude * part + other for part, other in zip(kept, transmitted, strict=True)]
+    inside = real[:, size:], imaginary[:, size:]
+    transmitted = _product(inside, inner)
+    load = [part + other for part, other in zip(kept, transmitted, strict=True)]
     restoring = _product(stiffness, motion)
     variables = tuple(ca.vertcat(x, -s) for x, s in zip(motion, inner, strict=True))
     level, sizes = [ca.fabs(x) for x in motion], [ca.fabs(part) for part in stiffness]
     terms = [sizes[0] @ level[k] + sizes[1] @ level[1 - k] + ca.fabs(load[k]) for k in (0, 1)]
     block = ca.blockcat([[stiffness[0], -stiffness[1]], [stiffness[1], stiffness[0]]])
+    by_frequency = ca.vertcat(*_product(slope, (variables[0], variables[1])))
+    if rate is not None:
+        by_frequency -= ca.vertcat(*rate[0]) + ca.vertcat(*_product(inside, rate[1]))
     return _Balance(
         ca.vertcat(*(p - q for p, q in zip(restoring, load, strict=True))),
         ca.vertcat(*terms),
         block,
-        ca.vertcat(*_product(slope, (variables[0], variables[1]))),
+        by_frequency,
         ca.vertcat(*inertia),
     )
 
@@ -139,6 +154,14 @@ def _band_function(
 
 def _pair(values: Any) -> Pair:
     return ca.DM(np.real(values)), ca.DM(np.imag(values))
+
+
+def _sum(factors: list[Any], shapes: Any) -> Pair:
+    """The sum of complex shapes (n_powers, n), each times its factor."""
+    pairs = [_pair(shape) for shape in shapes]
+    real = sum(factor * pair[0] for factor, pair in zip(factors, pairs, strict=True))
+    imaginary = sum(factor * pair[1] for factor, pair in zip(factors, pairs, strict=True))
+    return ca.MX(real), ca.MX(imaginary)
 
 
 def _product(a: Pair, b: Pair) -> Pair:

@@ -78,7 +78,7 @@ def modes(
             except np.linalg.LinAlgError:
                 return None  # without inertia there are no coordinates of unit mass
             at = structure, n * frequency, *contacts
-            found = _with_matrices(at, some, _columns(problem, n), size, limit)
+            found = _with_matrices(at, some, _of_force(problem, n, frequency), size, limit)
         by_harmonic.append((np.full(len(found[0]), n * frequency), *found))
     if not by_harmonic:
         return None
@@ -179,7 +179,8 @@ def _reduced(problem: HarmonicBalance, wave: int) -> Reduced:
         return inverse @ matrix
 
     damping, stiffness = (scaled(scaled(0.5 * (m + m.conj().T)).conj().T) for m in matrices)
-    shape = problem.model.felt_shape(problem.excitation, problem.basis)[: problem.n_dof]
+    shapes = problem.model.felt_shapes(problem.excitation, problem.basis)
+    shape = np.hstack([shapes[power][: problem.n_dof] for power in sorted(shapes)])
     springs = scaled(directions.conj().T)
     force = scaled(problem.excitation.amplitude * shape)
     stuck_springs = problem.model.stuck_springs
@@ -194,16 +195,27 @@ def _columns(problem: HarmonicBalance, harmonic: int) -> list[int]:
     return [problem.basis.component(harmonic, sine) for sine in (False, True)]
 
 
+def _of_force(
+    problem: HarmonicBalance, harmonic: int, frequency: float
+) -> list[tuple[list[int], FloatArray]]:
+    """Columns of the force in one harmonic and what each is multiplied by, of cosine and sine."""
+    powers, size = problem.compiled[0].powers, problem.basis.n_components
+    factors = frequency ** np.array(powers, dtype=float)
+    columns = _columns(problem, harmonic)
+    return [([k * size + one for k in range(len(powers))], factors) for one in columns]
+
+
 def _with_matrices(
     at: tuple[Any, ...],
     wanted: tuple[int, int],
-    columns: list[int],
+    of_force: list[tuple[list[int], FloatArray]],
     size: float,
     limit: FloatArray,
 ) -> tuple[FloatArray, FloatArray, NDArray[np.bool_], NDArray[np.bool_]]:
     """Detuning, half widths [rad/s] and whether modes are excited and near, in one harmonic.
 
-    ``at`` has the structure, the frequency of the harmonic, springs and losses of contacts.
+    ``at`` has the structure, the frequency of the harmonic, springs and losses of contacts;
+    ``of_force`` the columns of the force and their factors, of cosine and sine.
     """
     structure, frequency, spring, loss = at
     springs = structure.springs
@@ -217,7 +229,8 @@ def _with_matrices(
         squares, shapes = eigh(stiffness, check_finite=False, **some)
     seen = structure.rows @ shapes
     damped, contacts, whole = seen[:n], seen[n : n + m], seen[n + m : 2 * n + m]
-    cosine, sine = (seen[2 * n + m + column] for column in columns)
+    forces = seen[2 * n + m :]
+    cosine, sine = (factors @ forces[columns] for columns, factors in of_force)
     lossy = weighted(contacts.T, loss / frequency).T
     detuning, width = np.empty((2, len(squares)))
     excited = np.empty(len(squares), dtype=np.bool_)

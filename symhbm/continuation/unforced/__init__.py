@@ -5,11 +5,18 @@ from symhbm.continuation.unforced.cycles import (
     Cycles,
     cycles_of_mode,
     follow_cycles,
+    last_fold,
     settled,
 )
-from symhbm.continuation.unforced.following import follow_mode
+from symhbm.continuation.unforced.following import follow_mode, follow_mode_over
 from symhbm.continuation.unforced.limit_cycle import LimitCycleProblem
-from symhbm.continuation.unforced.linear_modes import LinearMode, linear_mode, mode_start
+from symhbm.continuation.unforced.linear_modes import (
+    LinearMode,
+    NoModeError,
+    linear_mode,
+    mode_start,
+)
+from symhbm.continuation.unforced.mode_over_parameter import ModeOverParameterProblem
 from symhbm.continuation.unforced.nonlinear_mode import NonlinearModeProblem
 from symhbm.continuation.unforced.problem import (
     Balanced,
@@ -26,12 +33,16 @@ __all__ = [
     "Cycles",
     "LimitCycleProblem",
     "LinearMode",
+    "ModeOverParameterProblem",
+    "NoModeError",
     "NonlinearModeProblem",
     "UnforcedProblem",
     "cycles_of_mode",
     "first_harmonic",
     "follow_cycles",
     "follow_mode",
+    "follow_mode_over",
+    "last_fold",
     "linear_mode",
     "mode_start",
     "phase_of",

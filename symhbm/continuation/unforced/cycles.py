@@ -67,18 +67,10 @@ class Cycles:
 
     @property
     def fold(self) -> float:
-        """Value of the parameter at the fold beyond which there is no cycle, NaN without.
-
-        Of two such folds, below all cycles and above, it is that at the first one on its branch.
-        """
-        values = np.array([point.value for point in self.points])
-        for point in self.points:
-            past = values - point.value
-            past = np.sign(past) * (np.abs(past) > _ROUND_OFF * np.abs(values).max())
-            is_fold = any(event.kind == EventKind.FOLD for event in point.events)
-            if is_fold and abs(past.min(initial=0.0) + past.max(initial=0.0)) == 1:
-                return point.value
-        return np.nan
+        """Value of the parameter at the fold beyond which there is no cycle, NaN without."""
+        points = self.points
+        folds = [p.value for p in points if any(e.kind == EventKind.FOLD for e in p.events)]
+        return last_fold(np.array(folds), np.array([point.value for point in points]))
 
     def at(self, value: float) -> list[tuple[PathState | None, int]]:
         """Cycles at a value of the parameter, each with the linear solves it took."""
@@ -88,6 +80,19 @@ class Cycles:
             if min(values) <= value <= max(values):
                 found += branch.at(value)
         return found
+
+
+def last_fold(folds: FloatArray, values: FloatArray) -> float:
+    """The one of the ``folds`` beyond which there is none of the ``values``, NaN without.
+
+    Of two such folds, below all values and above, it is the first one.
+    """
+    for fold in folds.tolist():
+        past = values - fold
+        past = np.sign(past) * (np.abs(past) > _ROUND_OFF * np.abs(values).max())
+        if abs(past.min(initial=0.0) + past.max(initial=0.0)) == 1:
+            return fold
+    return np.nan
 
 
 @on_one_thread

@@ -1,19 +1,23 @@
-"""Following of nonlinear modes over their amplitude, with the turns of their damping ratios."""
+"""Following of nonlinear modes over their amplitude or a parameter, with turns of their damping."""
 
+from collections.abc import Callable
 from dataclasses import replace
+from functools import partial
 from itertools import pairwise
 
 import numpy as np
 
+from symhbm.balance import HarmonicBalance
 from symhbm.continuation.branch import Branch
 from symhbm.continuation.correctors import Corrector, corrector_of
 from symhbm.continuation.events import find_folds
 from symhbm.continuation.following import follow_with
-from symhbm.continuation.newton import NewtonResult
+from symhbm.continuation.newton import NewtonResult, newton
 from symhbm.continuation.point import Event, EventKind, PathPoint
 from symhbm.continuation.segment import PathState, Segment
 from symhbm.continuation.status import Status
 from symhbm.continuation.unforced.linear_modes import LinearMode, mode_start
+from symhbm.continuation.unforced.mode_over_parameter import ModeOverParameterProblem
 from symhbm.continuation.unforced.nonlinear_mode import NonlinearModeProblem
 from symhbm.numerics import FloatArray, on_one_thread
 
@@ -39,19 +43,57 @@ def follow_mode(
     has a maximum or a minimum is a point, an event of its own kind. Straight lines between points
     tell frequencies and damping ratios.
     """
+    curve.lowest = _LOWEST * linear.frequency
+    start = partial(mode_start, curve, linear)
+    branch = _followed(curve, lambda value: start(10.0**value), band, max_points)
+    turned = branch.status == Status.TURNED_BACK
+    return replace(branch, status=Status.MODE_TURNED_BACK) if turned else branch
+
+
+@on_one_thread
+def follow_mode_over(
+    curve: ModeOverParameterProblem,
+    linear: Callable[[HarmonicBalance], LinearMode],
+    band: tuple[float, float],
+    max_points: int,
+) -> Branch:
+    """The branch of a mode of one amplitude over a ``band`` of a parameter, as `follow_mode`.
+
+    ``linear`` tells the linear mode of the problem at a value; the nonlinear one is followed from
+    it over the amplitude to the first value of the band.
+    """
+    curve.lowest = _LOWEST * linear(curve.problem_at(band[0])).frequency
+
+    def start(value: float) -> NewtonResult:
+        problem = curve.problem_at(value)
+        over_amplitude = NonlinearModeProblem(problem, curve.dof)
+        over_amplitude.lowest = curve.lowest
+        found = mode_start(over_amplitude, linear(problem), curve.level)
+        if not found.converged:
+            return found
+        return newton(partial(curve.evaluate, value=value), found.unknowns)
+
+    return _followed(curve, start, band, max_points)
+
+
+def _followed(
+    curve: NonlinearModeProblem,
+    start: Callable[[float], NewtonResult],
+    band: tuple[float, float],
+    max_points: int,
+) -> Branch:
+    """The branch of a mode from where it is found at the first value of a band."""
     corrector = corrector_of(curve)
 
     def solve_from_scratch(value: float) -> NewtonResult:
-        result = mode_start(curve, linear, 10.0**value)
+        result = start(value)
         corrector.solves += result.iterations
         return result
 
-    curve.lowest = _LOWEST * linear.frequency
     branch = follow_with(corrector, solve_from_scratch, band, max_points, per_dof=False)
     points, status = branch.points, branch.status
     if points and curve.frequency(points[-1].unknowns) < _NEAR * curve.lowest:
         status = Status.NO_FREQUENCY
-    status = Status.MODE_TURNED_BACK if status == Status.TURNED_BACK else status
     points = _filled(corrector, _with_turns(corrector, curve.damping_place, points))
     return replace(branch, points=points, status=status)
 

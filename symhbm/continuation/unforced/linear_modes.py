@@ -36,6 +36,10 @@ _FEWER = 10.0
 _MAX_REDUCTIONS = 12
 
 
+class NoModeError(ValueError):
+    """A structure has no such mode, or none of which the degree of freedom tells the amplitude."""
+
+
 class LinearMode(NamedTuple):
     """A mode of small motions: its ``frequency`` [rad/s], ``shape`` (n_dof,) and where it rests.
 
@@ -65,7 +69,7 @@ def linear_mode(
     amplitude, None for the one that moves most; ``numbers`` are those that the user gives the
     unknown ones.
 
-    Raises ValueError for a mode that there is not, that is repeated, that nothing holds, or in
+    Raises NoModeError for a mode that there is not, that is repeated, that nothing holds, or in
     which that degree of freedom does not move.
     """
     numbers = range(problem.n_dof) if numbers is None else numbers
@@ -74,7 +78,7 @@ def linear_mode(
         rest = position_at_rest(problem, frequency)
         natural, shapes = _modes_about(problem, rest, frequency, mode + 2)
         if mode >= len(natural):
-            raise ValueError(f"mode={mode}: expected a number from 0 to {len(natural) - 1}")
+            raise NoModeError(f"mode={mode}: expected a number from 0 to {len(natural) - 1}")
         before, frequency = frequency, float(natural[mode])
         found = natural, shapes, rest
         if not frequency > 0 or abs(frequency - before) <= _SETTLED * frequency:
@@ -82,17 +86,17 @@ def linear_mode(
     assert found is not None
     natural, shapes, rest = found
     if not frequency > _NO_STIFFNESS * _high_frequency(problem):
-        raise ValueError(
+        raise NoModeError(
             f"mode={mode}: expected a mode that stiffness holds, the frequency of this one is 0"
         )
     near = np.abs(natural - frequency) <= _REPEATED * frequency
     if np.count_nonzero(near) > 1:
-        raise ValueError(f"mode={mode}: {_repeated(problem)}")
+        raise NoModeError(f"mode={mode}: {_repeated(problem)}")
     shape = shapes[:, mode]
     size, largest = np.abs(shape), int(np.argmax(np.abs(shape)))
     dof = largest if dof is None else dof
     if size[dof] < _STILL * size[largest]:
-        raise ValueError(
+        raise NoModeError(
             f"dof={numbers[dof]}: expected a degree of freedom that moves in mode {mode}, this one "
             f"does not; {numbers[largest]} moves most"
         )

@@ -29,6 +29,7 @@ class NonlinearModeProblem(UnforcedProblem):
     """A damping ratio is as much as the same relative change of the frequency."""
 
     def __init__(self, problem: HarmonicBalance, dof: int):
+        self.dof = dof
         self._cosine, phase = first_harmonic(problem, dof)
         super().__init__(problem, phase)
         self._sustained = SustainedMotion(problem)

@@ -26,7 +26,8 @@ def envelope(dataset: xr.Dataset, quantiles: Sequence[float] = (0.05, 0.5, 0.95)
     -------
     Dataset with ``amplitude_minimum``, ``amplitude_maximum``, ``amplitude_mean`` (frequency, dof)
     [m] and ``amplitude_quantile`` (frequency, dof, quantile) [m], the same of the largest response
-    of all degrees of freedom, ``largest_minimum`` and so on, ``n_used`` and ``n_failed``.
+    of all degrees of freedom, ``largest_minimum`` and so on, ``n_used``, ``n_failed`` and
+    ``n_missing``.
 
     Raises
     ------

@@ -27,9 +27,9 @@ def amplification(dataset: xr.Dataset, tuned: xr.Dataset) -> xr.Dataset:
 
     Returns
     -------
-    Dataset along the samples, NaN where one failed, with ``n_used`` and ``n_failed``. Per degree of
-    freedom, and the largest of all with the prefix ``largest_`` and its degree of freedom (-1 where
-    the sample failed) with the prefix ``dof_of_largest_``:
+    Dataset along the samples, NaN where one failed or is missing, with ``n_used``, ``n_failed`` and
+    ``n_missing``. Per degree of freedom, and the largest of all with the prefix ``largest_`` and
+    its degree of freedom (-1 where the sample failed) with the prefix ``dof_of_largest_``:
 
     ``amplification_of_peaks``
         Largest response over the band over the largest tuned one. Its attribute ``source`` tells
@@ -138,7 +138,11 @@ def worst(
     check.known(by, kinds, "amplification of these results")
     largest = factors[f"largest_{by}"]
     if not factors["n_used"].item():
-        raise ValueError(f"dataset: expected a sample that is complete, {largest.size} failed")
+        n_missing = factors["n_missing"].item()
+        raise ValueError(
+            f"dataset: expected a sample that is complete, {factors['n_failed'].item()} failed"
+            + f", {n_missing} are not computed" * bool(n_missing)
+        )
     sample = {largest.dims[0]: int(np.nanargmax(largest.values))}
     new = factors.isel(sample).drop_vars([name for name in factors if name in dataset.variables])
     return dataset.isel(sample).load().assign(new.data_vars)
@@ -148,10 +152,15 @@ def _largest(part: xr.Dataset, along: str) -> xr.DataArray:
     """Largest response of each degree of freedom, over its points and its located peaks."""
     # NaN is padding of a path, but a missing response on a grid.
     largest = part["amplitude"].max(along, skipna=along == "point")
-    if part.sizes.get("peak") and all(name in part for name in _PEAKS):
+    if part.sizes.get("peak") and _located(part):
         of_dof = part["peak_amplitude"].where(part["peak_dof"] == part["dof"])
         largest = xr.apply_ufunc(np.maximum, largest, of_dof.max("peak").fillna(0.0))
     return largest
+
+
+def _located(dataset: xr.Dataset) -> bool:
+    """Whether there are located peaks of what the amplitudes are of."""
+    return all(name in dataset for name in _PEAKS) and Description(dataset).peaks_of_amplitude
 
 
 def _tuned(tuned: xr.Dataset, ensemble: Population) -> tuple[float, xr.DataArray | None, str]:
@@ -189,6 +198,6 @@ def _tuned(tuned: xr.Dataset, ensemble: Population) -> tuple[float, xr.DataArray
 def _sources(dataset: xr.Dataset, description: Description, along: str) -> tuple[str, str]:
     """Sources of the largest response of each degree of freedom, and of that of all."""
     points = "points of the path" if along == "point" else "grid"
-    located = all(name in dataset for name in _PEAKS)
+    located = _located(dataset)
     per_dof = located and description.per_dof
     return "located peaks" if per_dof else points, "located peaks" if located else points

@@ -22,7 +22,7 @@ def localisation(dataset: xr.Dataset) -> xr.Dataset:
     -------
     Dataset with ``localisation_at_peak`` along the samples, at the largest response over the band
     (at its located peak where there is one), NaN where a sample failed; on a grid also
-    ``localisation`` (sample, frequency); ``n_used`` and ``n_failed``.
+    ``localisation`` (sample, frequency); ``n_used``, ``n_failed`` and ``n_missing``.
 
     Raises
     ------
@@ -44,12 +44,13 @@ def localisation(dataset: xr.Dataset) -> xr.Dataset:
     """
     ensemble = Population(dataset)
     used = xr.DataArray(ensemble.used, dims=ensemble.dim)
+    located = ensemble.description.peaks_of_amplitude
 
     def ratios(part: xr.Dataset) -> xr.Dataset:
         amplitude = part["amplitude"]
         at_peak = amplitude.isel({ensemble.along: _argmax(amplitude.max("dof"), ensemble.along)})
         at_peak = at_peak.transpose(ensemble.dim, "dof")
-        if part.sizes.get("peak") and "peak_coefficient" in part:
+        if part.sizes.get("peak") and "peak_coefficient" in part and located:
             highest = part.isel(peak=_argmax(part["peak_amplitude"], "peak"))
             higher = (highest["peak_amplitude"] >= at_peak.max("dof")).values
             at_peak.values[higher] = _amplitudes(highest["peak_coefficient"][higher])

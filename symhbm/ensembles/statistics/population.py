@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from symhbm.continuation import Status
 from symhbm.numerics import check
-from symhbm.results import Description, check_forced, variables_of_model, without
+from symhbm.results import Description, check_forced, parts, variables_of_model, without
 from symhbm.results.archive import check_schema
 
 BLOCK = 2**26
@@ -71,10 +71,22 @@ def meant(long_name: str, units: str = "1") -> dict[str, str]:
     return {"units": units, "long_name": long_name}
 
 
-def counted(result: xr.Dataset, n_used: int, n_failed: int, used: str) -> xr.Dataset:
+def counted(
+    result: xr.Dataset, n_used: int, n_failed: int, n_missing: int, used: str
+) -> xr.Dataset:
     """The result with the number of samples; ``used`` tells what was used."""
     failed = ((), n_failed, meant("samples that failed, left out"))
-    return result.assign(n_used=((), n_used, meant(used)), n_failed=failed)
+    missing = ((), n_missing, meant("samples of the ensemble that are not there"))
+    return result.assign(n_used=((), n_used, meant(used)), n_failed=failed, n_missing=missing)
+
+
+def missing_samples(dataset: xr.Dataset) -> tuple[NDArray[np.bool_], int]:
+    """Which samples are not computed yet, and how many the ensemble has beside this part of it."""
+    status = dataset["status"]
+    waiting = status.values == str(Status.NOT_STARTED)
+    part = parts.part_of(dataset)
+    others = 0 if part is None or status.dims != (part.dim,) else part.size - status.size
+    return waiting, others
 
 
 class Population:
@@ -140,7 +152,10 @@ class Population:
     def explained(self, result: xr.Dataset, title: str, per_sample: bool) -> xr.Dataset:
         """The result with the number of samples, the parameters, the problem and a title."""
         n_used = int(self.used.sum())
-        result = counted(result, n_used, self.size - n_used, "complete samples")
+        waiting, others = missing_samples(self.dataset)
+        n_waiting = int(waiting.sum())
+        n_failed = self.size - n_used - n_waiting
+        result = counted(result, n_used, n_failed, n_waiting + others, "complete samples")
         source = origin(self.dataset, () if per_sample else (self.dim,))
         result = result.assign({k: v for k, v in source.data_vars.items() if k not in result.dims})
         if per_sample:

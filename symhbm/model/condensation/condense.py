@@ -5,11 +5,16 @@ from collections.abc import Iterable, Sequence
 from typing import Any, Literal
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from symhbm.model.condensation.condense_sector import condense_sector, orthonormal
-from symhbm.model.condensation.condensed_model import CondensedModel, CondensedStiffness
-from symhbm.model.condensation.displacements import in_displacements
+from symhbm.model.condensation.condensed_model import (
+    CondensedModel,
+    CondensedStiffness,
+    kept_rows,
+)
+from symhbm.model.condensation.displacements import RelativeModel, in_displacements
 from symhbm.model.condensation.partition import Interior
 from symhbm.model.condensation.reduced_basis import MOST, Certificate, reduce
 from symhbm.model.cyclic import Sector
@@ -154,7 +159,9 @@ def condense(
             "model: expected damping that gives energy to no motion; symhbm.craig_bampton takes it"
         )
     excitations = _excitations(model, excitation)
-    masters, rows = _watched(model, dofs), np.zeros(0, dtype=np.intp)
+    seen = _seen(model)
+    read = np.unique(np.concatenate([np.zeros(0, int), *(r.nonzero()[1] for r in seen.values())]))
+    masters, rows = np.union1d(_watched(model, dofs), read).astype(np.intp), np.zeros(0, np.intp)
     structure = model
     if keep == "displacements":
         structure, coordinates = in_displacements(model, masters)
@@ -175,7 +182,7 @@ def condense(
         assert isinstance(structure, Sector)
         condensed = condense_sector(structure, excitations, band, basis, masters, rows, progress)
         _check_error(condensed.certificate, tolerance)
-        return condensed
+        return _with_outputs(condensed, model, seen)
     for force in excitations:
         model.under(force)
     warn_of_doubts(model, band, basis.harmonics)
@@ -198,7 +205,32 @@ def condense(
         patterns,
         None if reduced.modal is None else reduced.modal._replace(between=stability),
     )
-    return CondensedModel(structure, masters, band, basis.harmonics, condensed, certificate, rows)
+    given = structure, masters, band, basis.harmonics, condensed, certificate, rows
+    small = CondensedModel(*given)
+    if isinstance(structure, RelativeModel):
+        seen = {name: each @ structure.change for name, each in seen.items()}
+    return _with_outputs(small, model, seen)
+
+
+def _seen(model: Model | Sector) -> dict[str, Any]:
+    """Rows of outputs over all degrees of freedom of a structure, or of a sector of a disk."""
+    if not isinstance(model, Sector):
+        return {name: output.rows for name, output in model.outputs.items()}
+    result = {}
+    for name, output in model.outputs.items():
+        rows = sp.lil_array((output.rows.shape[0], model.structure.n_dof))
+        rows[:, model.interfaces.others] = output.rows
+        result[name] = rows.tocsr()
+    return result
+
+
+def _with_outputs(small: Any, model: Model | Sector, seen: dict[str, Any]) -> Any:
+    """A condensed structure with the outputs of the whole one."""
+    kept = {
+        name: output.of(kept_rows(output, seen[name], small.masters))
+        for name, output in model.outputs.items()
+    }
+    return small._seeing(kept) if kept else small
 
 
 def _between(bands: list[tuple[float, float]]) -> list[tuple[float, float]]:
@@ -267,6 +299,7 @@ def _patterns(
     masters: NDArray[np.intp],
 ) -> FloatArray:
     """Orthonormal force patterns (n_dof, n_patterns) of excitations, 0 where kept."""
-    shapes = np.hstack([model.felt_shape(force, basis) for force in excitations])
+    felt = [model.felt_shapes(force, basis).values() for force in excitations]
+    shapes = np.hstack([shape for each in felt for shape in each])
     static = [model.felt_static(force, basis) for force in excitations]
     return orthonormal(np.column_stack([shapes, *static]), masters)

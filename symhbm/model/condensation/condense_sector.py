@@ -83,9 +83,10 @@ def _waves(
     found = {0: _Wave([], [])}  # where it stands in the mean
     for force in excitations:
         bound = sector.in_wave(sector_order(force, sector.n_sectors))
-        shapes = basis.by_harmonic(sector.force_shape(force, basis))
+        each = [basis.by_harmonic(s) for s in sector.force_shapes(force, basis).values()]
         static = sector.static_load(force, basis)
-        for harmonic, shape in zip(basis.harmonics, shapes, strict=True):
+        pairs = [pair for shapes in each for pair in zip(basis.harmonics, shapes, strict=True)]
+        for harmonic, shape in pairs:
             n = bound.wave(harmonic)
             push = bound.folded(phasors(shape) if harmonic else static.astype(complex), n)
             reverse = 2 * n > sector.n_sectors

@@ -16,6 +16,7 @@ from symhbm.model.condensation.reduced_basis import Certificate
 from symhbm.model.contacts import renumbered
 from symhbm.model.linear import LowRankSum
 from symhbm.model.matrices import Model, restored
+from symhbm.model.outputs import Output
 from symhbm.model.places import Place, Places
 from symhbm.model.records import from_numbers, recalled, stored, to_numbers
 from symhbm.model.structure import AT_REST, CACHED, NearModes, Structure
@@ -230,6 +231,10 @@ class CondensedModel(Structure):
         number = super().number_of(place)
         return int(self.dofs[number]) if isinstance(place, str) else number
 
+    def seen(self, output: Output) -> Any:
+        """Rows of an output of the whole structure by what is kept; ValueError for others."""
+        return kept_rows(output, output.rows, self.dofs)
+
     def with_contacts(self, **groups: Any) -> Self:
         """Raise TypeError: it is condensed to the contacts that it has."""
         raise TypeError(
@@ -379,6 +384,18 @@ class CondensedModel(Structure):
             return super().force_shape(excitation, basis)
         return self._structure.felt_shape(excitation, basis)
 
+    def force_shapes(self, excitation: Any, basis: FourierBasis) -> dict[int, FloatArray]:
+        """The same by the power of the angular frequency."""
+        if self._structure is None:
+            return super().force_shapes(excitation, basis)
+        return self._structure.felt_shapes(excitation, basis)
+
+    def as_felt(self, excitation: Any, basis: FourierBasis) -> Any:
+        """An excitation without the matrices of the whole structure, which archives lack."""
+        if self._structure is None or not excitation.of_matrices:
+            return excitation
+        return excitation.on(self._structure)
+
     def static_load(self, excitation: Any, basis: FourierBasis = AT_REST) -> FloatArray:
         """What of an excitation does not oscillate, on the whole structure [N]."""
         if self._structure is None:
@@ -426,6 +443,18 @@ class CondensedModel(Structure):
             f"{self.certificate.friction_bound:.1e}; the largest response is that of these "
             f"{self.n_dof}"
         )
+
+
+def kept_rows(output: Output, rows: Any, dofs: NDArray[np.intp]) -> Any:
+    """Rows (n_rows, n_kept) of an output; ValueError where it reads what is not kept."""
+    others = np.setdiff1d(np.unique(rows.nonzero()[1]), dofs)
+    beyond = rows[:, others]
+    if others.size and np.abs(beyond.data).max() > _INSIDE * np.abs(rows.data).max():
+        raise ValueError(
+            f"outputs[{output.name!r}]: expected degrees of freedom that are kept, {others[0]} is "
+            "not; give the outputs to the structure in front of condensing it, or dofs="
+        )
+    return rows[:, dofs]
 
 
 def places_of(

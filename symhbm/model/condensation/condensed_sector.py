@@ -314,6 +314,10 @@ class CondensedSector(CondensedModel):
         """Coefficients of an excitation of unit amplitude on the whole structure."""
         return self._structure.force_shape(excitation, basis)
 
+    def force_shapes(self, excitation: Any, basis: FourierBasis) -> dict[int, FloatArray]:
+        """The same by the power of the angular frequency."""
+        return self._structure.force_shapes(excitation, basis)
+
     def static_load(self, excitation: Any, basis: FourierBasis = AT_REST) -> FloatArray:
         """What of an excitation does not oscillate, on the whole structure [N]."""
         return self._structure.static_load(excitation, basis)

@@ -12,6 +12,7 @@ from symhbm.model.contacts import Weights
 from symhbm.model.cyclic import Sector
 from symhbm.model.linear import LowRankSum, RelativeCoordinates
 from symhbm.model.matrices import Model, restored
+from symhbm.model.outputs import Output
 from symhbm.model.places import Place
 from symhbm.model.structure import AT_REST, Matrices, Structure
 from symhbm.numerics import FloatArray, FourierBasis
@@ -37,6 +38,10 @@ class RelativeModel(Model):
         """Motion (n_whole, n) of the whole structure from that (n_dof, n) of the coordinates."""
         return self.whole.expanded(self.change @ motion, nodal_diameter)
 
+    def seen(self, output: Output) -> Any:
+        """Rows of an output of the whole structure by the coordinates."""
+        return sp.csr_array(self.whole.seen(output)) @ self.change
+
     def number_of(self, place: Place) -> int:
         """The number of a place in the whole structure, which forces act on."""
         return self.whole.number_of(place)
@@ -49,6 +54,10 @@ class RelativeModel(Model):
     def force_shape(self, excitation: Any, basis: FourierBasis) -> FloatArray:
         """Coefficients of an excitation of unit amplitude on the whole structure."""
         return self.whole.force_shape(excitation, basis)
+
+    def force_shapes(self, excitation: Any, basis: FourierBasis) -> dict[int, FloatArray]:
+        """The same by the power of the angular frequency."""
+        return self.whole.force_shapes(excitation, basis)
 
     def static_load(self, excitation: Any, basis: FourierBasis = AT_REST) -> FloatArray:
         """What of an excitation does not oscillate, on the whole structure [N]."""

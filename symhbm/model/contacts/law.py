@@ -205,6 +205,12 @@ class ContactLaw(ABC):
         located.
         """
 
+    def slope(
+        self, basis: FourierBasis, motion: Any, frequency: Any, values: Values, force: Any
+    ) -> Any:
+        """Derivative of the `force` by the motion at given events (m K, m K) [N/m]."""
+        return ca.jacobian(force, motion)
+
     def terms(
         self,
         basis: FourierBasis,
@@ -220,7 +226,7 @@ class ContactLaw(ABC):
         terms whose difference is the force.
         """
         force = self.force(basis, motion, frequency, values, events)
-        slope = ca.jacobian(force, motion)
+        slope = self.slope(basis, motion, frequency, values, force)
         return ca.fabs(slope) @ travel + ca.fabs(force - slope @ motion), 0
 
     def n_events(self, basis: FourierBasis) -> int:
@@ -459,7 +465,7 @@ class Graph:
         by_name = dict(zip(law.parameters, ca.vertsplit(values), strict=True))
         force = law.force(basis, motion, frequency, by_name, events)
         sizes = law.terms(basis, motion, travel, frequency, by_name, events)
-        slope = ca.jacobian(force, motion)
+        slope = law.slope(basis, motion, frequency, by_name, force)
         inputs = [motion, travel, frequency, values, events]
         # Sizes of terms and derivatives have operations of the force again.
         outputs = ca.cse([ca.densify(force), *map(ca.SX, sizes), slope])

@@ -11,6 +11,7 @@ from typing import Any, ClassVar
 
 import casadi as ca
 import numpy as np
+import scipy.sparse
 
 from symhbm.model.contacts.law import Located, Values
 from symhbm.model.contacts.memoryless import Instants, MemorylessLaw
@@ -83,12 +84,47 @@ class PolynomialLaw(MemorylessLaw):
         self, basis: FourierBasis, motion: Any, frequency: Any, values: Values, events: Any
     ) -> Any:
         """Exact Fourier integrals of the force."""
+        tau, displacement = self._sampled(basis, motion)
+        forces = [self.force_at(each, frequency, values).T for each in displacement]
+        analysis = 2 * np.pi / len(tau) * (basis.values(tau) * basis.norm).T
+        return ca.vec(ca.mtimes(ca.DM(analysis), ca.vertcat(*forces)))
+
+    def slope(
+        self, basis: FourierBasis, motion: Any, frequency: Any, values: Values, force: Any
+    ) -> Any:
+        """Exact, from the Fourier series of the slopes along the motion.
+
+        A product of two waves is a sum of two others: with many harmonics these are far fewer terms
+        than the integrals of all products.
+        """
+        tau, displacement = self._sampled(basis, motion)
+        slope = self._slope_at(frequency, values)
+        slopes = ca.horzcat(*(ca.vec(slope(each)) for each in displacement)).T
+        waves = FourierBasis(tuple(range(2 * basis.highest + 1)))
+        series = ca.mtimes(ca.DM(2 * np.pi / len(tau) * waves.values(tau).T), slopes)
+        products = ca.mtimes(ca.DM(_products(basis, waves)), series)
+        n, m = basis.n_components, len(self.directions)
+        # Of the derivative of force p by displacement q, stored one column after the other.
+        blocks = [[ca.reshape(products[:, p + m * q], n, n) for q in range(m)] for p in range(m)]
+        return ca.blockcat(blocks)
+
+    def _sampled(self, basis: FourierBasis, motion: Any) -> tuple[FloatArray, list[Any]]:
+        """Angles [rad] enough for exact sums, and the displacements (m) at each."""
         n_samples = (self.degree + 1) * basis.highest + 1
-        synthesis = basis.values(2 * np.pi * np.arange(n_samples) / n_samples)
-        analysis = ca.DM(2 * np.pi / n_samples * (synthesis * basis.norm).T)
-        instants = ca.mtimes(ca.DM(synthesis), ca.reshape(motion, basis.n_components, -1))
-        forces = [self.force_at(instants[i, :].T, frequency, values).T for i in range(n_samples)]
-        return ca.vec(ca.mtimes(analysis, ca.vertcat(*forces)))
+        tau = 2 * np.pi * np.arange(n_samples) / n_samples
+        synthesis = ca.DM(basis.values(tau))
+        instants = ca.mtimes(synthesis, ca.reshape(motion, basis.n_components, -1))
+        return tau, [instants[i, :].T for i in range(n_samples)]
+
+    def _slope_at(self, frequency: Any, values: Values) -> Any:
+        """Function of the displacements (m) at an instant: the derivative of the force (m, m)."""
+        displacement = ca.SX.sym("displacement", len(self.directions))
+        of_frequency = ca.SX.sym("frequency")
+        by_name = {name: ca.SX.sym(name) for name in values}
+        slope = ca.jacobian(self.force_at(displacement, of_frequency, by_name), displacement)
+        inputs = [displacement, of_frequency, *by_name.values()]
+        each = ca.Function("slope", inputs, [ca.densify(slope)])
+        return lambda at: each(at, frequency, *values.values())
 
     @property
     def gives_back(self) -> bool:
@@ -130,6 +166,19 @@ class PolynomialLaw(MemorylessLaw):
         if self.gives_back:
             return {}
         return super().results(basis, located, motion, frequency, values)
+
+
+def _products(basis: FourierBasis, waves: FourierBasis) -> scipy.sparse.csc_array:
+    """Products of two functions of a basis by `waves`, times the norm of the first.
+
+    (K^2, n_waves), the second function of the product changing last.
+    """
+    tau = 2 * np.pi * np.arange(waves.n_components) / waves.n_components
+    values = basis.values(tau)
+    pairs = (values[:, None, :] * values[:, :, None]).reshape(len(tau), -1)
+    # Of cosines and sines: halves and ones, which round-off shall not blur.
+    found = np.round(2 * np.linalg.solve(waves.values(tau), pairs)) / 2
+    return scipy.sparse.csc_array(found.T * np.tile(basis.norm, basis.n_components)[:, None])
 
 
 @lru_cache(maxsize=64)

@@ -23,6 +23,7 @@ from symhbm.model.cyclic.waves import (
 from symhbm.model.excitation import EngineOrder, Excitation, StaticLoad, sector_order
 from symhbm.model.linear import RelativeCoordinates
 from symhbm.model.matrices import Model
+from symhbm.model.outputs import Output
 from symhbm.model.places import NextSector
 from symhbm.model.polynomial import PolynomialStructure
 from symhbm.model.records import recalled, stored
@@ -157,7 +158,7 @@ class Sector(PolynomialStructure):
         """
         other = object.__new__(type(self))
         kept = ("structure", "places", "interfaces", "order", "influences", "_turns", "_waves")
-        other._store(**{name: getattr(self, name) for name in kept})
+        other._store(**{name: getattr(self, name) for name in kept}, outputs=dict(self.outputs))
         other._set_contacts(groups)
         return other
 
@@ -219,9 +220,31 @@ class Sector(PolynomialStructure):
         kept = self.structure.kept
         return self.interfaces.others if kept is None else kept[self.interfaces.others]
 
+    def seen(self, output: Output) -> Any:
+        """Rows of an output over the degrees of freedom of a sector that are not right.
+
+        ValueError where it reads one that is right.
+        """
+        if self.structure.n_whole != self.structure.n_dof:
+            rows = self.structure.seen(output)
+        else:
+            rows = output.rows
+        right = np.intersect1d(np.unique(rows.nonzero()[1]), self.interfaces.right)
+        if right.size:
+            raise ValueError(
+                f"outputs[{output.name!r}]: expected degrees of freedom that are not right, "
+                f"{right[0]} is; weigh that of left at the same place, which is its of the next "
+                "sector"
+            )
+        return rows[:, self.interfaces.others]
+
     def force_shape(self, excitation: Excitation, basis: FourierBasis) -> FloatArray:
         """Coefficients of an excitation of unit amplitude on one sector."""
         return self.structure.felt_shape(excitation, basis)
+
+    def force_shapes(self, excitation: Excitation, basis: FourierBasis) -> dict[int, FloatArray]:
+        """Coefficients on one sector, by the power of the angular frequency."""
+        return self.structure.felt_shapes(excitation, basis)
 
     def static_load(self, excitation: Excitation, basis: FourierBasis = AT_REST) -> FloatArray:
         """What of an excitation does not oscillate, on one sector, (n_whole,) [N]."""
@@ -438,11 +461,14 @@ class Sector(PolynomialStructure):
         """An excitation on the sector itself, of one reduced from a larger one."""
         if self.structure.kept is None:
             return excitation
-        parts = basis.by_harmonic(self.structure.felt_shape(excitation, basis))
-        each = zip(basis.harmonics, parts, strict=True)
-        pattern = {harmonic: phasors(part) for harmonic, part in each if harmonic}
         order = excitation.parameters.get("engine_order", self.order)
-        wave = EngineOrder(order, excitation.amplitude, pattern=pattern)
+        waves: dict[int, Excitation] = {}
+        for power, shape in self.structure.felt_shapes(excitation, basis).items():
+            each = zip(basis.harmonics, basis.by_harmonic(shape), strict=True)
+            pattern = {harmonic: phasors(part) for harmonic, part in each if harmonic}
+            amplitude = 1.0 if excitation.changes else excitation.amplitude
+            waves[power] = EngineOrder(order, amplitude, pattern=pattern)
+        wave = waves[0] if not excitation.changes else excitation.with_forces(waves)
         static = self.static_load(excitation, basis)
         return wave + StaticLoad(static) if static.any() else wave
 

@@ -1,5 +1,6 @@
 """Periodic forces, and static ones: what drives a structure."""
 
+from symhbm.model.excitation.base_motion import BaseMotion, bases_of, motions_of_base
 from symhbm.model.excitation.excitation import (
     Excitation,
     ForceSum,
@@ -7,6 +8,7 @@ from symhbm.model.excitation.excitation import (
     force_coefficients,
     static_force,
 )
+from symhbm.model.excitation.field_force import FieldForce
 from symhbm.model.excitation.forces import (
     EngineOrder,
     HarmonicForce,
@@ -14,20 +16,30 @@ from symhbm.model.excitation.forces import (
     check_whole,
     sector_order,
 )
+from symhbm.model.excitation.frequency_force import FrequencyForce, leaves
+from symhbm.model.excitation.nodal_field import nodal_field
 from symhbm.model.excitation.static_load import StaticLoad
-from symhbm.model.excitation.stored import described
+from symhbm.model.excitation.stored import amplitude_of, described
 
 __all__ = [
+    "BaseMotion",
     "EngineOrder",
     "Excitation",
+    "FieldForce",
     "ForceSum",
+    "FrequencyForce",
     "HarmonicForce",
     "PointForce",
     "StaticLoad",
+    "amplitude_of",
+    "bases_of",
     "check_excitation",
     "check_whole",
     "described",
     "force_coefficients",
+    "leaves",
+    "motions_of_base",
+    "nodal_field",
     "sector_order",
     "static_force",
 ]

@@ -54,6 +54,45 @@ class Excitation(ABC):
     def shape(self, n_dof: int, basis: FourierBasis) -> FloatArray:
         """Coefficients at unit amplitude, ``(n_dof, n_components)``; ValueError if they misfit."""
 
+    @property
+    def units(self) -> str:
+        """Units of its amplitude."""
+        return "N"
+
+    @property
+    def meaning(self) -> str:
+        """What its amplitude is."""
+        return "amplitude of the exciting force"
+
+    @property
+    def changes(self) -> bool:
+        """Whether it changes with the frequency at constant amplitude."""
+        return False
+
+    @property
+    def of_matrices(self) -> bool:
+        """Whether matrices of the structure make it, so that it changes with them."""
+        return False
+
+    def shapes(self, structure: Any, basis: FourierBasis) -> dict[int, FloatArray]:
+        """Coefficients at unit amplitude by the power of the angular frequency that they go with.
+
+        Each (n_whole, n_components) on the degrees of freedom that forces on a structure name.
+        """
+        return {0: structure.force_shape(self, basis)}
+
+    def on(self, structure: Any) -> Excitation:
+        """The same force with what matrices of a structure make of it."""
+        return self
+
+    def along_base(self, translation: Callable[[Any], Any]) -> Excitation:
+        """The same force, its motions of the base with where they take a reduced structure."""
+        return self
+
+    def with_forces(self, forces: dict[int, Excitation]) -> Excitation:
+        """A force that changes by these forces of unit amplitude instead, by powers."""
+        raise TypeError(f"{check.shown(self)}: expected a force that changes with the frequency")
+
     def static(self, n_dof: int) -> FloatArray:
         """What does not oscillate, ``(n_dof,)`` [N]; ValueError if it misfits."""
         return np.zeros(n_dof)
@@ -156,6 +195,54 @@ class ForceSum(Excitation):
         """Coefficients at unit amplitude, ``(n_dof, n_components)``; ValueError if they misfit."""
         pairs = zip(self.parts, self._ratios, strict=True)
         return np.sum([ratio * part.shape(n_dof, basis) for part, ratio in pairs], axis=0)
+
+    @property
+    def _leading(self) -> Excitation:
+        """The first part that has an amplitude."""
+        return next((part for part in self.parts if part.amplitude), self.parts[0])
+
+    @property
+    def units(self) -> str:
+        """Units of the amplitude of the first part that oscillates."""
+        return self._leading.units
+
+    @property
+    def meaning(self) -> str:
+        """What the amplitude of the first part that oscillates is."""
+        return self._leading.meaning
+
+    @property
+    def changes(self) -> bool:
+        """Whether a part changes with the frequency."""
+        return any(part.changes for part in self.parts)
+
+    @property
+    def of_matrices(self) -> bool:
+        """Whether a part is made of matrices."""
+        return any(part.of_matrices for part in self.parts)
+
+    def shapes(self, structure: Any, basis: FourierBasis) -> dict[int, FloatArray]:
+        """Coefficients at unit amplitude by the power of the angular frequency."""
+        if not self.changes:
+            return super().shapes(structure, basis)
+        result: dict[int, FloatArray] = {}
+        for part, ratio in zip(self.parts, self._ratios, strict=True):
+            for power, shape in part.shapes(structure, basis).items():
+                result[power] = result.get(power, 0.0) + ratio * shape
+        return result
+
+    def along_base(self, translation: Callable[[Any], Any]) -> Excitation:
+        """The same sum, its motions of the base with where they take a reduced structure."""
+        return replace(self, parts=tuple(part.along_base(translation) for part in self.parts))
+
+    def with_forces(self, forces: dict[int, Excitation]) -> Excitation:
+        """The first part that changes, by these forces instead."""
+        changing = next(part for part in self.scaled if part.changes)
+        return replace(changing.with_forces(forces), amplitude=self.amplitude)  # type: ignore
+
+    def on(self, structure: Any) -> Excitation:
+        """The same sum with what matrices of a structure make of its parts."""
+        return replace(self, parts=tuple(part.on(structure) for part in self.parts))
 
     def static(self, n_dof: int) -> FloatArray:
         """What does not oscillate, ``(n_dof,)`` [N]; ValueError if it misfits."""

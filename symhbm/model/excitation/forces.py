@@ -9,11 +9,13 @@ from typing import Any, ClassVar, Self
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symhbm.model.excitation.excitation import Excitation, ForceSum, check_contained
+from symhbm.model.excitation.excitation import Excitation, check_contained
+from symhbm.model.excitation.frequency_force import leaves
 from symhbm.model.excitation.pattern import (
     check_pattern,
     pattern_to_stored,
     placed_pattern,
+    placed_values,
     shape_of,
 )
 from symhbm.model.excitation.static_load import StaticLoad, one_each
@@ -162,9 +164,10 @@ class EngineOrder(Excitation):
 class HarmonicForce(Excitation):
     """Any force: ``amplitude sum_n cosine[n] cos(n omega t) + sine[n] sin(n omega t)``.
 
-    ``cosine`` and ``sine`` map a harmonic to one coefficient per degree of freedom, dimensionless
-    where ``amplitude`` is in N. ``amplitude cosine[0]`` does not oscillate: it becomes the ``mean``
-    [N], one value per degree of freedom, which stays as it is when ``force_amplitude`` changes.
+    ``cosine`` and ``sine`` map a harmonic to one coefficient per degree of freedom, or to
+    ``{dof: coefficient}`` by numbers or names, dimensionless where ``amplitude`` is in N.
+    ``amplitude cosine[0]`` does not oscillate: it becomes the ``mean`` [N], one value per degree of
+    freedom, which stays as it is when ``force_amplitude`` changes.
 
     Examples
     --------
@@ -189,6 +192,9 @@ class HarmonicForce(Excitation):
             table = {}
             for harmonic, values in given.items():
                 harmonic = check.integer(f"harmonic of {name}", harmonic, int(name == "sine"))
+                if isinstance(values, Mapping):
+                    table[harmonic] = _by_place(f"{name}[{harmonic}]", values)
+                    continue
                 row = np.atleast_1d(check.array(f"{name}[{harmonic}]", values))
                 if row.ndim != 1:
                     raise ValueError(
@@ -203,10 +209,29 @@ class HarmonicForce(Excitation):
         if 0 in self.cosine:
             if mean is not None:
                 raise ValueError(f"mean={check.shown(mean)}: expected None beside cosine[0]")
+            if isinstance(self.cosine[0], dict):
+                raise TypeError(
+                    f"cosine[0]={check.shown(self.cosine[0])}: expected one value per DOF; a "
+                    "symhbm.StaticLoad takes places"
+                )
             # The table is this force's own.
             mean = self.amplitude * np.array(self.cosine.pop(0))  # type: ignore[attr-defined]
         if mean is not None:
             put(self, "mean", tuple(np.atleast_1d(check.array("mean", mean)).tolist()))
+
+    def placed(self, number_of: Callable[[Place], int]) -> Self:
+        """The same force on numbered degrees of freedom."""
+        tables = {
+            name: {
+                harmonic: placed_values(f"{name}[{harmonic}]", row, number_of)
+                if isinstance(row, dict)
+                else row
+                for harmonic, row in getattr(self, name).items()
+            }
+            for name in ("cosine", "sine")
+        }
+        named = any(isinstance(row, dict) for table in tables.values() for row in table.values())
+        return replace(self, **tables) if named else self
 
     def shape(self, n_dof: int, basis: FourierBasis) -> FloatArray:
         """Coefficients at unit amplitude, ``(n_dof, n_components)``; ValueError if they misfit."""
@@ -214,6 +239,11 @@ class HarmonicForce(Excitation):
         for name, table in (("cosine", self.cosine), ("sine", self.sine)):
             for harmonic, row in table.items():
                 check_contained(harmonic, basis)
+                if isinstance(row, dict):
+                    for dof, value in row.items():
+                        dof = check.integer(f"degree of freedom of {name}", dof, 0, n_dof - 1)
+                        shape[dof, basis.component(harmonic, name == "sine")] = value
+                    continue
                 values = one_each(f"{name}[{harmonic}]", row, n_dof)  # type: ignore[arg-type]
                 shape[:, basis.component(harmonic, name == "sine")] = values
         return shape
@@ -225,13 +255,21 @@ class HarmonicForce(Excitation):
         return one_each("mean", self.mean, n_dof)  # type: ignore[arg-type]
 
 
+def _by_place(name: str, values: Mapping[Any, Any]) -> dict[Any, float]:
+    if not values:
+        raise ValueError(f"{name}={{}}: expected at least one degree of freedom")
+    return {
+        check_place(f"degree of freedom of {name}", dof): check.scalar(f"{name}[{dof!r}]", value)
+        for dof, value in values.items()
+    }
+
+
 def sector_order(force: Excitation, n_sectors: int) -> int:
     """The engine order of a force on one of ``n_sectors``, below that number.
 
     Raises ValueError for a force that does not go around the disk, or without a pattern.
     """
-    parts = force.scaled if isinstance(force, ForceSum) else (force,)
-    moving = [part for part in parts if not isinstance(part, StaticLoad)]
+    moving = [part for part in leaves(force) if not isinstance(part, StaticLoad)]
     for part in moving:
         if not isinstance(part, EngineOrder) or part.pattern is None:
             raise ValueError(
@@ -249,7 +287,7 @@ def sector_order(force: Excitation, n_sectors: int) -> int:
 
 def check_whole(force: Excitation) -> None:
     """Raise ValueError for the pattern of one sector: there it acts, and not on a whole disk."""
-    for part in force.parts if isinstance(force, ForceSum) else (force,):
+    for part in leaves(force):
         if isinstance(part, EngineOrder) and part.pattern is not None:
             raise ValueError(
                 "excitation: pattern is the force on one sector of a symhbm.Sector, expected None "

@@ -6,6 +6,7 @@ from typing import Any
 import numpy as np
 
 from symhbm.model.excitation.excitation import check_contained
+from symhbm.model.excitation.nodal_field import is_labelled, labelled_field
 from symhbm.model.places import Place, check_place
 from symhbm.numerics import ComplexArray, FloatArray, FourierBasis, check
 
@@ -16,7 +17,8 @@ Pattern = dict[int, dict[Any, complex] | tuple[complex, ...]]
 def check_pattern(given: Any) -> Pattern:
     """A pattern by harmonics; TypeError or ValueError for what is none."""
     by_harmonic = isinstance(given, Mapping) and any(
-        isinstance(value, Mapping) or np.ndim(value) for value in given.values()
+        isinstance(value, Mapping) or is_labelled(value) or np.ndim(value)
+        for value in given.values()
     )
     if not by_harmonic:
         return {1: _one("pattern", given)}
@@ -27,6 +29,8 @@ def check_pattern(given: Any) -> Pattern:
 
 
 def _one(name: str, given: Any) -> Any:
+    if is_labelled(given):
+        given = labelled_field(name, given)
     if isinstance(given, Mapping):
         if not given:
             raise ValueError(f"{name}={{}}: expected at least one degree of freedom")
@@ -55,11 +59,25 @@ def _numbers(name: str, given: Any, n_dimensions: int) -> ComplexArray:
 def placed_pattern(pattern: Pattern, number_of: Callable[[Place], int]) -> Pattern:
     """The same pattern on numbered degrees of freedom."""
     return {
-        harmonic: {number_of(dof): value for dof, value in given.items()}
-        if isinstance(given, dict)
-        else given
+        harmonic: placed_values("pattern", given, number_of) if isinstance(given, dict) else given
         for harmonic, given in pattern.items()
     }
+
+
+def placed_values(
+    name: str, values: dict[Any, Any], number_of: Callable[[Place], int]
+) -> dict[int, Any]:
+    """Values by number; ValueError for a degree of freedom that is named twice."""
+    placed = {}
+    for place, value in values.items():
+        try:
+            number = number_of(place)
+        except (KeyError, ValueError) as error:
+            raise type(error)(f"{name}: {error.args[0]}") from None
+        if number in placed:
+            raise ValueError(f"{name}: expected each degree of freedom once, {place!r} is twice")
+        placed[number] = value
+    return placed
 
 
 def shape_of(pattern: Pattern, n_dof: int, basis: FourierBasis) -> FloatArray:
@@ -75,7 +93,7 @@ def shape_of(pattern: Pattern, n_dof: int, basis: FourierBasis) -> FloatArray:
             dofs, values = [*range(len(given))], np.array(given)
             if len(given) != n_dof:
                 raise ValueError(
-                    f"pattern: expected {n_dof} values (one per DOF of a sector), got {len(given)}"
+                    f"pattern: expected {n_dof} values (one per DOF), got {len(given)}"
                 )
         shape[dofs, basis.component(harmonic)] = np.real(values)
         shape[dofs, basis.component(harmonic, sine=True)] = -np.imag(values)

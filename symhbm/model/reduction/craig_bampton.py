@@ -12,6 +12,7 @@ from symhbm.model.contacts import Contacts
 from symhbm.model.cyclic import Blade, Sector
 from symhbm.model.linear import lowest_modes, natural_modes_of
 from symhbm.model.matrices import Model
+from symhbm.model.outputs import Output
 from symhbm.model.places import next_sector
 from symhbm.model.reduction.certificate import certified
 from symhbm.model.reduction.component import (
@@ -239,6 +240,7 @@ def _sector(
     felt = [(component.basis.T @ each.column.toarray(), each) for each in sector.influences]
     result._store(influences=tuple(e._replace(column=sp.csc_array(c)) for c, e in felt))
     reduced._store(places=places)
+    result._store(outputs={n: _seen(sector, result, out) for n, out in sector.outputs.items()})
     n_waves = sector.n_sectors // 2
     waves = tuple(sorted({0, (n_waves + 1) // 2, n_waves}))
     # As numbered among the degrees of freedom that are not right.
@@ -247,6 +249,20 @@ def _sector(
     both = np.searchsorted(own, watched), np.array([at[int(d)] for d in watched], dtype=np.intp)
     reduced._store(certificate=certified(sector, result, both, band, waves))
     return result
+
+
+def _seen(sector: Sector, reduced: Sector, output: Output) -> Output:
+    """An output of a sector, of its reduced one."""
+    rows = sp.lil_array((output.rows.shape[0], sector.n_whole))
+    rows[:, sector.interfaces.others] = output.rows
+    projected = rows.tocsr() @ reduced.structure.basis  # type: ignore[attr-defined]
+    right = np.abs(projected[:, reduced.interfaces.right]).max(initial=0.0)
+    if right > _NOTHING * np.abs(projected).max():
+        raise ValueError(
+            f"outputs[{output.name!r}]: expected places that do not move with the interface on the "
+            "right, in a sector that is reduced; keep them with dofs="
+        )
+    return output.of(projected[:, reduced.interfaces.others])
 
 
 def _interface(

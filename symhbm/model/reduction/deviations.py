@@ -8,7 +8,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from symhbm.model.contacts import Parameter
-from symhbm.model.excitation import Excitation, HarmonicForce
+from symhbm.model.excitation import Excitation, HarmonicForce, StaticLoad
 from symhbm.model.matrices import Model
 from symhbm.model.parameters import records_of_blade_modes
 from symhbm.model.structure import DENSE, Structure
@@ -179,12 +179,25 @@ class DeviatingModel(Model):
         vars(self).pop(DENSE, None)
 
 
-def force_as_felt(model: Structure, excitation: Excitation, basis: FourierBasis) -> HarmonicForce:
+def force_as_felt(model: Structure, excitation: Excitation, basis: FourierBasis) -> Excitation:
     """An excitation as the degrees of freedom of a structure feel it."""
-    shape, tables = model.felt_shape(excitation, basis), ({}, {})
+    shapes = model.felt_shapes(excitation, basis)
+    mean = model.felt_static(excitation, basis)
+    if not excitation.changes:
+        return _harmonic(shapes[0], basis, excitation.amplitude, mean if mean.any() else None)
+    forces: dict[int, Excitation] = {
+        power: _harmonic(shape, basis) for power, shape in shapes.items()
+    }
+    felt = excitation.with_forces(forces)
+    return felt + StaticLoad(mean) if mean.any() else felt
+
+
+def _harmonic(
+    shape: FloatArray, basis: FourierBasis, amplitude: float = 1.0, mean: Any = None
+) -> HarmonicForce:
+    """The force of coefficients (n_dof, n_components) at unit amplitude."""
+    tables: tuple[dict[int, FloatArray], dict[int, FloatArray]] = {}, {}
     for harmonic in basis.harmonics[int(basis.harmonics[0] == 0) :]:
         for table, sine in zip(tables, (False, True), strict=True):
             table[harmonic] = shape[:, basis.component(harmonic, sine)]
-    cosine, sine = tables
-    mean = model.felt_static(excitation, basis)
-    return HarmonicForce(cosine, sine, excitation.amplitude, mean if mean.any() else None)
+    return HarmonicForce(*tables, amplitude, mean)

@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -11,9 +12,10 @@ from numpy.typing import ArrayLike, NDArray
 from symhbm.model.contacts import Contacts
 from symhbm.model.cyclic import Sector
 from symhbm.model.damping import ModalDamping, StructuralDamping
-from symhbm.model.excitation import EngineOrder, Excitation, ForceSum, StaticLoad
+from symhbm.model.excitation import EngineOrder, Excitation, ForceSum, StaticLoad, motions_of_base
 from symhbm.model.linear import LowRankSum
 from symhbm.model.matrices import Model
+from symhbm.model.outputs import Output
 from symhbm.model.places import Place
 from symhbm.model.reduction.deviations import DeviatingModel, force_as_felt
 from symhbm.model.rotation import check_at_one_speed
@@ -53,6 +55,24 @@ class MistunedRing(DeviatingModel):
         if isinstance(model.damping, StructuralDamping):
             self._store(damping=model.damping)
         super().__init__(base, blades, _contacts(sector, self._spread), **deviations)
+        self._store(outputs={n: self._around(out) for n, out in sector.outputs.items()})
+
+    def _around(self, output: Output) -> Output:
+        """An output of each sector, one after the other."""
+        ends = self.sector.interfaces
+        rows = sp.lil_array((output.rows.shape[0], self.sector.n_whole))
+        rows[:, ends.others] = output.rows
+        each = sp.kron(sp.eye_array(ends.n_sectors), rows.tocsr())
+        return replace(output, several=True).of(each @ self._spread)
+
+    def seen(self, output: Output) -> Any:
+        """Rows of an output of the whole disk by the degrees of freedom of the ring."""
+        model, size = self.sector.structure, self.sector.structure.n_whole
+        parts = [
+            model.seen(output.of(output.rows[:, j * size : (j + 1) * size]))
+            for j in range(self.sector.n_sectors)
+        ]
+        return sp.hstack([sp.csr_array(part) for part in parts]).tocsr() @ self._spread
 
     def _of_each(self, matrix: Any) -> list[Any]:
         """A matrix of one sector as each of them has it among the degrees of freedom of all."""
@@ -151,6 +171,18 @@ class MistunedRing(DeviatingModel):
             waves = np.exp(-2j * np.pi * turns)[:, None] * phasor
             result[:, :, cosine], result[:, :, sine] = waves.real, -waves.imag
         return result.reshape(-1, shape.shape[1])
+
+    def force_shapes(self, excitation: Excitation, basis: FourierBasis) -> dict[int, FloatArray]:
+        """The same by the power of the angular frequency.
+
+        ValueError for a base that moves the masses of a tuned disk, where they deviate.
+        """
+        if "relative" in motions_of_base(excitation) and np.any(self.mass_deviation):
+            raise ValueError(
+                "mass_deviation: expected 0 under a BaseMotion, whose force was made with the "
+                "masses of the tuned sector"
+            )
+        return super().force_shapes(excitation, basis)
 
     def static_load(self, excitation: Excitation, basis: FourierBasis = AT_REST) -> FloatArray:
         """What of an excitation does not oscillate; a `StaticLoad` acts on each sector."""

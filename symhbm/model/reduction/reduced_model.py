@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 from symhbm.model.contacts import renumbered
 from symhbm.model.excitation import Excitation
 from symhbm.model.matrices import Model
+from symhbm.model.outputs import Output
 from symhbm.model.places import Place, Places, number_of
 from symhbm.model.reduction.certificate import ReductionCertificate
 from symhbm.model.reduction.component import Component, projected
@@ -66,6 +67,7 @@ class ReducedModel(Model):
             groups=structure.groups,
             **{name: getattr(structure, name) for name in structure.contact_parameters},
         )
+        self._store(outputs={n: out.of(self.seen(out)) for n, out in structure.outputs.items()})
 
     def _put_matrix(self, name: str, matrix: FloatArray) -> None:
         self._store(**{name: sp.csc_array(matrix)})
@@ -87,6 +89,10 @@ class ReducedModel(Model):
     def number_of(self, place: Place) -> int:
         """The number of a place in the whole structure, which forces act on."""
         return number_of(self.whole_places, place, self.n_whole)
+
+    def seen(self, output: Output) -> Any:
+        """Rows of an output of the whole structure by what is kept."""
+        return output.rows @ self.basis
 
     def with_contacts(self, **groups: Any) -> NoReturn:
         """Raise TypeError: it is reduced to the contacts that it has."""

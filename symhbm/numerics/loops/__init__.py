@@ -1,6 +1,15 @@
 """Loops that are compiled at their first call, over arrays, one Fourier series, between points."""
 
-from symhbm.numerics.loops import arrays, fourier, interpolation, series, turning
+from symhbm.numerics.loops import arrays, fourier, interpolation, polynomials, series, turning
 from symhbm.numerics.loops.loop import Loop, told_of_compiling
 
-__all__ = ["Loop", "arrays", "fourier", "interpolation", "series", "told_of_compiling", "turning"]
+__all__ = [
+    "Loop",
+    "arrays",
+    "fourier",
+    "interpolation",
+    "polynomials",
+    "series",
+    "told_of_compiling",
+    "turning",
+]

@@ -1,4 +1,4 @@
-"""Nonlinear modes: frequency and damping ratio over the amplitude."""
+"""Nonlinear modes: frequency and damping ratio over the amplitude, or over a parameter."""
 
 from typing import Any
 
@@ -7,11 +7,12 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from symhbm.plot.drawing import Family, Member, canvas, figure_of, one_solution
+from symhbm.plot.drawing import Family, Member, axis_label, canvas, figure_of, one_solution
 from symhbm.results import Description, check_dataset, check_present
 
 _PANELS = {"frequency": (0.54, "frequency [Hz]"), "damping_ratio": (0.0, "damping ratio")}
 """Variables that are drawn, from the top: where their panels begin, and their labels."""
+_AMPLITUDE = "amplitude of the first harmonic [m]"
 _HEIGHT = 0.46
 _SIZE = (6.4, 5.2)
 _MARKERS = {"fold": "s", "damping turns": "D"}
@@ -20,7 +21,7 @@ _MARK: Any = dict(ls="none", markeredgecolor="black", markeredgewidth=0.6, marke
 
 
 def nonlinear_modes(dataset: xr.Dataset, *, ax: Axes | None = None) -> Figure:
-    """Draw frequency and damping ratio over the amplitude, one line per parameter set.
+    """Draw frequency and damping ratio over what moves, one line per parameter set.
 
     Circles are onsets and ends of slip, of contact and of opening, squares folds, diamonds maxima
     and minima of the damping ratio.
@@ -54,7 +55,9 @@ def nonlinear_modes(dataset: xr.Dataset, *, ax: Axes | None = None) -> Figure:
     if Description(dataset).unforced != "nonlinear mode":
         raise TypeError("dataset: expected a result of nonlinear_modes")
     dataset = one_solution(dataset)
-    along = "point" if "point" in dataset.dims else "amplitude"
+    moves = Description(dataset).moving
+    along = "point" if "point" in dataset.dims else moves
+    over_amplitude = moves == "amplitude"
     dims = [str(dim) for dim in dataset["frequency"].dims if dim != along]
     family = Family(dataset, dims)
     with canvas(ax, _SIZE) as whole:
@@ -65,10 +68,11 @@ def nonlinear_modes(dataset: xr.Dataset, *, ax: Axes | None = None) -> Figure:
             panels.append(panel)
             for member in family:
                 _draw(panel, dataset.isel(member.position), name, member)
-            panel.set(ylabel=label, xscale="log")
+            panel.set(ylabel=label, xscale="log" if over_amplitude else "linear")
         first, last = panels
         first.tick_params(labelbottom=False)
-        last.set(xlabel="amplitude of the first harmonic [m]", ylim=(0.0, None))
+        label = _AMPLITUDE if over_amplitude else axis_label(dataset, moves)
+        last.set(xlabel=label, ylim=(0.0, None))
         if dims:
             family.explain(first)
         return figure_of(whole)
@@ -76,11 +80,12 @@ def nonlinear_modes(dataset: xr.Dataset, *, ax: Axes | None = None) -> Figure:
 
 def _draw(panel: Axes, one: xr.Dataset, name: str, member: Member) -> None:
     """Draw a variable of one parameter set, and mark its events."""
-    panel.plot(one["amplitude"], one[name], color=member.color, ls=member.style)
+    moves = Description(one).moving
+    panel.plot(one[moves], one[name], color=member.color, ls=member.style)
     if "event_kind" not in one.variables or f"event_{name}" not in one.variables:
         return
     kinds = one["event_kind"].values.astype(str)
     for kind in np.unique(kinds[kinds != ""]):
         at = kinds == kind
-        points = one["event_amplitude"].values[at], one[f"event_{name}"].values[at]
+        points = one[f"event_{moves}"].values[at], one[f"event_{name}"].values[at]
         panel.plot(*points, _MARKERS.get(kind, "o"), markerfacecolor=member.color, **_MARK)

@@ -22,8 +22,9 @@ def sector_response(response: xr.Dataset, sector: int | Iterable[int]) -> xr.Dat
 
     Returns
     -------
-    Dataset with ``coefficient`` and ``peak_coefficient`` [m], as far as there, in the axes of each
-    sector itself. Several sectors are a dimension ahead. Amplitudes are those of the first one.
+    Dataset with ``coefficient`` and ``peak_coefficient`` [m] and the coefficients of outputs, as
+    far as there, in the axes of each sector itself. Several sectors are a dimension ahead.
+    Amplitudes are those of the first one.
 
     Raises
     ------
@@ -56,7 +57,8 @@ def sector_response(response: xr.Dataset, sector: int | Iterable[int]) -> xr.Dat
     turns = response["harmonic"] * order * number % n_sectors / n_sectors
     cosine, sine = np.cos(2 * np.pi * turns), np.sin(2 * np.pi * turns)
     result = xr.Dataset(attrs=response.attrs)
-    for name in ("coefficient", "peak_coefficient"):
+    outputs = [f"{name}_coefficient" for name in told.get("outputs", {})]
+    for name in ("coefficient", "peak_coefficient", *outputs):
         if name in response:
             a, b = (response[name].sel(component=part) for part in ("cos", "sin"))
             parts = a * cosine - b * sine, a * sine + b * cosine

@@ -12,6 +12,7 @@ from symhbm.continuation.unforced import (
     Cycle,
     Cycles,
     LimitCycleProblem,
+    NoModeError,
     NonlinearModeProblem,
     cycles_of_mode,
     first_harmonic,
@@ -22,12 +23,10 @@ from symhbm.continuation.unforced import (
 )
 from symhbm.numerics import FloatArray, Table
 from symhbm.response.unforced.curve import Motion, UnforcedCurve
-from symhbm.response.unforced.mode_curve import free_problem, mode_problem, with_dof
+from symhbm.response.unforced.mode_curve import SMALLEST, free_problem, mode_problem, with_dof
 from symhbm.results import Request
 from symhbm.time_domain import cycle_growth_rate, verdict
 
-_SMALLEST = 1e-3
-"""Share of the largest value of a band below which steps along it are no longer relative."""
 _MORE = (0.25, 0.75, 0.125, 0.375, 0.625, 0.875)
 """Shares of a band at which cycles are searched where none were found at its ends and middle."""
 
@@ -123,7 +122,7 @@ class _Search:
         assert self.dof is not None
         size, phase = first_harmonic(self.problem, self.dof)
         name = None if request.name == "amplitude" else request.name
-        smallest = 0.0 if name is None else _SMALLEST * max(map(abs, request.band))
+        smallest = 0.0 if name is None else SMALLEST * max(map(abs, request.band))
         assert request.amplitudes is not None
         more = request.index, smallest, size, request.amplitudes
         self.curve = LimitCycleProblem(self.problem, name, phase, *more)
@@ -147,7 +146,7 @@ class _Search:
         try:
             problem = self.curve.problem_at(value)
             modes = [self._followed(problem, mode) for mode in _modes(self.request)]
-        except (ArithmeticError, ValueError):
+        except (ArithmeticError, NoModeError):
             return []
         return self._on(modes, value)
 

@@ -1,24 +1,30 @@
-"""One nonlinear mode over its amplitude: the computation for one parameter set."""
+"""One nonlinear mode over its amplitude or a parameter: the computation for one parameter set."""
 
 from dataclasses import replace
 from typing import ClassVar
 
 import numpy as np
 
-from symhbm.balance import HarmonicBalance, check_mass, check_mean, unforced
+from symhbm.balance import HarmonicBalance, check_mass, check_mean, matrices_in, unforced
+from symhbm.continuation import Branch
 from symhbm.continuation.unforced import (
     LinearMode,
+    ModeOverParameterProblem,
     NonlinearModeProblem,
     follow_mode,
+    follow_mode_over,
     linear_mode,
 )
 from symhbm.numerics import FloatArray, Table
 from symhbm.response.unforced.curve import UnforcedCurve
 from symhbm.results import Request
 
+SMALLEST = 1e-3
+"""Share of the largest value of a band below which steps along it are no longer relative."""
+
 
 class ModeCurve(UnforcedCurve):
-    """A nonlinear mode over its amplitude."""
+    """A nonlinear mode over its amplitude, or one of a constant amplitude over a parameter."""
 
     NAMES: ClassVar = {"amplitude": "largest_displacement"}  # the amplitude is what moves
     curve: NonlinearModeProblem
@@ -37,14 +43,25 @@ class ModeCurve(UnforcedCurve):
 def mode_curve(problem: HarmonicBalance, request: Request) -> Table:
     """The nonlinear mode of one problem; raises as `mode_problem`."""
     curve, linear = mode_problem(problem, request)
+    return ModeCurve(request, curve, mode_branch(curve, linear, request)).table()
+
+
+def mode_branch(curve: NonlinearModeProblem, linear: LinearMode, request: Request) -> Branch:
+    """The branch of a mode over the band of a request, from what `mode_problem` gives."""
     low, high = request.followed(request.band).tolist()
-    branch = follow_mode(curve, linear, (low, high), request.max_points)
-    return ModeCurve(request, curve, branch).table()
+    if not isinstance(curve, ModeOverParameterProblem):
+        return follow_mode(curve, linear, (low, high), request.max_points)
+
+    def linear_at(problem: HarmonicBalance) -> LinearMode:
+        assert isinstance(request.mode, int)
+        return linear_mode(problem, request.mode, linear.dof)
+
+    return follow_mode_over(curve, linear_at, (low, high), request.max_points)
 
 
 def blank_mode_curve(problem: HarmonicBalance, request: Request) -> Table:
     """A curve without points that has the names and shapes of a request's."""
-    curve = NonlinearModeProblem(unforced(problem, request.nodal_diameter), 0)
+    curve = _mode_over(unforced(problem, request.nodal_diameter), 0, request)
     return ModeCurve(request, curve, None).table()
 
 
@@ -53,13 +70,33 @@ def mode_problem(
 ) -> tuple[NonlinearModeProblem, LinearMode]:
     """The equations of a nonlinear mode, and the linear one that it starts from.
 
-    Without a degree of freedom that tells the amplitude it is the one that moves most. Raises
-    TypeError or ValueError for a structure without a mass matrix, such a wave or such a mode.
+    Over a parameter that is the one at the first value. Without a degree of freedom that tells the
+    amplitude it is the one that moves most. Raises TypeError or ValueError for a structure without
+    a mass matrix, such a wave or such a mode, and for a parameter that changes the mass matrix.
     """
     alone, dof, numbers = free_problem(problem, request)
     assert isinstance(request.mode, int)
-    linear = linear_mode(alone, request.mode, dof, numbers)
-    return NonlinearModeProblem(alone, linear.dof), linear
+    if request.amplitude is None:
+        linear = linear_mode(alone, request.mode, dof, numbers)
+        return _mode_over(alone, linear.dof, request), linear
+    moving, ends = _mode_over(alone, 0, request), request.band
+    masses = [matrices_in(moving.problem_at(end), 1).mass_matrix for end in ends]
+    if abs(masses[0] - masses[1]).max() > 0:
+        raise ValueError(
+            f"parameter={request.name!r}: expected one that does not change the mass matrix, which "
+            "the damping of nonlinear modes is measured by; use over= for masses"
+        )
+    linear = linear_mode(moving.problem_at(ends[0]), request.mode, dof, numbers)
+    return _mode_over(alone, linear.dof, request), linear
+
+
+def _mode_over(problem: HarmonicBalance, dof: int, request: Request) -> NonlinearModeProblem:
+    """The equations of a mode along what moves in a request."""
+    if request.amplitude is None:
+        return NonlinearModeProblem(problem, dof)
+    smallest = SMALLEST * max(map(abs, request.band))
+    level, index = request.amplitude, request.index
+    return ModeOverParameterProblem(problem, dof, request.name, level, index, smallest)
 
 
 def free_problem(

@@ -90,6 +90,10 @@ def synthesised_response(
     description = Description(modes) if isinstance(modes, xr.Dataset) else None
     if description is None or description.unforced != "nonlinear mode":
         raise TypeError(f"modes={check.shown(modes)}: expected a result of nonlinear_modes")
+    if description.moving != "amplitude":
+        raise ValueError(
+            f"modes: expected modes over the amplitude, got those over {description.moving}"
+        )
     outer = [str(dim) for dim in modes["status"].dims]
     if outer:
         raise ValueError(

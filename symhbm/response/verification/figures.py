@@ -5,16 +5,16 @@ reversal instead of the closed forms. Contacts whose load moves or that slide in
 over samples: their results count as wrong by what exceeds the error of that march.
 """
 
+from dataclasses import replace
 from typing import Any, NamedTuple
 
 import numpy as np
 
-from symhbm.balance import Evaluation, HarmonicBalance
+from symhbm.balance import Evaluation, HarmonicBalance, matrices_in
 from symhbm.model.contacts import marched
 from symhbm.numerics import (
     FloatArray,
     Table,
-    largest_displacement,
     relative_difference,
     turning_points,
     unknowns_of,
@@ -46,11 +46,25 @@ FIGURES = {
     "amplitude_mismatch": Figure(
         1e-9, "stored amplitude against the recomputed one, relative", ("amplitude",)
     ),
+    "stability_mismatch": Figure(
+        1e-6,
+        "stored growth rate against the recomputed one, over the angular frequency",
+        ("growth_rate", "stability"),
+    ),
+    "event_mismatch": Figure(
+        1e-9, "event against the stored point it is at; 1 where that is none", ("event_kind",)
+    ),
+    "fold_mismatch": Figure(
+        1e-9, "fold of a parameter against its events; 1 where cycles are beyond it", ("fold",)
+    ),
     "angles_difference": Figure(
         1e-9, "response solved again with the switching angles as unknowns, relative difference"
     ),
     "exact_difference": Figure(
-        None, "amplitude against the exact periodic motion, relative", ("amplitude",)
+        None,
+        "against the exact periodic motion, relative: amplitude, without a force also frequency "
+        "and damping ratio",
+        ("amplitude",),
     ),
 }
 """The figures of a verification, all dimensionless; all need the coefficients."""
@@ -67,15 +81,19 @@ _SPRING_SHARE = 1e-6
 def point_figures(
     stored: dict[str, Any], problem: HarmonicBalance, larger: HarmonicBalance | None, omega: float
 ) -> dict[str, float]:
-    """All figures but the exact difference of one point at the angular frequency ``omega``.
+    """Figures of one point at the angular frequency ``omega``, by its equations and contacts.
 
     ``stored`` holds its variables by the names of the dataset, as far as they are there; with a
-    ``dof``, the amplitude is that of one degree of freedom. ``larger`` is the same problem with the
-    harmonics of `larger_set`, None where its structure has no more.
+    ``damping_ratio``, the force of `sustaining_force` acts as well. ``larger`` is the same problem
+    with the harmonics of `larger_set`, None where its structure has no more. Amplitudes are left to
+    those who know of what.
     """
     coefficient, basis = stored["coefficient"], problem.basis
     unknowns = unknowns_of(basis, basis.harmonics, coefficient)
-    evaluation = problem.evaluate(unknowns, omega)
+    evaluation, ratio = problem.evaluate(unknowns, omega), float(stored.get("damping_ratio", 0.0))
+    sustains, size = sustaining_force(problem, unknowns, omega, ratio)
+    evaluation = _with_force(evaluation, sustains, size)
+    force = problem.force(omega) + sustains
     point = unknowns[None], np.array([omega]), evaluation.states
     results = {name: of[0] for name, of in results_of_contacts([problem], *point).items()}
     of_law, scale = _marched(problem, unknowns, omega, results)
@@ -83,20 +101,61 @@ def point_figures(
     dissipation = stored.get("dissipation", of_law)
     figures = {
         "residual_stored": evaluation.norm,
-        "energy_error": _energy_error(problem, unknowns, omega, dissipation, evaluation.magnitude),
+        "energy_error": _energy_error(
+            problem, unknowns, omega, force, dissipation, evaluation.magnitude
+        ),
     }
     if larger is not None:
         embedded = unknowns_of(larger.basis, basis.harmonics, coefficient)
-        figures["residual_larger"] = larger.evaluate(embedded, omega).norm
+        sustains, size = sustaining_force(larger, embedded, omega, ratio)
+        figures["residual_larger"] = _with_force(
+            larger.evaluate(embedded, omega), sustains, size
+        ).norm
     if stored.keys() >= {*CONTACT}:
         mismatch = _contact_mismatch(problem, evaluation, results, stored, of_law, scale)
         beyond, error = _beyond(sampled, stored, scale)
         figures["contact_mismatch"] = max(mismatch, beyond)
         figures["march_error"] = error
-    if "amplitude" in stored:
-        amplitude = largest_displacement(basis, problem.layout.coefficients(unknowns))[0]
-        figures["amplitude_mismatch"] = amplitude_difference(stored, amplitude)
     return figures
+
+
+def sustaining_force(
+    problem: HarmonicBalance, unknowns: FloatArray, omega: float, damping_ratio: float
+) -> tuple[FloatArray, float]:
+    """The force ``2 D omega M x'`` (n_dof, n_components) [N], and the size of its largest terms.
+
+    By the mass matrix of each harmonic, apart from what solves for nonlinear modes.
+    """
+    basis = problem.basis
+    x = problem.layout.coefficients(unknowns)
+    force, size = np.zeros_like(x), 0.0
+    if damping_ratio == 0:
+        return force, size
+    for n in basis.harmonics:
+        if n:
+            at = [basis.component(n), basis.component(n, sine=True)]
+            mass = matrices_in(problem, n).mass_matrix
+            momentum = 2 * damping_ratio * omega**2 * n * (x[:, at] @ [1, -1j])
+            phasor = mass @ (1j * momentum)
+            force[:, at] = np.column_stack([phasor.real, -phasor.imag])
+            size = max(size, float(np.max(abs(mass) @ np.abs(momentum))))
+    return force, size
+
+
+def modal_amplitude(problem: HarmonicBalance, unknowns: FloatArray) -> float:
+    """Root of the sum of ``X_n^H M X_n`` over the harmonics above 0 [kg^1/2 m]."""
+    basis, x, square = problem.basis, problem.layout.coefficients(unknowns), 0.0
+    for n in basis.harmonics:
+        if n:
+            phasor = x[:, [basis.component(n), basis.component(n, sine=True)]] @ [1, -1j]
+            square += float((phasor.conj() @ (matrices_in(problem, n).mass_matrix @ phasor)).real)
+    return float(np.sqrt(max(square, 0.0)))
+
+
+def _with_force(evaluation: Evaluation, force: FloatArray, size: float) -> Evaluation:
+    """An evaluation with one more force whose largest terms have a ``size`` [N]."""
+    residual = evaluation.residual - force.ravel()
+    return replace(evaluation, residual=residual, magnitude=evaluation.magnitude + size)
 
 
 def amplitude_difference(stored: dict[str, Any], amplitude: FloatArray) -> float:
@@ -108,18 +167,19 @@ def _energy_error(
     problem: HarmonicBalance,
     unknowns: FloatArray,
     omega: float,
+    force: FloatArray,
     dissipation: FloatArray,
     magnitude: float,
 ) -> float:
     """Work of the force minus the energy dissipated, over the sum of absolute work terms.
 
-    Of a condensed structure, work on what is kept, and what goes from there into the inside.
+    ``force`` (n_dof, n_components) [N]. Of a condensed structure, work on what is kept, and what
+    goes from there into the inside.
     """
     model, basis = problem.model, problem.basis
     x = problem.layout.coefficients(unknowns)
     # Divided by the norm, products of coefficients are integrals over a period.
     rate = x @ basis.derivative_matrix.T / basis.norm
-    force = problem.force(omega)
     if problem.structure is not None:
         viscous = problem.structure.losses(unknowns, omega)
     else:

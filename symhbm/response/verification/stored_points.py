@@ -1,7 +1,7 @@
 """The stored points and peaks of a dataset, and the problems they were computed from."""
 
-from collections.abc import Iterable
-from typing import Any
+from collections.abc import Callable, Iterable
+from typing import Any, ClassVar
 
 import numpy as np
 import xarray as xr
@@ -10,7 +10,14 @@ from symhbm.balance import HarmonicBalance
 from symhbm.continuation import FrequencyProblem
 from symhbm.continuation.angles import AngleCorrector
 from symhbm.model.contacts import ContactLaw
-from symhbm.numerics import RADIANS, FloatArray, larger_set, relative_difference, unknowns_of
+from symhbm.numerics import (
+    RADIANS,
+    FloatArray,
+    larger_set,
+    largest_displacement,
+    relative_difference,
+    unknowns_of,
+)
 from symhbm.response.describe import variables_of_laws
 from symhbm.response.verification.figures import (
     CONTACT,
@@ -18,76 +25,33 @@ from symhbm.response.verification.figures import (
     amplitude_difference,
     point_figures,
 )
-from symhbm.results import (
-    OF_PEAKS,
-    VARIABLES,
-    Description,
-    check_forced,
-    records_of_problem,
-    without,
-)
+from symhbm.response.verification.stored_group import StoredGroup
+from symhbm.results import OF_PEAKS, VARIABLES, Description, meaning, records_of_problem
 from symhbm.results.archive import ArchiveError, rebuild
 from symhbm.time_domain import curved, exact_motion_of
 
-_OF_POINTS = ("coefficient", "amplitude", *CONTACT)
+OF_POINTS = ("coefficient", "amplitude", *CONTACT)
+"""Variables that verify points."""
+WITHOUT_EXACT = (
+    "not against the exact motion: the structure is condensed to the harmonics of its responses; "
+    "symhbm.craig_bampton reduces it to one that has exact motions"
+)
 _COEFFICIENT = VARIABLES["coefficient"].inner
 
 
-def verifiable_points(dataset: xr.Dataset, laws: Iterable[ContactLaw] = ()) -> list["StoredPoints"]:
-    """The points of a dataset, and then its peaks, as far as they can be verified.
-
-    Raises TypeError for anything else, and ArchiveError where there are neither.
-    """
-    laws = tuple(laws)
-    problem = rebuild(dataset, laws)
-    check_forced("dataset", dataset)
-    present = {*dataset.variables}
-    prefixes = [prefix for prefix in ("", "peak_") if {*_needed(dataset, prefix)} <= present]
-    if not prefixes:
-        lacking = [name for name in _needed(dataset, "") if name not in dataset.variables]
-        if {*lacking} <= {*Description(dataset).left_out}:
-            raise ArchiveError(
-                f"dataset: nothing to verify, {', '.join(missing(dataset))} were left out by "
-                "keep=; with verifiable=True its peaks can be verified"
-            )
-        raise ArchiveError(
-            "dataset: expected a result of frf, follow or solve with all it is verified by, "
-            f"got one {without(dataset, lacking)}"
-        )
-    return [StoredPoints(dataset, problem, prefix, laws) for prefix in prefixes]
-
-
-def missing(dataset: xr.Dataset) -> list[str]:
-    """Missing variables without which a part of the verification is left out."""
-    wanted = [*_OF_POINTS, *(f"peak_{name}" for name in OF_PEAKS), *_needed(dataset, "peak_")]
-    # A dataset without peaks lacks their variables although none was left out.
-    absent = [name for name in dict.fromkeys(wanted) if name not in dataset.variables]
-    return [n for n in absent if n in (*_OF_POINTS, *Description(dataset).left_out)]
-
-
-def _needed(dataset: xr.Dataset, prefix: str) -> tuple[str, ...]:
-    """Variables without which no point, or no peak, is verified."""
-    count = "n_peaks" if prefix else "residual_norm"
-    return f"{prefix}coefficient", *_axes(Description(dataset).moving, prefix).values(), count
-
-
-def _axes(moving: str, prefix: str) -> dict[str, str]:
+def axes_of(moving: str, prefix: str) -> dict[str, str]:
     """Names of the variables of the frequency and of the moving parameter, by parameter."""
     return {"frequency": "frequency"} | {moving: prefix + moving}
 
 
-def not_checked(bound: float | None) -> dict[str, Any]:
-    """JSON entries of a figure that was not computed: it does not pass."""
-    empty = {"worst": None, "bound": bound, "at": {}, "n_broken": 0}
-    return empty | {"broken": bound is not None}
-
-
-class StoredPoints:
+class StoredPoints(StoredGroup):
     """The points of a dataset and their problems; an index has one entry per dimension.
 
     ``prefix`` is ``"peak_"`` for the peaks of the dataset, else empty. Raises ArchiveError where
     dimensions are missing or of other sizes than the problem has.
     """
+
+    keys: ClassVar[tuple[str, ...]] = OF_POINTS
 
     def __init__(
         self,
@@ -97,23 +61,28 @@ class StoredPoints:
         laws: Iterable[ContactLaw] = (),
     ):
         self.problem, self.dataset, self.prefix, self._laws = problem, dataset, prefix, laws
+        self.kind = "peaks" if prefix else "points"
         self.description = Description(dataset)
         moving = self.description.moving
-        keys = OF_PEAKS if prefix else _OF_POINTS
-        keys = (*keys, *([] if prefix else variables_of_laws(problem)))
+        outputs = [f"{name}_amplitude" for name in problem.model.outputs]
+        keys = OF_PEAKS if prefix else (*self.keys, *variables_of_laws(problem))
+        keys = (*keys, *outputs)
         names = {key: prefix + key for key in keys if prefix + key in dataset.variables}
-        records = {**VARIABLES, **records_of_problem(problem)}
-        coefficient, axes = dataset[names["coefficient"]], _axes(moving, prefix)
+        records = {**VARIABLES, **records_of_problem(problem), **self.description.records}
+        coefficient, axes = dataset[names["coefficient"]], axes_of(moving, prefix)
         inner = ("peak",) if prefix else ("point", moving, "solution")
         dims = [str(dim) for dim in coefficient.dims if dim not in _COEFFICIENT]
         self.outer = [dim for dim in dims if dim not in inner]
         self.dims = (*self.outer, *(dim for dim in inner if dim in dims))
         try:
+            like = coefficient.isel(dict.fromkeys(_COEFFICIENT, 0), drop=True)
             self.stored = {
-                key: dataset[name].transpose(*self.dims, *records[name].inner).values
+                key: dataset[name]
+                .broadcast_like(like)
+                .transpose(*self.dims, *meaning(name, records).inner)
+                .values
                 for key, name in names.items()
             }
-            like = coefficient.isel(dict.fromkeys(_COEFFICIENT, 0), drop=True)
             self.moving = {
                 parameter: dataset[name].broadcast_like(like).transpose(*self.dims)
                 for parameter, name in axes.items()
@@ -126,7 +95,7 @@ class StoredPoints:
         if sizes != expected or tuple(dataset["harmonic"].values.tolist()) != harmonics:
             raise ArchiveError(f"dataset: expected coefficients of sizes {expected}, got {sizes}")
         # All that is stored is verified, whatever the flags tell.
-        self.solved = np.isfinite(self.stored["coefficient"]).any(axis=(-3, -2, -1))
+        self.solved = np.asarray(np.isfinite(self.stored["coefficient"]).any(axis=(-3, -2, -1)))
         if not prefix and "converged" in dataset.variables:
             converged = dataset["converged"].transpose(*self.dims).values
             self.solved |= np.asarray(converged, dtype=bool)
@@ -142,9 +111,14 @@ class StoredPoints:
         names = [name for name, figure in FIGURES.items() if {*figure.needs} <= self.stored.keys()]
         if self._larger(self.problem.harmonics) is None:
             names.remove("residual_larger")
-        if not self.problem.model.has_matrices and "exact_difference" in names:
+        if self.without_exact is not None and "exact_difference" in names:
             names.remove("exact_difference")
         return [n for n in names if n != "angles_difference" or self.description.angles]
+
+    @property
+    def without_exact(self) -> str | None:
+        """Why no point is compared with its exact motion, None where some are."""
+        return None if self.problem.model.has_matrices else WITHOUT_EXACT
 
     @property
     def amplitude(self) -> FloatArray:
@@ -161,13 +135,18 @@ class StoredPoints:
             chosen = dict(zip(self.outer, outer_index, strict=True))
             self.problem = rebuild(self.dataset.isel(chosen), self._laws)
             self._outer_index = outer_index
-        problem, name = self.problem, self.description.moving
-        if name != "frequency":
-            values = np.array(problem.parameters[name], dtype=float)
-            number = self.description.index
-            values[... if number is None else number] = self.moving[name].values[index]
-            problem = problem.with_parameters(**{name: values})
+        problem = self._moved(self.problem, index)
         return problem, RADIANS * float(self.moving["frequency"].values[index])
+
+    def _moved(self, problem: HarmonicBalance, index: tuple[int, ...]) -> HarmonicBalance:
+        """The problem with the moving parameter of a point."""
+        name = self.description.moving
+        if name == "frequency":
+            return problem
+        values = np.array(problem.parameters[name], dtype=float)
+        number = self.description.index
+        values[... if number is None else number] = self.moving[name].values[index]
+        return problem.with_parameters(**{name: values})
 
     def figures(self, index: tuple[int, ...]) -> dict[str, float]:
         """All figures of one point but the exact difference; those not computable are infinite."""
@@ -184,11 +163,36 @@ class StoredPoints:
                 if "residual_larger" not in figures:
                     larger = None
                 figures |= point_figures(stored, same, larger, omega)
-                if "angles_difference" in figures:
-                    figures["angles_difference"] = self._angles_difference(stored, same, omega)
+                figures |= {
+                    name: own(stored, same, omega)
+                    for name, own in self._own().items()
+                    if name in figures
+                }
         except (ValueError, ArithmeticError, IndexError):
             pass
         return {k: np.inf if v is None or np.isnan(v) else float(v) for k, v in figures.items()}
+
+    def _own(self) -> dict[str, Callable[[dict[str, Any], HarmonicBalance, float], float]]:
+        """Further figures of what is stored of a point, its problem and its angular frequency."""
+        return {
+            "amplitude_mismatch": self._amplitude_mismatch,
+            "angles_difference": self._angles_difference,
+        }
+
+    def _amplitude_mismatch(
+        self, stored: dict[str, Any], problem: HarmonicBalance, omega: float
+    ) -> float:
+        """Relative difference of stored amplitudes from those of the coefficients."""
+        basis = problem.basis
+        unknowns = unknowns_of(basis, basis.harmonics, stored["coefficient"])
+        peaking = problem if self.prefix else problem.with_peaks_of(None)
+        largest = largest_displacement(basis, peaking.peaking(unknowns))[0]
+        each = [amplitude_difference(stored, largest)]
+        for name in problem.model.outputs:
+            if f"{name}_amplitude" in stored:
+                found = largest_displacement(basis, problem.output_of(name, unknowns))[0]
+                each.append(relative_difference(np.atleast_1d(stored[f"{name}_amplitude"]), found))
+        return max(each)
 
     def _angles_difference(
         self, stored: dict[str, Any], problem: HarmonicBalance, omega: float
@@ -222,7 +226,8 @@ class StoredPoints:
         if harmonics == problem.harmonics:
             return problem
         if harmonics not in self._sets:
-            self._sets[harmonics] = HarmonicBalance(problem.model, problem.excitation, harmonics)
+            larger = HarmonicBalance(problem.model, problem.excitation, harmonics)
+            self._sets[harmonics] = larger.with_peaks_of(problem.peaks_of)
         return self._sets[harmonics].with_parameters(**problem.parameters)
 
     def exact_difference(self, index: tuple[int, ...]) -> float:
@@ -239,7 +244,7 @@ class StoredPoints:
             motion = exact_motion_of(problem, omega, nearby)
         except (ValueError, ArithmeticError):
             return np.nan
-        if not motion.converged:
+        if not motion.converged or (self.prefix and problem.peaks_of is not None):
             return np.nan
         stored = {key: values[index] for key, values in self.stored.items()}
         return amplitude_difference(stored, motion.amplitude)
@@ -256,26 +261,3 @@ class StoredPoints:
         mixed = [index for pair in zip(*best, strict=True) for index in pair]
         rest = sorted(points, key=lambda index: -scores[0][index])
         return list(dict.fromkeys([*mixed, *rest]))
-
-    def worst(self, values: FloatArray, bound: float | None) -> dict[str, Any]:
-        """Largest value, the point it is at, and whether it breaks its bound, as JSON entries."""
-        entry = not_checked(bound)
-        if np.isnan(values).all():
-            return entry
-        index = np.unravel_index(int(np.nanargmax(values)), values.shape)
-        labels = {
-            dim: self.dataset[dim].values[i].item() if dim in self.dataset.coords else int(i)
-            for dim, i in zip(self.dims, index, strict=True)
-        }
-        labels |= {name: float(value.values[index]) for name, value in self.moving.items()}
-        worst = float(values[index])
-        if bound is not None:
-            entry["n_broken"] = int(np.sum(values > bound))
-            entry["broken"] = worst > bound
-        at = {name: _for_json(label) for name, label in labels.items()}
-        return entry | {"worst": _for_json(worst), "at": at}
-
-
-def _for_json(value: Any) -> Any:
-    """A value as JSON has it, which has no infinity."""
-    return str(value) if isinstance(value, float) and not np.isfinite(value) else value

@@ -13,19 +13,10 @@ import xarray as xr
 from symhbm.model.contacts import ContactLaw
 from symhbm.numerics import FloatArray, check
 from symhbm.response.verification.figures import FIGURES
-from symhbm.response.verification.stored_points import (
-    StoredPoints,
-    missing,
-    not_checked,
-    verifiable_points,
-)
+from symhbm.response.verification.groups import missing, notes, stored_groups
+from symhbm.response.verification.stored_group import StoredGroup, not_checked
 from symhbm.results import Description
 from symhbm.workers import progress_bar
-
-_WITHOUT_EXACT = (
-    "not against the exact motion: the structure is condensed to the harmonics of its responses; "
-    "symhbm.craig_bampton reduces it to one that has exact motions"
-)
 
 
 def verify(
@@ -37,9 +28,11 @@ def verify(
     laws: Iterable[ContactLaw] = (),
     progress: bool | None = None,
 ) -> xr.Dataset:
-    """Verify a result of `frf`, `follow` or `solve`, in memory or loaded, from the dataset alone.
+    """Verify a result in memory or loaded, from the dataset alone.
 
-    Points and peaks are verified; events, switching angles, stability and estimated errors are not.
+    Of `frf`, `follow`, `other_branches` and `solve` points and peaks are verified; events,
+    switching angles, stability and estimated errors are not. Of `nonlinear_modes` and
+    `limit_cycles` points, stability, the events along paths and the fold of a parameter are.
 
     Parameters
     ----------
@@ -52,8 +45,9 @@ def verify(
     exact
         Number of points compared with their exact periodic motion (up to a second each): those of
         the largest amplitude and the largest ``residual_larger`` of each curve first. With cubic
-        springs it is the motion closest to the stored response. Condensed structures have none,
-        which `summary` tells.
+        springs it is the motion closest to the stored response. Without a force its period is
+        unknown, and of a mode its damping ratio: known for springs and sliders. Where there is
+        none, `summary` tells why.
     laws
         Contact laws of your own that it was computed with, as of `rebuild`.
     progress
@@ -91,17 +85,17 @@ def verify(
     limits = _limits(bounds)
     n_points = _count("points", points, {"all": None}, minimum=1)
     n_exact = _count("exact", exact, {"all": None, "none": 0}, minimum=0)
-    groups = verifiable_points(dataset, laws)
+    compared, groups = stored_groups(dataset, laws)
     chosen = [[tuple(row) for row in np.argwhere(group.solved).tolist()] for group in groups]
-    n_solved = {group.prefix: len(rows) for group, rows in zip(groups, chosen, strict=True)}
-    if n_points is not None and n_points < n_solved.get("", 0):
-        spread = np.linspace(0, n_solved[""] - 1, n_points).round().astype(int)
+    n_solved = {group.kind: len(rows) for group, rows in zip(groups, chosen, strict=True)}
+    if n_points is not None and n_points < n_solved.get("points", 0):
+        spread = np.linspace(0, n_solved["points"] - 1, n_points).round().astype(int)
         chosen[0] = [chosen[0][i] for i in spread]
     # Exact motions are compared with the points, or with the peaks where there are no points.
-    compared, n_wanted = groups[0], 0
+    n_wanted = 0
     if "exact_difference" in compared.available:
         n_wanted = min(len(chosen[0]) if n_exact is None else n_exact, len(chosen[0]))
-    results: dict[str, tuple[StoredPoints, FloatArray]] = {}
+    results: dict[str, tuple[StoredGroup, FloatArray]] = {}
     n_failed = 0
     with progress_bar("point", progress, sum(map(len, chosen)) + n_wanted) as bar:
         for group, rows in zip(groups, chosen, strict=True):
@@ -119,17 +113,18 @@ def verify(
             n_failed += bool(np.isnan(difference))
             bar.update()
     worst = _worst(results, limits, {*(bounds or {})})
-    n_checked = {group.prefix: len(rows) for group, rows in zip(groups, chosen, strict=True)}
+    n_checked = {group.kind: len(rows) for group, rows in zip(groups, chosen, strict=True)}
     report = {
         "passed": any(chosen) and not any(entry["broken"] for entry in worst.values()),
-        "n_checked": n_checked.get("", 0),
-        "n_unchecked": n_solved.get("", 0) - n_checked.get("", 0),
-        "n_skipped": sum(group.solved.size for group in groups if not group.prefix)
-        - n_solved.get("", 0),
-        "n_peaks": n_checked.get("peak_", 0),
+        "n_checked": n_checked.get("points", 0),
+        "n_unchecked": n_solved.get("points", 0) - n_checked.get("points", 0),
+        "n_skipped": sum(group.solved.size for group in groups if group.kind == "points")
+        - n_solved.get("points", 0),
+        "n_peaks": n_checked.get("peaks", 0),
+        "n_events": n_checked.get("events", 0),
         "n_exact": n_wanted - n_failed,
         "n_exact_failed": n_failed,
-        "without_exact": None if groups[0].problem.model.has_matrices else _WITHOUT_EXACT,
+        "notes": notes(compared),
         "missing": missing(dataset),
         "figures": worst,
     }
@@ -144,18 +139,18 @@ def verify(
 
 
 def _worst(
-    results: dict[str, tuple[StoredPoints, FloatArray]],
+    results: dict[str, tuple[StoredGroup, FloatArray]],
     limits: dict[str, float | None],
     bounded: set[str],
 ) -> dict[str, dict[str, Any]]:
     """The worst value of each figure by name.
 
-    A ``bounded`` figure that no point has is broken. Peaks are listed only where they have a
-    figure: there may be none, or none compared with the exact motion.
+    A ``bounded`` figure that no point has is broken. Peaks and events are listed only where they
+    have a figure: there may be none, or none compared with the exact motion.
     """
     worst = {}
     for name, (group, values) in results.items():
-        if not group.prefix or not np.isnan(values).all():
+        if group.kind == "points" or not np.isnan(values).all():
             worst[name] = group.worst(values, limits[name.removeprefix(group.prefix)])
     for name in bounded:
         if not {name, f"peak_{name}"} & worst.keys():
@@ -199,8 +194,10 @@ def summary(dataset: xr.Dataset) -> str:
         lines += peaks
     else:
         lines.append(f"{peaks[0]}, {exact}")
-    if report.get("without_exact"):
-        lines.append(report["without_exact"])
+    if report.get("n_events"):
+        lines.append(f"{report['n_events']} events checked")
+    # Earlier versions had one note at most.
+    lines += report.get("notes") or filter(None, [report.get("without_exact")])
     for by_keep, reason in ((True, "left out by keep="), (False, "not in the dataset")):
         absent, left_out = report.get("missing", []), Description(dataset).left_out
         names = [name for name in absent if (name in left_out) == by_keep]

@@ -1,6 +1,7 @@
 """NetCDF archives, and the working files they are made from."""
 
-from symhbm.results.archive.from_working_file import merge
+from symhbm.results.archive.from_working_file import assemble
+from symhbm.results.archive.merging import Merged, merge, merged
 from symhbm.results.archive.netcdf import (
     ArchiveError,
     bytes_of,
@@ -14,20 +15,24 @@ from symhbm.results.archive.netcdf import (
     save,
 )
 from symhbm.results.archive.spool import Spool
-from symhbm.results.archive.working_files import SUFFIX, Store, working_file
+from symhbm.results.archive.working_files import SUFFIX, Store, computed_here, working_file
 
 __all__ = [
     "SUFFIX",
     "ArchiveError",
+    "Merged",
     "Spool",
     "Store",
+    "assemble",
     "bytes_of",
     "call_of",
     "check_schema",
+    "computed_here",
     "draft_of",
     "existing",
     "load",
     "merge",
+    "merged",
     "path_of",
     "rebuild",
     "save",

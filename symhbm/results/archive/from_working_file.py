@@ -10,7 +10,7 @@ import numpy as np
 import xarray as xr
 
 from symhbm.results import schema, tables
-from symhbm.results.archive.netcdf import COMPRESSION, call_of, write
+from symhbm.results.archive.netcdf import COMPRESSION, call_of, origin_of, write
 from symhbm.results.archive.seal import seal
 from symhbm.results.archive.working_files import ArchiveError, Store
 from symhbm.results.blocks import block_shape, consecutive_blocks
@@ -27,10 +27,11 @@ _CHUNK = 2**20
 """Memory [bytes] of a chunk, which is compressed and read as a whole."""
 
 
-def merge(store: Store, archive: Path, progress: bool | None) -> None:
+def assemble(store: Store, archive: Path, progress: bool | None, rest: str | None = None) -> None:
     """Write the archive of a working file in which all sets are finished.
 
-    Raises ArchiveError if it cannot be written, or the working file is damaged.
+    ``rest`` tells after a failure what is safe, by default the working file. Raises ArchiveError if
+    it cannot be written, or the working file is damaged.
     """
     # Slow to import, and not needed to compute.
     import netCDF4
@@ -45,6 +46,7 @@ def merge(store: Store, archive: Path, progress: bool | None) -> None:
         write(dataset.isel(dict.fromkeys(schema.recall(call)[0].dims, slice(1))), sample)
         with netCDF4.Dataset(draft, "a") as target, netCDF4.Dataset(sample) as source:
             _fill(store, layout, dataset, source, target, progress)
+            target.setncatts(origin_of(store, call))
         seal(draft)
         os.replace(draft, archive)
     except ArchiveError:
@@ -53,7 +55,7 @@ def merge(store: Store, archive: Path, progress: bool | None) -> None:
         # NetCDF does not tell a full disk from any other failure.
         free = f", {shutil.disk_usage(draft.parent).free:,} bytes free" if draft.exists() else ""
         raise ArchiveError(
-            f"path={str(archive)!r}: cannot be written ({error}{free}); {store.rest}"
+            f"path={str(archive)!r}: cannot be written ({error}{free}); {rest or store.rest}"
         ) from error
     finally:
         for file in (draft, sample):

@@ -1,5 +1,6 @@
 """Saving and loading of NetCDF archives, and rebuilding of the problems behind them."""
 
+import json
 import os
 import tempfile
 import threading
@@ -15,7 +16,7 @@ from symhbm.balance import HarmonicBalance
 from symhbm.continuation import Status
 from symhbm.model.contacts import ContactLaw
 from symhbm.numerics import Table, check
-from symhbm.results import tables
+from symhbm.results import parts, tables
 from symhbm.results.archive.lazy import open_lazily
 from symhbm.results.archive.seal import is_damaged, seal
 from symhbm.results.archive.working_files import SUFFIX, ArchiveError, Store, working_file
@@ -152,7 +153,7 @@ def load(path: str | os.PathLike[str], lazy: bool = False) -> xr.Dataset:
     if not source.exists():
         raise FileNotFoundError(f"path={str(source)!r}: no such file{_progress_text(source)}")
     if source.name.endswith(SUFFIX):
-        return _finished_part(source)
+        return finished_part(source)
     try:
         # NetCDF may never return from damaged bytes.
         if is_damaged(source):
@@ -189,7 +190,8 @@ def _progress_text(archive: Path) -> str:
         )
 
 
-def _finished_part(file: Path) -> xr.Dataset:
+def finished_part(file: Path) -> xr.Dataset:
+    """What is finished of a working file; the other sets are padding with a status that says so."""
     with Store(file, write=False) as store:
         call = call_of(store)
         [(_, encoded)] = store.read(-1, -1)
@@ -197,7 +199,16 @@ def _finished_part(file: Path) -> xr.Dataset:
         layouts = [encoded[0], *(layout for _, layout in store.layouts())]
         layout = tables.common(map(tables.stored_layout, layouts))
         results = tables.stack(_filled(store, blank), store.n_sets, layout)
-    return label(DatasetParts.of(call), *recall(call), results)
+        origin = origin_of(store, call)
+    return label(DatasetParts.of(call), *recall(call), results).assign_attrs(origin)
+
+
+def origin_of(store: Store, call: xr.Dataset) -> dict[str, str]:
+    """Attributes that tell which parts were merged, and who computed a part."""
+    if store.sources:
+        resumed = [{"archive": None, "computed": store.sessions}] if store.sessions else []
+        return {parts.MERGED: json.dumps([*store.sources, *resumed])}
+    return {parts.COMPUTED: json.dumps(store.sessions)} if parts.PART in call.attrs else {}
 
 
 def _filled(store: Store, blank: Table) -> Iterator[Table]:

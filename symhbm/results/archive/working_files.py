@@ -17,6 +17,7 @@ import time
 import zlib
 from collections.abc import Iterator, Sequence
 from contextlib import contextmanager, suppress
+from importlib.metadata import version
 from pathlib import Path
 from typing import Any
 
@@ -62,7 +63,8 @@ class Store:
     """The working file at ``path``.
 
     ``call`` is the dataset without results, in bytes, None for a new file; ``n_sets`` the number
-    of parameter sets; ``done`` the numbers of the finished ones.
+    of parameter sets; ``done`` the numbers of the finished ones. ``sessions`` tell which processes
+    computed them, ``sources`` the parts that were merged.
 
     Raises ArchiveError if it is damaged, locked by another process, or cannot be written. Reading
     needs no lock.
@@ -73,6 +75,9 @@ class Store:
         self.n_sets = 0
         self.done: set[int] = set()
         self.call: bytes | None = None
+        self.sessions: list[dict[str, Any]] = []
+        self.sources: list[dict[str, Any]] = []
+        self._told = False
         self._layouts: dict[bytes, int] = {}
         self._rows = self._total = self._origin = 0
         self._lock = self._connection = None
@@ -91,6 +96,7 @@ class Store:
         # A transaction: one state of the file, even if another process writes meanwhile.
         self._execute("BEGIN")
         self._identify(self._entry("call"), int(self._entry("n_sets")))
+        self.sessions, self.sources = self._listed("sessions"), self._listed("sources")
         rows = self._execute("SELECT number, layout, content, checksum FROM results")
         for number, layout, content, checksum in rows:
             self._check_row(number, layout, content, checksum)
@@ -194,6 +200,12 @@ class Store:
             raise self._damaged(f"what it says about {name} is not as it was written")
         return value
 
+    def _listed(self, name: str) -> list[dict[str, Any]]:
+        """A list that files of earlier versions do not have."""
+        if self._execute("SELECT 1 FROM about WHERE name=?", (name,)).fetchone() is None:
+            return []
+        return json.loads(self._entry(name))
+
     def _put(self, name: str, value: bytes) -> None:
         checksum = zlib.crc32(value, zlib.crc32(name.encode()))
         command = "INSERT OR REPLACE INTO about VALUES (?, ?, ?)"
@@ -237,14 +249,27 @@ class Store:
                 self.close()
                 raise
 
-    def add(self, encoded: Sequence[tuple[int, Encoded]]) -> None:
-        """Store the results of parameter sets, by number; on return they are safe on disk."""
+    def add(self, encoded: Sequence[tuple[int, Encoded]], computed: bool = True) -> None:
+        """Store the results of parameter sets, by number; on return they are safe on disk.
+
+        ``computed`` by this process, or else taken from other files.
+        """
         if not encoded:
             return
         with self._reported("written"):
             # One transaction waits for the disk once, however many rows it has.
             self._execute("BEGIN IMMEDIATE")
+            if computed and not self._told:
+                self.sessions.append(computed_here())
+                self._put("sessions", json.dumps(self.sessions).encode())
+                self._told = True
             self._insert(encoded)
+
+    def add_sources(self, sources: list[dict[str, Any]]) -> None:
+        """Store which parts were merged."""
+        self.sources = sources
+        with self._reported("written"):
+            self._put("sources", json.dumps(sources).encode())
 
     def _insert(self, encoded: Sequence[tuple[int, Encoded]]) -> None:
         """Add rows, and end the transaction."""
@@ -315,6 +340,13 @@ def _this_process() -> bytes:
     since = time.strftime("%Y-%m-%d %H:%M:%S")
     holder = {"process": os.getpid(), "host": socket.gethostname(), "since": since}
     return json.dumps(holder).encode()
+
+
+def computed_here() -> dict[str, str]:
+    """What computes from now on: time, host, and the versions that results depend on."""
+    about = {"since": time.strftime("%Y-%m-%dT%H:%M:%S%z"), "host": socket.gethostname()}
+    packages = "symhbm", "casadi", "numpy", "scipy"
+    return about | {name: version(name) for name in packages}
 
 
 def _counted(rows: int, total: int) -> bytes:

@@ -6,6 +6,7 @@ from symhbm.results.reading.blockwise import (
     INNER,
     blocks,
     completeness,
+    is_inner,
     largest,
     moving,
     read,
@@ -13,6 +14,8 @@ from symhbm.results.reading.blockwise import (
 )
 from symhbm.results.reading.frames import table
 from symhbm.results.reading.motions import HISTORIES, MOTIONS, motion
+from symhbm.results.reading.moving_base import seen_from
+from symhbm.results.reading.output import output
 from symhbm.results.reading.padding import trimmed
 from symhbm.results.reading.rows import KINDS, rows_of
 
@@ -25,11 +28,14 @@ __all__ = [
     "MOTIONS",
     "blocks",
     "completeness",
+    "is_inner",
     "largest",
     "motion",
     "moving",
+    "output",
     "read",
     "rows_of",
+    "seen_from",
     "set_dimensions",
     "table",
     "trimmed",

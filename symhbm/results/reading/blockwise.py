@@ -21,6 +21,11 @@ _LARGEST_BLOCK = 2**21
 """Values read at once."""
 
 
+def is_inner(dim: object) -> bool:
+    """Whether a dimension is inside one point, peak or event: the rows of outputs are, too."""
+    return dim in INNER or str(dim).endswith("_row")
+
+
 def moving(dataset: xr.Dataset) -> str:
     """Name of the parameter along which a response was followed."""
     return Description(dataset).moving

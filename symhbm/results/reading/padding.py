@@ -3,7 +3,7 @@
 import numpy as np
 import xarray as xr
 
-from symhbm.results.reading.blockwise import INNER
+from symhbm.results.reading.blockwise import is_inner
 from symhbm.results.schema import check_dataset
 
 _PADDED = ("point", "peak", "event", "solution", "branch")
@@ -62,4 +62,8 @@ def trimmed(result: xr.Dataset) -> xr.Dataset:
 
 def _tells(variable: xr.Variable, dim: str) -> bool:
     """Whether numbers of a variable tell what is padding along a dimension, and are few."""
-    return dim in variable.dims and variable.dtype.kind == "f" and not {*variable.dims} & {*INNER}
+    return (
+        dim in variable.dims
+        and variable.dtype.kind == "f"
+        and not any(map(is_inner, variable.dims))
+    )

@@ -9,7 +9,7 @@ import xarray as xr
 
 from symhbm.numerics import check
 from symhbm.results.description import Description
-from symhbm.results.reading.blockwise import INNER, blocks, moving, set_dimensions
+from symhbm.results.reading.blockwise import INNER, blocks, is_inner, moving, set_dimensions
 from symhbm.results.schema import check_present
 
 KINDS = ("points", "peaks", "events", "sets")
@@ -135,7 +135,7 @@ def _along(dataset: xr.Dataset, kind: str) -> list[str]:
         axes = dict.fromkeys(("point", moving(dataset), "angle", "solution"))
         return [*sets, *(axis for axis in axes if axis in dataset.dims and axis not in sets)]
     data = [dataset[name].dims for name in dataset.data_vars]
-    outer = [[str(dim) for dim in dims if dim not in INNER] for dims in data]
+    outer = [[str(dim) for dim in dims if not is_inner(dim)] for dims in data]
     return max(outer, key=len, default=[])
 
 
@@ -148,7 +148,7 @@ def _variables(
 ) -> list[str]:
     named = [name for name in wanted or () if name != "all"]
     for name in named:
-        if not set(dataset[name].dims) <= {*along, *INNER}:
+        if not all(dim in along or is_inner(dim) for dim in dataset[name].dims):
             raise ValueError(
                 f"variable {name!r}: it has the dimensions {_listed(dataset[name].dims)}, a row "
                 f"of the table of {kind} is one of {_listed(along)}"
@@ -161,7 +161,7 @@ def _variables(
     chosen = []
     for name in map(str, dataset.data_vars):
         dims = {str(dim) for dim in dataset[name].dims}
-        outer = {dim for dim in dims if dim not in INNER}
+        outer = {dim for dim in dims if not is_inner(dim)}
         of_set = kind == "sets" and name in swept and outer <= set(along)
         belongs = outer == {*along} - {each} and (name not in parameters or name in swept)
         wide = wanted is not None or "harmonic" not in dims
@@ -172,7 +172,8 @@ def _variables(
 
 def _inner(dataset: xr.Dataset, name: str, along: Sequence[str]) -> tuple[str, ...]:
     dims = dataset[name].dims if name in dataset.variables else ()
-    return tuple(dim for dim in INNER if dim in dims and dim not in along)
+    rows = [str(dim) for dim in dims if dim not in INNER and is_inner(dim)]
+    return tuple(dim for dim in (*rows, *INNER) if dim in dims and dim not in along)
 
 
 def _columns(dataset: xr.Dataset, name: str, inner: Sequence[str]) -> list[Column]:

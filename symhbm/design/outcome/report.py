@@ -9,16 +9,16 @@ import xarray as xr
 
 from symhbm.balance import HarmonicBalance
 from symhbm.continuation import Status
+from symhbm.design import tolerances
 from symhbm.design.cases import Cases
 from symhbm.design.descent import Design
-from symhbm.design.influence import influence
+from symhbm.design.outcome.influence import influence
 from symhbm.design.program import Program
 from symhbm.design.search import SearchResult
 from symhbm.design.variables import DesignVariables
 from symhbm.model import PARAMETERS
-from symhbm.model.contacts import Parameter
 from symhbm.numerics import RADIANS
-from symhbm.results import Sweep, meaning, with_provenance
+from symhbm.results import Sweep, meaning, records_of_problem, with_provenance
 
 
 def report(
@@ -29,7 +29,8 @@ def report(
     starts, descents = search_result.starts, search_result.descents
     labels = [group.label for group in variables.groups]
     units = [cases.work.problem.records[group.parameter].units for group in variables.groups]
-    heights = np.array([state.height for state in design.states]).reshape(tuple(shape.values()))
+    of_peak = program.aims[0].is_peak
+    heights = np.array([state.height for state in design.states])
     multipliers, stationarity, curvature = np.zeros(len(labels)), np.nan, np.nan
     if active is not None:
         multipliers = np.where(active.free, 0.0, active.bound_multipliers)
@@ -38,6 +39,7 @@ def report(
     def values(designs: Sequence[Design]) -> np.ndarray:
         return np.array([variables.values(d.x) for d in designs]).reshape(-1, len(labels))
 
+    what = "amplitude" if of_peak else "aim"
     ended = [descent.design for descent in descents]
     table: dict[str, Any] = {
         "variable": ("variable", np.array(labels, dtype=object)),
@@ -46,45 +48,60 @@ def report(
         "design_lower": ("variable", np.exp(variables.lower)),
         "design_upper": ("variable", np.exp(variables.upper)),
         "design_bound_multiplier": ("variable", multipliers),
-        "design_amplitude": ((), np.exp(design.value)),
+        f"design_{what}": ((), np.exp(design.value)),
         "design_optimality": ((), stationarity),
         "design_curvature": ((), curvature),
-        "case_amplitude": (tuple(shape), np.exp(heights)),
         "start_value": (("start", "variable"), values(starts)),
-        "start_amplitude": ("start", np.exp([start.value for start in starts])),
+        f"start_{what}": ("start", np.exp([start.value for start in starts])),
         "n_surveys": ((), np.int32(cases.surveys)),
         "n_followed": ((), np.int32(cases.follows)),
+        "n_failed": ((), np.int32(len(cases.failed))),
         "descent_value": (("descent", "variable"), values(ended)),
-        "descent_amplitude": ("descent", np.exp([end.value for end in ended])),
+        f"descent_{what}": ("descent", np.exp([end.value for end in ended])),
         "descent_converged": ("descent", np.array([d.converged for d in descents], dtype=bool)),
     }
-    table |= _active(search_result)
-    if active is not None:
+    if of_peak:
+        table["case_amplitude"] = (tuple(shape), np.exp(heights).reshape(tuple(shape.values())))
+    else:
+        sizes = (len(program.peaks), *shape.values())
+        table |= {
+            "named_peak": ("named_peak", np.array(program.peaks, dtype=object)),
+            "named_peak_amplitude": ("named_peak", np.exp(program.levels(heights))),
+            "case_amplitude": (("named_peak", *shape), np.exp(heights).reshape(sizes)),
+        }
+    table |= _active(search_result, len(heights) // len(program.peaks), of_peak)
+    if active is not None and of_peak:
         for name, (slope, moved) in influence(cases, active).items():
             table[f"design_amplitude_by_{name}"] = ((), slope)
             if name not in variables.names:  # whose nominal value has no influence
                 table[f"design_value_by_{name}"] = ("variable", moved)
-    return _labelled(table, cases.work.problem.records)
+    return labelled(table, records_of_problem(cases.work.problem))
 
 
-def report_of_fresh(program: Program, heights: Sequence[float]) -> xr.Dataset:
+def report_of_fresh(
+    problem: HarmonicBalance, program: Program, heights: Sequence[float]
+) -> xr.Dataset:
     """The largest responses of cases that were not designed for, and their statistic."""
-    statistic = np.exp(program.value(np.array(heights)))
+    [statistic] = np.exp(program.levels(np.array(heights)))
     values = {"fresh_case_amplitude": ("fresh", np.exp(heights))}
-    return _labelled(values | {"fresh_amplitude": ((), statistic)})
+    return labelled(values | {"fresh_amplitude": ((), statistic)}, records_of_problem(problem))
 
 
-def infeasible(problem: HarmonicBalance, variables: DesignVariables) -> xr.Dataset:
+def infeasible(
+    problem: HarmonicBalance, variables: DesignVariables, names: Sequence[str]
+) -> xr.Dataset:
     """A dataset of the problem where no design is possible."""
     labels = np.array([group.label for group in variables.groups], dtype=object)
     unknown = np.full(variables.n_variables, np.nan)
     data = {"design_value": ("variable", unknown), "design_amplitude": ((), np.nan)}
     coordinates = {"variable": ("variable", labels, _attributes("variable", PARAMETERS))}
-    labelled = {name: (*value, _attributes(name, PARAMETERS)) for name, value in data.items()}
+    records = records_of_problem(problem)
+    labelled = {name: (*value, _attributes(name, records)) for name, value in data.items()}
     parts = with_provenance(labelled, coordinates, problem, Sweep({}, (), ()))
     text = (
-        "Nothing was computed: no design within the bounds satisfies the constraint, as a linear "
-        "program shows."
+        "Nothing was computed: no design within the bounds was found that satisfies "
+        f"{' and '.join(dict.fromkeys(names))}, from {tolerances.TRIED} starts; that there is none "
+        "is not proved."
     )
     result = replace(parts, sizes=None).dataset()
     return with_certificate(result, Status.DESIGN_INFEASIBLE, text)
@@ -92,34 +109,41 @@ def infeasible(problem: HarmonicBalance, variables: DesignVariables) -> xr.Datas
 
 def with_certificate(result: xr.Dataset, status: Status, text: str) -> xr.Dataset:
     """The dataset of a design with its status and certificate."""
-    said = _labelled({"design_status": ((), str(status)), "certificate": ((), text)})
+    said = labelled({"design_status": ((), str(status)), "certificate": ((), text)})
     return result.assign(said.data_vars)
 
 
-def _labelled(table: dict[str, Any], records: Mapping[str, Parameter] = PARAMETERS) -> xr.Dataset:
+def labelled(table: dict[str, Any], records: Mapping[str, Any] = PARAMETERS) -> xr.Dataset:
     """Dimensions and values by name, with units and meanings."""
     return xr.Dataset({name: (*value, _attributes(name, records)) for name, value in table.items()})
 
 
-def _active(search_result: SearchResult) -> dict[str, Any]:
+def _active(search_result: SearchResult, n_cases: int, of_peak: bool) -> dict[str, Any]:
     active = search_result.active
-    cases, followed, weights = (
+    numbers, followed, weights = (
         ([], [], []) if active is None else (active.cases, active.maxima, active.weights)
     )
+    peaks, cases = np.divmod(np.array(numbers, dtype=np.int32), n_cases)
     columns = {
-        "active_case": np.array(cases, dtype=np.int32),
+        "active_case": cases,
         "active_frequency": np.array([f.maximum.frequency / RADIANS for f in followed]),
         "active_amplitude": np.array([f.amplitude for f in followed], dtype=float),
         "active_dof": np.array([f.maximum.dof for f in followed], dtype=np.int32),
         "active_kind": np.array([str(f.maximum.kind) for f in followed], dtype=object),
         "active_multiplier": np.array(weights, dtype=float),
     }
+    if not of_peak:
+        columns["active_named_peak"] = peaks
     return {name: ("active", column) for name, column in columns.items()}
 
 
-def _attributes(name: str, records: Mapping[str, Parameter]) -> dict[str, Any]:
+def _attributes(name: str, records: Mapping[str, Any]) -> dict[str, Any]:
     for prefix, units, words in (
-        ("design_amplitude_by_", "m", "derivative of the optimal response"),
+        (
+            "design_amplitude_by_",
+            meaning("design_amplitude", records).units,
+            "derivative of the optimal response",
+        ),
         ("design_value_by_", "", "derivative of the optimal value"),
     ):
         if name.startswith(prefix):
@@ -131,5 +155,5 @@ def _attributes(name: str, records: Mapping[str, Parameter]) -> dict[str, Any]:
                 "units": unit if of == "1" else f"{unit} / ({of})",
                 "long_name": f"{words} by the {long_name}, all alike",
             }
-    entry = meaning(name)
+    entry = meaning(name, records)
     return {"units": entry.units, "long_name": entry.long_name}

@@ -7,7 +7,7 @@ import numpy as np
 from symhbm.balance import SecondOrder
 from symhbm.design import tolerances
 from symhbm.design.cases import Cases
-from symhbm.design.optimum import ActiveSet
+from symhbm.design.program import ActiveSet
 from symhbm.numerics import FloatArray
 from symhbm.peaks import Conditions
 
@@ -16,7 +16,8 @@ def influence(cases: Cases, active: ActiveSet) -> dict[str, tuple[float, FloatAr
     """Derivatives of the statistic [m] and of the variables by each parameter, all values alike.
 
     Those of the variables (n_variables,) are in units of the variable over that of the parameter;
-    NaN where the response is constant in some direction, so that the optimum is not isolated.
+    NaN where the response is constant in some direction, so that the optimum is not isolated, and
+    by parameters that an active constraint depends on by itself.
     """
     names = cases.response(active.cases[0]).at(active.x).differentiable
     by_value = np.empty((len(active.maxima), len(names)))
@@ -42,12 +43,15 @@ def influence(cases: Cases, active: ActiveSet) -> dict[str, tuple[float, FloatAr
         # The entries of a designed parameter are proportional to its variable.
         by_value[k] = slope @ alike / amplitude
         by_gradient[k] = mixed / amplitude - np.outer(followed.gradient, by_value[k])
-    top = active.program.value(active.heights)
+    [top] = active.program.levels(active.heights)
     by_statistic = np.exp(top) * (active.weights @ by_value)
     moved = active.derivative(by_gradient, by_value)
     moved *= active.program.variables.values(active.x)[:, None]
     if not active.curvature > tolerances.LEVEL:
         moved[:] = np.nan
+    if active.held:
+        unknown = [name in active.program.limits.others for name in names]
+        by_statistic[unknown], moved[:, unknown] = np.nan, np.nan
     return {
         name: (float(by_statistic[number]), moved[:, number]) for number, name in enumerate(names)
     }

@@ -1,0 +1,132 @@
+"""Aims of the user and the named peaks they depend on, checked."""
+
+from collections.abc import Mapping, Sequence
+from typing import Any
+
+import casadi as ca
+import numpy as np
+
+from symhbm.balance import HarmonicBalance, check_problem
+from symhbm.design.arguments.cases import read_bands
+from symhbm.design.arguments.symbols import (
+    DesignSymbols,
+    Named,
+    called,
+    column_of,
+    without_symbols_of_its_own,
+)
+from symhbm.design.cases import Bands, NamedPeak
+from symhbm.design.program import Aim
+from symhbm.design.variables import DesignVariables
+from symhbm.numerics import check
+from symhbm.results import Sweep
+
+LARGEST = "largest"
+"""Name of the one peak that is designed by default."""
+_KEYS = ("frequency", "dof", "problem")
+_TRIED = 1e-4
+"""Amplitude [m] at which functions are tried before anything is computed."""
+
+
+def read_peaks(
+    problem: HarmonicBalance,
+    peaks: Any,
+    variables: DesignVariables,
+    bands: Sequence[Bands],
+    sweep: Sweep,
+) -> list[NamedPeak]:
+    """The named peaks; ``bands`` are those of peaks that have none of their own."""
+    if peaks is None:
+        return [NamedPeak(LARGEST, problem, bands)]
+    if not isinstance(peaks, Mapping) or not peaks:
+        raise TypeError(
+            f"peaks={check.shown(peaks)}: expected a mapping of names to what they are of, for "
+            'example {"first": {"frequency": (5, 60)}, "tip": {"dof": 3}}'
+        )
+    result = []
+    for name, given in peaks.items():
+        where = f"peaks[{name!r}]"
+        if not isinstance(name, str) or not isinstance(given, Mapping):
+            raise TypeError(
+                f"{where}={check.shown(given)}: expected a name, and a mapping with any of "
+                f"{', '.join(_KEYS)}"
+            )
+        for key in given:
+            if key not in _KEYS:
+                raise ValueError(f"{where}: expected any of {', '.join(_KEYS)}, got {key!r}")
+        own = given.get("problem", problem)
+        if own is not problem:
+            _check_problem(f"{where}['problem']", own, problem, variables, sweep)
+        own_bands = bands
+        if "frequency" in given:
+            own_bands = read_bands(given["frequency"], sweep, f"{where}['frequency']")
+        dof = given.get("dof")
+        if dof is not None:
+            try:
+                dof = own.model.number_of(dof)
+            except (KeyError, TypeError, ValueError) as error:
+                raise type(error)(f"{where}['dof']: {error.args[0]}") from None
+        result.append(NamedPeak(name, own, own_bands, dof))
+    return result
+
+
+def _check_problem(
+    where: str, own: Any, problem: HarmonicBalance, variables: DesignVariables, sweep: Sweep
+) -> None:
+    if not isinstance(own, HarmonicBalance):
+        raise TypeError(f"{where}={check.shown(own)}: expected a HarmonicBalance")
+    check_problem(own, bends=True)
+    if own.samples is not None:
+        raise ValueError(f"{where}: expected located switching angles, got friction over samples")
+    for name in (*variables.names, *sweep.values):
+        sizes = [np.size(one.parameters.get(name, ())) for one in (problem, own)]
+        if sizes[0] != sizes[1]:
+            raise ValueError(
+                f"{where}: expected {sizes[0]} values of {name}, as the problem has, got {sizes[1]}"
+            )
+
+
+def read_aim(
+    name: str,
+    function: Any,
+    peaks: Sequence[str],
+    problem: HarmonicBalance,
+    variables: DesignVariables,
+) -> Aim:
+    """The aim of a function of peaks and parameters; TypeError or ValueError for bad ones."""
+    if not callable(function):
+        raise TypeError(
+            f"{name}={check.shown(function)}: expected a function of peaks and parameters, for "
+            'example lambda peaks, parameters: peaks["largest"]'
+        )
+    symbols = DesignSymbols.of(problem, variables)
+    logarithms = ca.SX.sym("peaks", len(peaks))
+    named = dict(zip(peaks, ca.vertsplit(ca.exp(logarithms)), strict=True))
+    found = called(name, function, Named(named, "peak"), symbols.parameters)
+    expression, _ = symbols.numbers(column_of(name, found))
+    if expression.numel() != 1:
+        raise ValueError(
+            f"{name}: expected one expression, got one of shape {expression.shape}; parameters "
+            "have a value for each blade or contact, parameters[...][0] is the first"
+        )
+    without_symbols_of_its_own(name, expression, logarithms, symbols.values)
+    if expression.is_constant():
+        raise ValueError(
+            f"{name}: expected an expression of peaks or of parameters that are "
+            f"designed, got {check.shown(expression)}, which no design changes"
+        )
+    expression, inputs = symbols.by_logarithms(expression), [logarithms, symbols.x]
+    if not any(any(ca.which_depends(expression, one, 1, True)) for one in inputs):
+        raise ValueError(
+            f"{name}: expected an expression of peaks or of parameters that are designed, which "
+            f"are {', '.join(variables.names)}"
+        )
+    tried = ca.Function("tried", inputs, [expression])
+    ends = variables.lower, (variables.lower + variables.upper) / 2, variables.upper
+    numbers = [float(tried(np.full(len(peaks), np.log(_TRIED)), x)) for x in ends]
+    if np.all(np.isnan(numbers)):
+        raise ValueError(
+            f"{name}: expected a positive number, got nan in the middle of the bounds and at both "
+            f"ends, with peaks of {_TRIED:g} m"
+        )
+    return Aim(name, ca.Function("aim", inputs, [ca.log(expression)]), tuple(peaks))

@@ -1,0 +1,213 @@
+"""Flutter limits over a parameter: the largest damping ratio of a mode up to an amplitude.
+
+Air that feeds a vibration is negative damping, a force ``2 d omega M x'``. At an amplitude where
+the mode has a damping ratio above ``d`` the vibration shrinks, so that one that begins below it
+never grows beyond. A disturbance ``a`` is held below the amplitude ``b`` up to the damping ratio
+
+    L = max over amplitudes A from a to b of D(A).
+
+It is found at a maximum of the damping ratio, where two limit cycles meet, or at an end of the
+amplitudes.
+"""
+
+from dataclasses import dataclass, field
+from enum import StrEnum
+from functools import cached_property
+from itertools import pairwise
+from typing import Any
+
+import numpy as np
+
+from symhbm.continuation import EventKind, Status
+from symhbm.design.flutter.surface import ModeSurface, SurfacePoint
+from symhbm.numerics import FloatArray
+from symhbm.workers import progress_bar
+
+_COARSE = 9
+"""Values over a band that are computed at first."""
+_STRAIGHT = 2e-3
+"""Error of lines between values, relative to the largest limit, from which on they are halved."""
+_MAX_HALVINGS = 7
+_ROUND_OFF = 1e-12
+"""Difference of two damping ratios, relative, that is none."""
+_LEVEL = 1e-3
+"""Slope by the amplitude, over the one next to it, that is that of a maximum."""
+_SECANT, _MAX_SECANTS, _FAR = 1e-5, 6, 1e-2
+"""First step of the secant method, most of them, and one that leads away from a maximum."""
+
+
+class LimitKind(StrEnum):
+    """Where the damping ratio that limits the instability is."""
+
+    FOLD = "fold"
+    CORNER = "corner"
+    DISTURBANCE = "disturbance"
+    LARGEST = "largest amplitude"
+
+
+@dataclass(frozen=True)
+class Limit:
+    """The flutter limit of one disturbance at one value: where it is, and its derivative.
+
+    At a corner of the mode the derivative is not known, and NaN.
+    """
+
+    point: SurfacePoint
+    kind: LimitKind
+    slope: float
+
+    @property
+    def damping_ratio(self) -> float:
+        """The largest negative damping ratio that is held."""
+        return self.point.damping_ratio
+
+
+@dataclass(frozen=True)
+class Row:
+    """Flutter limits of all disturbances at one ``value``, none where the mode tells none.
+
+    ``status`` tells why; ``ends`` are the mode at the disturbances and at the largest amplitude.
+    """
+
+    value: float
+    status: Status
+    limits: tuple[Limit, ...] = ()
+    ends: tuple[SurfacePoint, ...] = ()
+
+
+@dataclass
+class FlutterLimits:
+    """Flutter limits of a mode over a parameter for ``disturbances`` up to the largest amplitude.
+
+    ``amplitudes`` [m] are those that the mode is followed over.
+    """
+
+    surface: ModeSurface
+    amplitudes: tuple[float, float]
+    disturbances: tuple[float, ...]
+    progress: bool | None = False
+    rows: dict[float, Row] = field(default_factory=dict)
+
+    @cached_property
+    def _bar(self) -> Any:
+        return progress_bar("value", self.progress)
+
+    def row(self, value: float) -> Row:
+        """The limits at a value of the parameter, from the mode followed over all amplitudes."""
+        value = float(value)
+        if value not in self.rows:
+            self.rows[value] = self._row(value)
+            self._bar.update(1)
+        return self.rows[value]
+
+    def _row(self, value: float) -> Row:
+        try:
+            branch = self.surface.over_amplitude(value, self.amplitudes)
+        except (ArithmeticError, ValueError):
+            return Row(value, Status.NO_MODE)
+        kinds = [event.kind for point in branch.points for event in point.events]
+        if branch.status != Status.REACHED_END:
+            return Row(value, branch.status)
+        if EventKind.FOLD in kinds:
+            return Row(value, Status.MODE_TURNED_BACK)
+        turns = []
+        for point in branch.points[1:-1]:
+            if any(event.kind == EventKind.DAMPING_TURNS for event in point.events):
+                kind = LimitKind.FOLD if len(point.events) == 1 else LimitKind.CORNER
+                found = self._at(value, 10.0**point.value, point.unknowns)
+                if found is not None and kind == LimitKind.FOLD:
+                    found = self._polished(found)
+                turns.append((found, kind))
+        places = [*self.disturbances, self.amplitudes[1]]
+        states = [branch.at(float(np.log10(place)))[0][0] for place in places]
+        if any(state is None for state in states):
+            return Row(value, Status.POINTS_MISSING)
+        ends = [
+            self._at(value, place, state.state[:-1])
+            for place, state in zip(places, states, strict=True)
+            if state is not None
+        ]
+        if any(point is None for point in [*ends, *(point for point, _ in turns)]):
+            return Row(value, Status.POINTS_MISSING)
+        known = tuple(point for point in ends if point is not None)
+        inside = [(point, kind) for point, kind in turns if point is not None]
+        limits = tuple(self._limit(begin, known[-1], inside) for begin in known[:-1])
+        return Row(value, Status.SUCCESS, limits, known)
+
+    def _at(self, value: float, amplitude: float, near: FloatArray) -> SurfacePoint | None:
+        return self.surface.at(value, amplitude, near)
+
+    def _polished(self, point: SurfacePoint) -> SurfacePoint:
+        """A maximum or a minimum to the last digits, by the secant method on its slope."""
+        best, before = point, self._moved(point, _SECANT)
+        for _ in range(_MAX_SECANTS):
+            if before is None or before.by_amplitude == point.by_amplitude:
+                break
+            run = np.log(point.amplitude / before.amplitude)
+            step = -run * point.by_amplitude / (point.by_amplitude - before.by_amplitude)
+            before, point = point, self._moved(point, float(step)) or point
+            if abs(point.by_amplitude) < abs(best.by_amplitude):
+                best = point
+            if not _ROUND_OFF < abs(step) < _FAR:
+                break
+        return best
+
+    def _moved(self, point: SurfacePoint, step: float) -> SurfacePoint | None:
+        """The mode at an amplitude that is larger by a ``step`` of its logarithm."""
+        return self._at(point.value, point.amplitude * float(np.exp(step)), point.unknowns)
+
+    def _limit(
+        self, begin: SurfacePoint, last: SurfacePoint, turns: list[tuple[SurfacePoint, LimitKind]]
+    ) -> Limit:
+        """The limit of the disturbance at ``begin``."""
+        best, kind = begin, LimitKind.DISTURBANCE
+        ahead = [(point, kind) for point, kind in turns if point.amplitude > begin.amplitude]
+        for point, of_point in [*ahead, (last, LimitKind.LARGEST)]:
+            round_off = _ROUND_OFF * abs(best.damping_ratio)
+            if point.damping_ratio > best.damping_ratio + round_off:
+                best, kind = point, of_point
+        slope, heading = best.by_amplitude, {LimitKind.DISTURBANCE: 1, LimitKind.LARGEST: -1}
+        if slope * heading.get(kind, 0) > 0:
+            # A maximum so close to the end that the path takes it for the end.
+            turn = self._polished(best)
+            inside = begin.amplitude < turn.amplitude < last.amplitude
+            if inside and abs(turn.by_amplitude) < _LEVEL * abs(slope):
+                best, kind = turn, LimitKind.FOLD
+        # The amplitude of a maximum moves, to first order without a change of the damping ratio.
+        return Limit(best, kind, np.nan if kind == LimitKind.CORNER else best.by_value)
+
+    def sample(self, band: tuple[float, float]) -> list[Row]:
+        """Rows over a band, so many that lines between them tell the limits."""
+        low, high = min(band), max(band)
+        geometric = low > 0 and high > 4 * low
+        spaced = np.geomspace if geometric else np.linspace
+        values = spaced(low, high, _COARSE).tolist()
+        values[0], values[-1] = low, high
+        rows = [self.row(value) for value in values]
+        sizes = [abs(limit.damping_ratio) for row in rows for limit in row.limits]
+        allowed = _STRAIGHT * max(sizes, default=0.0)
+        for left, right in pairwise(rows):
+            self._refine(left, right, allowed, _MAX_HALVINGS)
+        return sorted(self.rows.values(), key=lambda row: row.value)
+
+    def _refine(self, left: Row, right: Row, allowed: float, halvings: int) -> None:
+        curved = any(
+            one.kind != other.kind or _bend(one, other) > allowed
+            for one, other in zip(left.limits, right.limits, strict=False)
+        )
+        broken = bool(left.limits) != bool(right.limits)
+        if not halvings or not (curved or broken):
+            return
+        middle = self.row((left.value + right.value) / 2)
+        self._refine(left, middle, allowed, halvings - 1)
+        self._refine(middle, right, allowed, halvings - 1)
+
+
+def _bend(left: Limit, right: Limit) -> float:
+    """Distance of the limits between two values from lines, also those over the logarithm."""
+    first, last = left.point.value, right.point.value
+    bend = abs(right.slope - left.slope) * (last - first) / 8
+    if first > 0:
+        over_logarithm = abs(right.slope * last - left.slope * first) * np.log(last / first) / 8
+        bend = max(bend, float(over_logarithm))
+    return bend

@@ -1,0 +1,23 @@
+"""What is said of an optimal design: its dataset, status, certificate and derivatives."""
+
+from symhbm.design.outcome.certificate import certificate, status_of
+from symhbm.design.outcome.final_check import Comparison, compared
+from symhbm.design.outcome.report import (
+    infeasible,
+    labelled,
+    report,
+    report_of_fresh,
+    with_certificate,
+)
+
+__all__ = [
+    "Comparison",
+    "certificate",
+    "compared",
+    "infeasible",
+    "labelled",
+    "report",
+    "report_of_fresh",
+    "status_of",
+    "with_certificate",
+]

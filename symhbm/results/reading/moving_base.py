@@ -1,0 +1,116 @@
+"""`seen_from`: absolute displacements from those relative to a moving base, and the reverse."""
+
+from __future__ import annotations
+
+from typing import Any, Literal
+
+import numpy as np
+import xarray as xr
+
+from symhbm.numerics import RADIANS, FourierBasis, check, largest_displacement, unknowns_of
+from symhbm.results.description import Description
+from symhbm.results.provenance import DISPLACEMENTS, SEEN
+from symhbm.results.schema import check_dataset, check_present
+
+_FROM = {"ground": "absolute", "base": "relative"}
+
+
+def seen_from(
+    result: xr.Dataset,
+    where: Literal["ground", "base"],
+    kind: Literal["points", "peaks"] = "points",
+) -> xr.Dataset:
+    """Motions of a result under a `BaseMotion` as they are seen from the ground or the base.
+
+    Parameters
+    ----------
+    result
+        A result with ``coefficient``, from `frf`, `follow` or `solve`, under a moving base.
+    where
+        ``"ground"`` for absolute displacements, ``"base"`` for those relative to it.
+    kind
+        The motions at ``"points"``, or those at ``"peaks"``, which are peaks of the displacements
+        that were solved for.
+
+    Returns
+    -------
+    Dataset with ``coefficient`` and ``amplitude`` [m] of these displacements, the frequency, and
+    all coordinates of the result; the attribute ``displacements`` tells which they are.
+
+    Raises
+    ------
+    TypeError, KeyError, ValueError
+        For what is no dataset, a result without the coefficients or without a moving base, and for
+        displacements of contacts kept in a condensed structure.
+
+    Examples
+    --------
+    The transmissibility of a linear oscillator at its natural frequency:
+
+    >>> import symhbm as sh
+    >>> oscillator = sh.Model([[1.0]], [[10.0]], [[1e4]])
+    >>> problem = sh.HarmonicBalance(oscillator, sh.BaseMotion(displacement=1e-3))
+    >>> point = sh.solve(problem, 100 / 6.283185307179586)
+    >>> absolute = sh.seen_from(point, "ground")
+    >>> round(point.amplitude.item(), 9), round(absolute.amplitude.item(), 9)
+    (0.01, 0.010049876)
+    """
+    check_dataset("result", result)
+    motion = _FROM[check.one_of("where", where, _FROM)]
+    prefix = {"points": "", "peaks": "peak_"}[check.one_of("kind", kind, ("points", "peaks"))]
+    bases = Description(result).problem.get("bases", [])
+    if not bases:
+        raise ValueError(
+            "result: expected a response to a symhbm.BaseMotion, its base stands still"
+        )
+    name = f"{prefix}frequency" if f"{prefix}frequency" in result else "frequency"
+    check_present(result, f"{prefix}coefficient", name, "force_amplitude", container="result")
+    coefficient = result[f"{prefix}coefficient"].transpose(..., "dof", "harmonic", "component")
+    harmonics = tuple(np.atleast_1d(coefficient["harmonic"].values).tolist())
+    for base in bases:
+        if base["motion"] != motion:
+            sign = 1.0 if motion == "absolute" else -1.0
+            coefficient = coefficient + sign * _added(base, result, coefficient, result[name])
+    coefficient = coefficient.transpose(..., "dof", "harmonic", "component")
+    coefficient.attrs = dict(result[f"{prefix}coefficient"].attrs)
+    basis, values = FourierBasis(harmonics), coefficient.values
+    rows = unknowns_of(basis, harmonics, values.reshape(-1, len(harmonics), 2))
+    rows = rows.reshape(-1, basis.n_components)
+    amplitude, known = np.full(len(rows), np.nan), np.isfinite(rows).all(axis=1)
+    if known.any():
+        amplitude[known] = largest_displacement(basis, rows[known])[0]
+    about = {"units": "m", "long_name": f"largest {motion} displacement over the period"}
+    amplitudes = xr.Variable(coefficient.dims[:-2], amplitude.reshape(values.shape[:-2]), about)
+    attributes = result.attrs | {DISPLACEMENTS: SEEN[motion]}
+    variables = {"coefficient": coefficient, "amplitude": amplitudes, name: result[name]}
+    return xr.Dataset(variables, attrs=attributes)
+
+
+def _added(
+    base: dict[str, Any], result: xr.Dataset, coefficient: xr.DataArray, frequency: xr.DataArray
+) -> xr.DataArray:
+    """Coefficients of the motion of the base at all degrees of freedom."""
+    moved = np.array(base["influence"], dtype=float)
+    dofs = np.atleast_1d(coefficient["dof"].values)
+    if np.isnan(moved[dofs]).any():
+        raise ValueError(
+            "result: expected degrees of freedom, displacements of contacts do not tell how they "
+            "move with the base; select others along dof"
+        )
+    order, given = next(
+        (order, complex(*base[name]))
+        for order, name in enumerate(("displacement", "velocity", "acceleration"))
+        if base[name] is not None
+    )
+    n = base["harmonic"]
+    phase = given / abs(given) if given else 1.0
+    size = result["force_amplitude"] * base["share"]
+    phasor = size * phase / (1j * n * RADIANS * frequency) ** order
+    unit = np.zeros((coefficient.sizes["harmonic"], 2))
+    cosine, sine = unit.copy(), unit.copy()
+    at = np.flatnonzero(np.atleast_1d(coefficient["harmonic"].values) == n)
+    cosine[at, 0], sine[at, 1] = 1.0, -1.0
+    dims = ("harmonic", "component")
+    components = phasor.real * xr.DataArray(cosine, dims=dims)
+    components = components + phasor.imag * xr.DataArray(sine, dims=dims)
+    return components * xr.DataArray(moved[dofs], dims="dof")

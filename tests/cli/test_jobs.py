@@ -1,0 +1,136 @@
+"""The jobs of the guide, as real processes from an empty folder: one is killed, all are merged."""
+
+import json
+import os
+import re
+import signal
+import sqlite3
+import subprocess
+import sys
+import time
+from contextlib import closing, suppress
+from pathlib import Path
+
+import pytest
+
+import symhbm as sh
+from symhbm.numerics.machine_code import COMPILER
+
+PAGE = Path(__file__).parent.parent.parent / "docs" / "guide" / "ensembles-by-parts.md"
+BLOCK = re.compile(r"<!-- jobs(?:: (?P<file>\S+))? -->\n```\w+\n(?P<code>.*?)```\n", re.DOTALL)
+SBATCH = """
+import os, re, subprocess, sys
+
+wrapped = [word.removeprefix("--wrap=") for word in sys.argv if word.startswith("--wrap=")]
+if wrapped:
+    sys.exit(subprocess.call(["sh", "-c", wrapped[0]]))
+script = open(sys.argv[-1]).read()
+first, last = map(int, re.search(r"#SBATCH --array=(\\d+)-(\\d+)", script).groups())
+tasks = [
+    subprocess.Popen(["sh", sys.argv[-1]], env=os.environ | {"SLURM_ARRAY_TASK_ID": str(task)})
+    for task in range(first, last + 1)
+]
+[task.wait() for task in tasks]
+print(2013)
+"""
+"""Slurm's command as far as the guide needs it: it waits for its jobs, so that none depends."""
+
+
+@pytest.fixture
+def folder(tmp_path, monkeypatch):
+    """An empty folder with the files of the guide, and its programs on the path."""
+    programs, here = tmp_path / "programs", tmp_path / "here"
+    programs.mkdir()
+    here.mkdir()
+    (programs / "sbatch.py").write_text(SBATCH)
+    for name, command in {
+        "python": 'echo $$ > "pid-$PART"; exec {python} "$@"',
+        "symhbm": 'exec {python} -m symhbm "$@"',
+        "sbatch": 'exec {python} {folder}/sbatch.py "$@"',
+    }.items():
+        text = command.format(python=sys.executable, folder=programs)
+        (programs / name).write_text(f"#!/bin/sh\n{text}\n")
+        (programs / name).chmod(0o755)
+    monkeypatch.setenv("PATH", f"{programs}:{os.environ['PATH']}")
+    monkeypatch.setenv("PYTHONPATH", str(PAGE.parent.parent.parent))
+    # Which curves machine code evaluates depends on their number in a job.
+    monkeypatch.setenv(COMPILER, "")
+    for block in BLOCK.finditer(PAGE.read_text(encoding="utf-8")):
+        if block["file"]:
+            (here / block["file"]).write_text(block["code"])
+    return here
+
+
+def commands(program: str) -> str:
+    """The commands of the guide that start with a program."""
+    codes = [block["code"] for block in BLOCK.finditer(PAGE.read_text()) if not block["file"]]
+    [code] = [code for code in codes if program in code]
+    return code
+
+
+def start(folder: Path, code: str) -> subprocess.Popen:
+    return subprocess.Popen(["sh", "-c", code], cwd=folder)
+
+
+def kill_in_the_middle(folder: Path, job: int) -> int:
+    """Kill a job that has stored some of its samples; returns their number."""
+    file, n_done = folder / f"part-{job}.nc.partial", 0
+    end = time.monotonic() + 300
+    while not n_done and time.monotonic() < end:
+        time.sleep(0.005)
+        if file.exists():
+            with suppress(sqlite3.Error), closing(sqlite3.connect(file)) as rows:
+                [[n_done]] = rows.execute("SELECT count(*) FROM results WHERE number >= 0")
+    os.kill(int((folder / f"pid-{job}").read_text()), signal.SIGKILL)
+    assert not (folder / f"part-{job}.nc").exists()
+    return n_done
+
+
+def one_job(folder: Path) -> Path:
+    """The archive of the same call without a part."""
+    code, found = re.subn(
+        r'part=.*archive=f".*"', 'archive="one.nc"', (folder / "ensemble.py").read_text()
+    )
+    assert found == 1
+    subprocess.run([sys.executable, "-c", code], cwd=folder, check=True)
+    return folder / "one.nc"
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("way", ["sbatch", "xargs"])
+def test_three_jobs_one_killed_are_one_job(way, folder):
+    code = commands(way)
+    if way == "sbatch":
+        jobs = start(folder, code)
+        assert 0 < kill_in_the_middle(folder, 2) < 10
+        assert jobs.wait(300) == 0
+    else:
+        line, merging = code.splitlines()
+        jobs = start(folder, line)
+        assert 0 < kill_in_the_middle(folder, 2) < 10
+        assert jobs.wait(300) != 0
+        # It does not wait for the others.
+        while not all((folder / f"part-{job}.nc").exists() for job in (1, 3)):
+            time.sleep(0.1)
+        assert start(folder, merging).wait(300) != 0  # a part is not there
+        assert not (folder / "disks.nc").exists()
+        assert start(folder, line).wait(300) == 0
+        (folder / "disks.nc.partial").unlink()
+        assert start(folder, merging).wait(300) == 0
+    merged, one = sh.load(folder / "disks.nc"), sh.load(one_job(folder))
+    told = json.loads(merged.attrs.pop("merged_from"))
+    assert [entry["archive"] for entry in told] == [f"part-{job}.nc" for job in (1, 2, 3)]
+    assert [len(entry["computed"]) for entry in told] == [1, 2, 1]
+    assert merged.attrs == one.attrs
+    assert [*merged.variables] == [*one.variables]
+    for name, variable in one.variables.items():
+        other = merged.variables[name]
+        assert (other.dims, other.dtype, other.attrs) == (
+            variable.dims,
+            variable.dtype,
+            variable.attrs,
+        )
+        if variable.dtype.kind == "O":
+            assert other.values.tolist() == variable.values.tolist()
+        else:
+            assert other.values.tobytes() == variable.values.tobytes(), name

@@ -1,0 +1,292 @@
+"""Fronts of two aims: closed forms of ends and points between, dominated points, archives."""
+
+from dataclasses import replace
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+from designs import BAND, BEST_AMPLITUDE, BEST_LOAD, blade, ring
+from scipy.optimize import minimize_scalar
+
+import symhbm as sh
+from studies.closed_form import OneBlade
+from symhbm.continuation.status import Status
+from symhbm.design.cases import Work
+from symhbm.design.maxima import Maxima
+from symhbm.design.pareto import points as searched
+from symhbm.design.pareto.points import BETWEEN, END, on_front
+
+BOUNDS = (0.5, 20.0)
+AIMS = {
+    "peak": lambda peaks, parameters: peaks["largest"],
+    "load": lambda peaks, parameters: parameters["normal_load"][0],
+}
+DIGITS = 1e-10
+"""Relative, of peaks that are solved for twice."""
+
+
+def front_of(problem, bounds=BOUNDS, frequency=BAND, names="normal_load", **options):
+    given = dict(aims=AIMS, n_points=5, progress=False) | options
+    return sh.pareto_front(problem, names, bounds, frequency, **given)
+
+
+def closed_peak(limit, stiffness=1e4, contact=1e4, ratio=1.0):
+    return OneBlade(1.0, 0.5, stiffness, contact, limit, 1.0, ratio).peak()[0]
+
+
+@pytest.fixture(scope="module")
+def front():
+    return front_of(blade())
+
+
+class TestOneBlade:
+    def test_ends_are_the_optima_of_the_closed_form(self, front):
+        assert front.front_kind.values.tolist() == ["end", *["between"] * 3, "end"]
+        assert front.front_value[0].item() == pytest.approx(BEST_LOAD, rel=1e-8)
+        assert front.front_aim[0, 0].item() == pytest.approx(BEST_AMPLITUDE, rel=DIGITS)
+        assert front.front_value[-1].item() == pytest.approx(BOUNDS[0], rel=1e-15)
+        expected = closed_peak(0.5 * BOUNDS[0])
+        assert front.front_aim[-1, 0].item() == pytest.approx(expected, rel=DIGITS)
+
+    def test_points_between_are_on_the_closed_form_and_on_their_lines(self, front):
+        peaks = [closed_peak(0.5 * load) for load in front.front_value.values[:, 0]]
+        assert front.front_aim.values[:, 0] == pytest.approx(peaks, rel=DIGITS)
+        logarithms = np.log(front.front_aim.values)
+        ranges = logarithms[0] - logarithms[-1]
+        for place, at in zip(front.front_place.values, logarithms, strict=True):
+            chord = (1 - place) * logarithms[0] + place * logarithms[-1]
+            first, second = (at - chord) / np.abs(ranges)
+            assert first == pytest.approx(second, abs=1e-9)  # both aims are equally far from it
+
+    def test_all_is_told(self, front):
+        assert front.design_status.item() == Status.FRONT_FOUND
+        assert (front.front_optimality < 1e-8).all()
+        text = front.certificate.item()
+        assert "5 of 5 points are on the front of peak and load" in text
+        assert "End at the optimum of peak: peak 0.0003082288" in text
+        assert "Checked: each response was followed once more" in text
+        assert "Not proved: that no design is better in both aims" in text
+        assert front.sizes["removed"] == 0
+
+    def test_it_is_a_sweep_of_responses(self, front):
+        assert front.peak_amplitude.max("peak").values == pytest.approx(
+            front.front_aim.values[:, 0], rel=DIGITS
+        )
+        problem = sh.rebuild(front.isel(front=2))
+        assert problem.parameters["normal_load"] == front.front_value[2].values
+        assert sh.verify(front, progress=False).residual_stored.max() < 1e-9
+
+
+def test_the_order_of_aims_turns_the_front_around(front):
+    turned = front_of(blade(), aims=dict(reversed(AIMS.items())))
+    assert turned.front_aim.values[::-1, ::-1] == pytest.approx(front.front_aim.values, rel=1e-9)
+
+
+def test_no_design_of_a_grid_is_better_in_both_aims():
+    """Brute force over two variables, with stored amplitudes of dense responses alone."""
+    names = ["normal_load", "contact_stiffness"]
+    bounds = {"normal_load": (2.0, 8.0), "contact_stiffness": (8e3, 2e4)}
+    aims = {
+        "peak": lambda peaks, p: peaks["largest"],
+        "cost": lambda peaks, p: p["normal_load"][0] * p["contact_stiffness"][0] ** 0.5 / 100,
+    }
+    front = front_of(blade(), bounds, names=names, aims=aims, n_points=4)
+    assert front.design_status.item() == Status.FRONT_FOUND
+    loads, stiffnesses = np.geomspace(2.0, 8.0, 9), np.geomspace(8e3, 2e4, 4)
+    frequencies = np.linspace(17.0, 26.0, 301)
+    dense = sh.frf(
+        blade(),
+        BAND,
+        at=frequencies,
+        over={"normal_load": loads, "contact_stiffness": stiffnesses},
+        keep=["amplitude"],
+        progress=False,
+    )
+    peaks = dense.amplitude.max(("frequency", "dof")).transpose("normal_load", "contact_stiffness")
+    cost = loads[:, None] * stiffnesses**0.5 / 100
+    for peak, price in front.front_aim.values:
+        # A grid of frequencies misses peaks by up to 1 part in 1e3.
+        assert not np.any((peaks.values < peak * (1 - 1e-3)) & (cost < price * (1 - 1e-9)))
+    # And the best of the grid at each price is close to the front, for its steps of a fifth.
+    order = np.argsort(front.front_aim.values[:, 1])
+    price, peak = np.log(front.front_aim.values[order][:, ::-1]).T
+    for number in range(1, len(price) - 1):
+        allowed = cost <= np.exp(price[number])
+        assert np.log(peaks.values[allowed].min()) < peak[number] + 0.35
+
+
+def test_of_several_optima_of_one_aim_the_end_is_the_best_in_the_other():
+    """The peak depends on the product of load and friction, the other aim on the load alone."""
+    bounds = {"normal_load": (0.5, 20.0), "friction_coefficient": (0.2, 0.8)}
+    front = front_of(blade(), bounds, names=["normal_load", "friction_coefficient"], n_points=3)
+    load, friction = front.front_value.values[0]
+    assert front.front_aim[0, 0].item() == pytest.approx(BEST_AMPLITUDE, rel=1e-5)
+    assert friction == pytest.approx(0.8)
+    assert load == pytest.approx(BEST_LOAD * 0.5 / 0.8, rel=2e-3)  # a millionth of the peak
+    assert front.front_value.values[-1] == pytest.approx([0.5, 0.8], rel=1e-6)
+
+
+def test_a_ring_is_one_blade():
+    problem, ratio = ring(), 2 * np.sin(np.pi * 3 / 13)
+    front = front_of(problem, (0.5, 20.0), (5.0, 350.0), n_points=4)
+    peaks = [closed_peak(0.5 * v, contact=1e6, ratio=ratio) for v in front.front_value.values[:, 0]]
+    assert front.front_aim.values[:, 0] == pytest.approx(peaks, rel=1e-9)
+    assert (front.n_sectors == 13).all()
+
+
+def test_two_bands_against_each_other():
+    """Two peaks are the aims: neither is a constraint on the design alone."""
+    soft = blade(contact_stiffness=2e4)
+    front = front_of(
+        blade(),
+        peaks={"stiff": {}, "soft": {"problem": soft}},
+        aims={"one": lambda peaks, _: peaks["stiff"], "other": lambda peaks, _: peaks["soft"]},
+    )
+
+    def best(stiffness):
+        return minimize_scalar(
+            lambda log_load: closed_peak(0.5 * np.exp(log_load), contact=stiffness),
+            bounds=np.log(BOUNDS),
+            method="bounded",
+            options={"xatol": 1e-9},
+        )
+
+    optima = [best(1e4), best(2e4)]
+    assert front.front_aim[0, 0].item() == pytest.approx(optima[0].fun, rel=1e-9)
+    assert front.front_aim[-1, 1].item() == pytest.approx(optima[1].fun, rel=1e-9)
+    loads = front.front_value.values[:, 0]
+    assert np.all(np.diff(loads) > 0) or np.all(np.diff(loads) < 0)
+    for load, aims in zip(loads, front.front_aim.values, strict=True):
+        expected = [closed_peak(0.5 * load), closed_peak(0.5 * load, contact=2e4)]
+        assert aims == pytest.approx(expected, rel=DIGITS)
+
+
+def test_aims_that_agree_have_one_point():
+    aims = {"peak": AIMS["peak"], "square": lambda peaks, _: peaks["largest"] ** 2}
+    front = front_of(blade(), aims=aims)
+    assert front.sizes["front"] == 1
+    assert front.removed_reason.values.tolist() == ["the same as another point"]
+    assert front.front_value.item() == pytest.approx(BEST_LOAD, rel=1e-8)
+
+
+def point(found, aims, kind=BETWEEN, status=Status.DESIGN_OPTIMAL):
+    return replace(found, aims=np.log(aims), kind=kind, status=status)
+
+
+def test_dominated_equal_and_failed_points_are_removed_with_reasons(monkeypatch):
+    found = []
+    old = searched.on_front
+
+    def kept(points):
+        found.extend(points)
+        return old(points)
+
+    monkeypatch.setattr("symhbm.design.pareto.front.on_front", kept)
+    front_of(blade(), n_points=2)
+    one = found[0]
+    points = [
+        point(one, [1.0, 9.0], END),
+        point(one, [2.0, 5.0]),
+        point(one, [3.0, 6.0]),
+        point(one, [2.0, 5.0 * (1 + 1e-9)]),
+        point(one, [1.0, 9.0]),
+        point(one, [4.0, 2.0], status=Status.DESIGN_STALLED),
+        point(one, [9.0, 1.0], END),
+    ]
+    reasons = [each.removed for each in on_front(points)]
+    assert [bool(reason) for reason in reasons] == [0, 0, 1, 1, 1, 1, 0]
+    assert reasons[2].startswith("dominated")
+    assert reasons[3] == reasons[4] == "the same as another point"
+    assert reasons[5] == str(Status.DESIGN_STALLED)
+
+
+def test_failures_are_told(monkeypatch):
+    call = Work.__call__
+
+    def some(self, number, x, previous):
+        if np.exp(x[0]) < 1.5:
+            return Maxima.of_failure(str(Status.MINIMUM_STEP))
+        return call(self, number, x, previous)
+
+    monkeypatch.setattr(Work, "__call__", some)
+    front = front_of(blade(), (1.0, 20.0), n_points=3)
+    assert front.n_failed > 0
+    assert front.design_status.item() != Status.FRONT_FOUND
+    with pytest.raises(sh.SolveError):
+        front_of(blade(), (1.0, 20.0), n_points=3, throw=True)
+
+
+class TestArchive:
+    def test_it_goes_on_where_it_was_interrupted(self, front, tmp_path, monkeypatch):
+        target = tmp_path / "front.nc"
+        calls, best_of = [], searched.best_of
+
+        def stopped(*arguments):
+            calls.append(1)
+            if len(calls) == 3:
+                raise KeyboardInterrupt
+            return best_of(*arguments)
+
+        monkeypatch.setattr(searched, "best_of", stopped)
+        with pytest.raises(KeyboardInterrupt) as caught:
+            front_of(blade(), archive=target)
+        assert "4 designs are kept in" in caught.value.__notes__[0]
+        assert not target.exists()
+        monkeypatch.setattr(searched, "best_of", best_of)
+        resumed = front_of(blade(), archive=target)
+        assert resumed.n_surveys < front.n_surveys
+        assert resumed.front_aim.values == pytest.approx(front.front_aim.values, rel=1e-9)
+        assert [path.name for path in tmp_path.iterdir()] == ["front.nc"]
+        assert sh.load(target).identical(resumed)
+        # A finished one is read.
+        assert front_of(blade(), archive=target).identical(resumed)
+
+    def test_one_of_another_call_is_refused(self, tmp_path):
+        target = tmp_path / "front.nc"
+        front_of(blade(), archive=target, n_points=2)
+        for other in (dict(n_points=3), dict(bounds=(0.6, 20.0)), dict(frequency=(6.0, 40.0))):
+            with pytest.raises(sh.ArchiveError, match="it is of another one"):
+                front_of(blade(), archive=target, **other)
+
+
+@pytest.mark.parametrize(
+    ("options", "error", "words"),
+    [
+        (dict(aims={"a": AIMS["peak"]}), TypeError, "aims=.*expected a mapping of two names"),
+        (dict(aims=[1, 2]), TypeError, r"aims=\[1, 2\]: expected a mapping of two names"),
+        (dict(aims={"a": 1, "b": 2}), TypeError, "^a=1: expected a function of peaks"),
+        (dict(n_points=1), ValueError, "n_points=1: expected an integer >= 2"),
+        (dict(n_starts=0), ValueError, "n_starts=0: expected an integer >= 1"),
+        (dict(throw=1), TypeError, "throw=1: expected True or False"),
+    ],
+)
+def test_bad_input_is_named(options, error, words):
+    with pytest.raises(error, match=words):
+        front_of(blade(), **options)
+
+
+def test_its_picture_has_all_points(front):
+    figure = sh.plot.pareto_front(front)
+    above = figure.axes[0].child_axes[0]
+    drawn = np.concatenate([line.get_xydata() for line in above.lines[1:]])
+    expected = front.front_aim.values[:, ::-1]
+    assert np.sort(drawn, axis=0) == pytest.approx(np.sort(expected, axis=0))
+    assert (above.get_ylabel(), figure.axes[0].child_axes[1].get_xlabel()) == ("peak", "load")
+    plt.close(figure)
+    with pytest.raises(KeyError, match="front_aim"):
+        sh.plot.pareto_front(front.drop_vars("front_aim"))
+
+
+def test_the_command_line_tells_and_draws_it(tmp_path):
+    from click.testing import CliRunner
+
+    from symhbm.cli import main
+
+    target = tmp_path / "front.nc"
+    front_of(blade(), archive=target, n_points=3)
+    told = CliRunner().invoke(main, ["info", str(target)], catch_exceptions=False).output
+    assert "front 0               peak 0.000308229, load 3.08858, normal_load 3.08858 N" in told
+    assert "3 of 3 points are on the front" in " ".join(told.split())
+    drawn = CliRunner().invoke(main, ["plot", str(target)], catch_exceptions=False).output
+    assert drawn.strip().endswith("front_pareto-front.png")
+    assert (tmp_path / "front_pareto-front.png").stat().st_size > 10_000

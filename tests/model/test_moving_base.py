@@ -1,0 +1,314 @@
+"""Moving bases, forces that change with the frequency, and fields over nodes."""
+
+import numpy as np
+import pytest
+import xarray as xr
+
+import symhbm as sh
+from symhbm.balance import SecondOrder
+from symhbm.numerics import RADIANS, FourierBasis
+
+M, C, K = 1.3, 4.0, 2e4
+GIVEN = ("displacement", "velocity", "acceleration")
+
+
+def chain(n=4, places=None, **friction):
+    """Masses in a row, all held by the ground, the last one rubbing on it if ``friction``."""
+    stiffness = 1e4 * (3 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1))
+    contacts = dict(contacts=[(n - 1,)], **friction) if friction else {}
+    mass = np.diag(1.0 + np.arange(n))
+    return sh.Model(mass, 1e-5 * stiffness + 0.5 * mass, stiffness, places=places, **contacts)
+
+
+FRICTION = dict(contact_stiffness=5e3, friction_coefficient=0.5, normal_load=2.0)
+
+
+@pytest.mark.parametrize("motion", ["relative", "absolute"])
+@pytest.mark.parametrize("order", range(3))
+@pytest.mark.parametrize("harmonics", [(1,), (3, 1)])
+def test_an_oscillator_moves_as_its_transmissibility_tells(order, motion, harmonics):
+    harmonic = harmonics[0]
+    hertz = np.array([2.0, 6.0, 19.0, 25.0])
+    s = 1j * harmonic * RADIANS * hertz
+    amplitude = 2e-3 * np.exp(0.7j)
+    base = sh.BaseMotion(**{GIVEN[order]: amplitude}, motion=motion, harmonic=harmonic)
+    problem = sh.HarmonicBalance(sh.Model([[M]], [[C]], [[K]]), base, harmonics)
+    response = sh.frf(problem, (1, 30), at=hertz, progress=False)
+    moved = amplitude / s**order
+    both = {"absolute": (K + s * C), "relative": -M * s**2}
+    for seen, where in (("relative", "base"), ("absolute", "ground")):
+        found = sh.motion(sh.seen_from(response, where)).complex_amplitude
+        found = found.sel(harmonic=harmonic).values[:, 0]
+        exact = both[seen] * moved / (K + s * C + M * s**2)
+        np.testing.assert_allclose(found, exact, rtol=1e-12)
+        if seen == motion:
+            solved = sh.motion(response).complex_amplitude.sel(harmonic=harmonic).values[:, 0]
+            np.testing.assert_allclose(solved, exact, rtol=1e-12)
+            assert response.attrs["displacements"].startswith(seen)
+
+
+def test_peaks_of_transmissibilities_are_where_closed_forms_have_them():
+    natural, ratio = np.sqrt(K / M), C / (2 * np.sqrt(K * M))
+    at = {}
+    for motion in ("relative", "absolute"):
+        base = sh.BaseMotion(displacement=1e-3, motion=motion)
+        problem = sh.HarmonicBalance(sh.Model([[M]], [[C]], [[K]]), base)
+        at[motion] = sh.frf(problem, (10, 30), progress=False)
+    exact = natural / np.sqrt(1 - 2 * ratio**2) / RADIANS
+    np.testing.assert_allclose(at["relative"].peak_frequency, exact, rtol=1e-9)
+    exact = natural * np.sqrt((np.sqrt(1 + 8 * ratio**2) - 1) / (4 * ratio**2)) / RADIANS
+    np.testing.assert_allclose(at["absolute"].peak_frequency, exact, rtol=1e-9)
+
+
+def test_a_blade_with_friction_on_a_shaker_is_one_under_its_inertia_force():
+    blade = sh.single_blade(mass=2, stiffness=1e4, damping=0.5, **FRICTION)
+    moving = sh.HarmonicBalance(blade, sh.BaseMotion(acceleration=0.5), (1, 3))
+    forced = sh.HarmonicBalance(blade, sh.PointForce(amplitude=1.0, phase=np.pi), (1, 3))
+    found, exact = (sh.frf(each, (8, 20), progress=False) for each in (moving, forced))
+    np.testing.assert_allclose(found.peak_amplitude, exact.peak_amplitude, rtol=1e-12)
+    np.testing.assert_allclose(found.peak_frequency, exact.peak_frequency, rtol=1e-12)
+    # One frictional blade in closed form: x = A cos, with the describing function of the slider.
+    one = sh.solve(sh.HarmonicBalance(blade, sh.BaseMotion(displacement=1e-4)), 13.0)
+    omega, amplitude = RADIANS * 13.0, one.amplitude.item()
+    limit, spring = 0.5 * 2.0, 5e3
+    slip = np.arccos(1 - 2 * limit / (spring * amplitude))
+    cosine = spring * amplitude / np.pi * (slip - np.sin(2 * slip) / 2)
+    sine = -4 * limit / np.pi * (1 - limit / (spring * amplitude))
+    force = np.hypot((1e4 - 2 * omega**2) * amplitude + cosine, -0.5 * omega * amplitude + sine)
+    assert spring * amplitude > limit
+    assert force == pytest.approx(2 * omega**2 * 1e-4, rel=1e-10)
+
+
+def test_contacts_to_a_moving_ground_see_relative_displacements():
+    held = chain(**FRICTION)
+    relative, absolute = (
+        sh.HarmonicBalance(held, sh.BaseMotion(displacement=2e-4, motion=motion))
+        for motion in ("relative", "absolute")
+    )
+    points = [sh.solve(problem, 11.0) for problem in (relative, absolute)]
+    assert {point.contact_state.item() for point in points} == {1}
+    gone = [sh.seen_from(point, "ground").amplitude.values for point in points]
+    assert np.abs(gone[0] / gone[1] - 1).max() > 1e-4  # the ground of the contact moves, or not
+    free = held.with_parameters(normal_load=0.0)
+    points = [
+        sh.solve(problem.with_parameters(normal_load=0.0), 11.0) for problem in (relative, absolute)
+    ]
+    assert free.normal_load == 0
+    gone = [sh.seen_from(point, "ground").amplitude.values for point in points]
+    np.testing.assert_allclose(gone[0], gone[1], rtol=1e-12)
+
+
+@pytest.mark.parametrize("motion", ["relative", "absolute"])
+@pytest.mark.parametrize("order", range(3))
+def test_derivatives_by_frequency_and_amplitude_are_exact(order, motion):
+    base = sh.BaseMotion(**{GIVEN[order]: 1e-2}, motion=motion)
+    problem = sh.HarmonicBalance(chain(**FRICTION), base, (1, 3))
+    omega, step = 60.0, 1e-4
+    unknowns = 1e-3 * np.random.default_rng(1).normal(size=problem.n_unknowns)
+    states = problem.locate(unknowns, omega)
+    ahead, behind = (problem.evaluate(unknowns, w, states=states) for w in (60 + step, 60 - step))
+    slope = (ahead.residual - behind.residual) / (2 * step)
+    exact = problem.evaluate(unknowns, omega).by_parameter
+    np.testing.assert_allclose(exact, slope, atol=1e-7 * np.abs(slope).max())
+    response = sh.frf(problem, (8, 20), progress=False)
+    gained = sh.sensitivity(response)
+    assert {*gained.sensitivity_status.values.tolist()} == {"exact"}
+    by = gained.peak_amplitude_by_force_amplitude.max("peaking_dof").values
+    more = sh.frf(problem.with_parameters(force_amplitude=1e-2 * (1 + 1e-5)), (8, 20))
+    change = (more.peak_amplitude - response.peak_amplitude).values / 1e-7
+    np.testing.assert_allclose(by, change, rtol=1e-3)
+
+
+def test_translations_follow_the_directions_of_places():
+    places = sh.Places(node=[1, 1, 2, 2], direction=["x", "y", "x", "y"])
+    model, basis = chain(places=places), FourierBasis((1,))
+    (shape,) = sh.BaseMotion(acceleration=1.0, direction="y").shapes(model, basis).values()
+    np.testing.assert_array_equal(shape[:, 0], [0, -2, 0, -4])
+    named = sh.BaseMotion(acceleration=1.0, influence={"1:y": 1.0, "2:y": 1.0})
+    problem = sh.HarmonicBalance(model, named)
+    np.testing.assert_array_equal(problem.force(1.0)[:, 0], [0, -2, 0, -4])
+    with pytest.raises(ValueError, match="direction=None: expected that of the base"):
+        sh.HarmonicBalance(model, sh.BaseMotion(acceleration=1.0))
+    with pytest.raises(ValueError, match=r"direction='z': expected one of the structure.*x, y"):
+        sh.HarmonicBalance(model, sh.BaseMotion(acceleration=1.0, direction="z"))
+
+
+def test_reduced_structures_take_the_force_made_with_the_whole_one():
+    whole = chain(12, **FRICTION)
+    base = sh.BaseMotion(displacement=1e-4)
+    band, watched = (4, 14), 5
+    exact = sh.frf(sh.HarmonicBalance(whole, base), band, at=[6, 9, 12], progress=False)
+    condensed = sh.condense(whole, base, band, dofs=[watched], progress=False)
+    for force in (base, base.on(whole)):
+        found = sh.frf(sh.HarmonicBalance(condensed, force), band, at=[6, 9, 12], progress=False)
+        np.testing.assert_allclose(found.amplitude[:, 0], exact.amplitude[:, watched], rtol=1e-9)
+        seen = sh.seen_from(found, "ground").amplitude[:, 0]
+        np.testing.assert_allclose(
+            seen, sh.seen_from(exact, "ground").amplitude[:, watched], rtol=1e-9
+        )
+    each = [
+        sh.frf(sh.HarmonicBalance(model, base), band, peaks="each", progress=False)
+        for model in (condensed, whole)
+    ]
+    peaks = [
+        response.peak_frequency.values[response.peak_dof.values == dof]
+        for response, dof in zip(each, (0, watched), strict=True)
+    ]
+    np.testing.assert_allclose(*peaks, rtol=1e-9)
+    reduced = sh.craig_bampton(whole, 10, band, dofs=[watched])
+    with pytest.raises(TypeError, match=r"expected BaseMotion\(\.\.\.\)\.on\(structure\)"):
+        sh.HarmonicBalance(reduced, base)
+    small = sh.HarmonicBalance(reduced, base.on(whole))
+    found = sh.frf(small, band, at=[6, 9, 12], progress=False)
+    np.testing.assert_allclose(found.amplitude[:, 0], exact.amplitude[:, watched], rtol=1e-6)
+
+
+def test_archives_of_moving_bases_come_back(tmp_path):
+    whole = chain(6, **FRICTION)
+    base = sh.BaseMotion(velocity=1e-2j, motion="absolute")
+    condensed = sh.condense(whole, base, (4, 14), dofs=[2], progress=False)
+    reduced = sh.craig_bampton(whole, 3, (4, 14))
+    for i, problem in enumerate(
+        [
+            sh.HarmonicBalance(whole, base + sh.PointForce(amplitude=0.2, phase=1.0)),
+            sh.HarmonicBalance(condensed, base),
+            sh.HarmonicBalance(reduced, base.on(whole)),
+        ]
+    ):
+        response = sh.frf(problem, (5, 12), at=[6, 9], progress=False)
+        assert response.force_amplitude.attrs["units"] == "m s-1"
+        sh.save(response, tmp_path / f"{i}.nc")
+        stored = sh.load(tmp_path / f"{i}.nc")
+        again = sh.frf(sh.rebuild(stored), (5, 12), at=[6, 9], progress=False)
+        np.testing.assert_allclose(again.coefficient, response.coefficient, rtol=1e-12)
+        both = [sh.seen_from(each, "base").amplitude for each in (response, stored, again)]
+        np.testing.assert_allclose(both[1], both[0], rtol=1e-14)
+        np.testing.assert_allclose(both[2], both[0], rtol=1e-12)
+
+
+def test_masses_of_samples_move_with_their_base():
+    ring = sh.bladed_disk(
+        3, mass=1, stiffness=1e4, damping=0.5,
+        contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+    )  # fmt: skip
+    problem = sh.HarmonicBalance(ring, sh.BaseMotion(acceleration=1.0))
+    heavy = problem.with_parameters(mass=[1, 2, 3])
+    np.testing.assert_array_equal(heavy.force(5.0)[:, 0], [-1, -2, -3])
+    assert sh.frf(problem, (10, 30), progress=False).n_sectors.item() == 3
+
+
+def test_a_base_moves_sectors_along_their_axis():
+    blade = sh.Model([[1.0, 0], [0, 0]], [[2.0, 0], [0, 0]], [[3e4, -2e4], [-2e4, 2e4]])
+    disk = sh.Sector(blade, left=[0], right=[1], n_sectors=6)
+    base = sh.BaseMotion(acceleration=1.0)
+    with pytest.raises(ValueError, match=r"expected symhbm\.EngineOrder"):
+        sh.HarmonicBalance(disk, base)
+    problem = sh.HarmonicBalance(disk, base.on(disk))
+    point = sh.solve(problem, 20.0)
+    assert point.amplitude.item() == pytest.approx(
+        1 / abs(1e4 - (RADIANS * 20) ** 2 + 2j * RADIANS * 20)
+    )
+
+
+def test_an_unbalance_grows_with_the_square_of_the_frequency():
+    force = sh.FrequencyForce({2: sh.PointForce(phase=0.3), 0: sh.PointForce(amplitude=0.0)}, 2e-3)
+    problem = sh.HarmonicBalance(sh.Model([[M]], [[C]], [[K]]), force)
+    for hertz in (3.0, 25.0):
+        omega = RADIANS * hertz
+        exact = 2e-3 * omega**2 / abs(K - M * omega**2 + 1j * C * omega)
+        assert sh.solve(problem, hertz).amplitude.item() == pytest.approx(exact, rel=1e-12)
+    motion = sh.periodic_motion(problem, 25.0)
+    assert motion.amplitude.item() == pytest.approx(exact, rel=1e-9)
+
+
+PLACES = sh.Places(node=[7, 7, 9, 9], direction=["x", "y", "x", "y"], label=["tip", "tip", "", ""])
+
+
+def test_fields_are_forces_by_any_way_to_tell_them():
+    model = chain(places=PLACES)
+    row = np.array([1.0, 0.5j, 0.0, 2.0 - 1.0j])
+    labelled = xr.DataArray(
+        row.reshape(2, 2), dims=("node", "direction"),
+        coords={"node": [7, 9], "direction": ["x", "y"]},
+    )  # fmt: skip
+    named = {"tip:x": 1.0, "7:y": 0.5j, "9:y": 2.0 - 1.0j}
+    pairs = sh.nodal_field([9, 7], row.reshape(2, 2)[::-1], ("x", "y"))
+    each = [sh.FieldForce(given) for given in (row, labelled, named, pairs, {1: labelled})]
+    each.append(sh.HarmonicForce({1: {"tip:x": 1.0, "9:y": 2.0}}, {1: {"7:y": -0.5, "9:y": 1.0}}))
+    forces = [sh.HarmonicBalance(model, force).force(1.0) for force in each]
+    for force in forces:
+        np.testing.assert_array_equal(force, np.column_stack([row.real, -row.imag]))
+
+
+def test_fields_come_back_from_archives(tmp_path):
+    problem = sh.HarmonicBalance(chain(places=PLACES), sh.FieldForce({2: {"tip:y": 1.5j}}), (1, 2))
+    other = sh.HarmonicBalance(chain(places=PLACES), sh.HarmonicForce({1: {"tip:y": 2.0}}), (1, 2))
+    for i, each in enumerate((problem, other)):
+        sh.save(sh.solve(each, 5.0), tmp_path / f"{i}.nc")
+        again = sh.rebuild(sh.load(tmp_path / f"{i}.nc"))
+        np.testing.assert_array_equal(again.force(1.0), each.force(1.0))
+
+
+@pytest.mark.parametrize(
+    ("make", "error", "words"),
+    [
+        (lambda: sh.FieldForce([1.0, np.nan, 0, 0]), ValueError, "pattern=.*finite"),
+        (lambda: sh.FieldForce([1.0, 2.0]), ValueError, r"pattern: expected 4 values.*got 2"),
+        (lambda: sh.FieldForce({"8:x": 1.0}), KeyError, "pattern: 8 is no node.*7"),
+        (lambda: sh.FieldForce({"7:z": 1.0}), KeyError, "pattern: '7:z' is no place; 7 has x, y"),
+        (lambda: sh.FieldForce({"tip:x": 1, "7:x": 1}), ValueError, "each degree of freedom once"),
+        (lambda: sh.nodal_field([7], [[1.0, np.inf]], ("x", "y")), ValueError, r"node 7.*'y'"),
+        (lambda: sh.nodal_field([7], [1.0, 2.0]), ValueError, r"values: expected shape \(1, 3\)"),
+        (lambda: sh.nodal_field([7, 7], np.ones((2, 3))), ValueError, "each node once"),
+        (lambda: sh.HarmonicForce({1: {"tip:z": 1.0}}), KeyError, r"cosine\[1\]: 'tip:z' is no"),
+        (lambda: sh.HarmonicForce({1: {}}), ValueError, r"cosine\[1\]=\{\}: expected at least"),
+        (lambda: sh.HarmonicForce({0: {0: 1.0}}), TypeError, r"cosine\[0\].*StaticLoad"),
+        (lambda: sh.BaseMotion(), ValueError, "expected one of them, got 0"),
+        (lambda: sh.BaseMotion(1.0, 2.0), ValueError, "expected one of them, got 2"),
+        (lambda: sh.BaseMotion("a"), TypeError, "displacement='a': expected a complex number"),
+        (lambda: sh.BaseMotion(np.inf), ValueError, "displacement=inf: expected a finite"),
+        (lambda: sh.BaseMotion(1.0, motion="moving"), ValueError, "motion='moving'.*relative"),
+        (lambda: sh.BaseMotion(1.0, influence=[1.0]), ValueError, r"expected 4 values.*got 1"),
+        (lambda: sh.BaseMotion(1.0, influence=[0.0] * 4), ValueError, "expected a motion"),
+        (lambda: sh.FrequencyForce({}), TypeError, r"forces=\{\}: expected \{power: force\}"),
+        (lambda: sh.FrequencyForce({1: sh.StaticLoad([1.0])}), ValueError, "oscillates alone"),
+        (lambda: sh.FrequencyForce({0.5: sh.PointForce()}), ValueError, "power of forces=0.5"),
+    ],
+)  # fmt: skip
+def test_mistakes_are_named(make, error, words):
+    with pytest.raises(error, match=words):
+        sh.HarmonicBalance(chain(places=PLACES), make())
+
+
+def test_seen_from_needs_a_base():
+    with pytest.raises(ValueError, match=r"expected a response to a symhbm\.BaseMotion"):
+        sh.seen_from(sh.solve(sh.HarmonicBalance(chain(), sh.PointForce()), 5.0), "ground")
+
+
+@pytest.mark.parametrize("motion", ["relative", "absolute"])
+def test_second_derivatives_of_condensed_structures_are_exact(motion):
+    whole, base = chain(8, **FRICTION), sh.BaseMotion(velocity=1e-2, motion=motion)
+    condensed = sh.condense(whole, base, (4, 14), dofs=[2], progress=False)
+    problem = sh.HarmonicBalance(condensed, base)
+    rng, omega, step = np.random.default_rng(2), 55.0, 1e-3
+    unknowns, weights = 1e-3 * rng.normal(size=(2, problem.n_unknowns))
+    second = SecondOrder(problem, ["force_amplitude"])
+    free = problem.with_parameters(normal_load=0.0)
+    n = problem.n_unknowns
+
+    def slope(amplitude, frequency):
+        at = free.with_parameters(force_amplitude=amplitude)
+        return weights @ at.evaluate(unknowns, frequency).by_parameter
+
+    hessian = second(free, unknowns, omega, weights).hessian
+    twice = (slope(1e-2, omega + step) - slope(1e-2, omega - step)) / (2 * step)
+    assert hessian[n, n] == pytest.approx(twice, rel=1e-6)
+    mixed = slope(2e-2, omega) - slope(1e-2, omega)
+    assert hessian[n, n + 1] == pytest.approx(mixed / 1e-2, rel=1e-9)
+    both = [sh.HarmonicBalance(model, base) for model in (condensed, whole)]
+    gained = [sh.sensitivity(sh.frf(each, (5, 7.5), peaks="each")) for each in both]
+    rates = [
+        each.peak_frequency_by_normal_load.values[each.peak_dof.values == dof]
+        for each, dof in zip(gained, (0, 2), strict=True)
+    ]
+    np.testing.assert_allclose(*(np.nanmax(np.abs(rate), axis=(1, 2)) for rate in rates), rtol=1e-5)

@@ -1,0 +1,178 @@
+"""Nonlinear modes of one amplitude over a parameter: closed forms, derivatives and datasets."""
+
+import numpy as np
+import pytest
+from closed_forms import OneBlade
+from scipy.optimize import minimize_scalar
+from sectors import random_disk, with_friction, with_opening
+
+import symhbm as sh
+from symhbm.balance import unforced
+from symhbm.continuation.unforced import ModeOverParameterProblem, NonlinearModeProblem
+
+BLADE = dict(
+    mass=1, stiffness=1e4, damping=0.5,
+    contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+)  # fmt: skip
+RING = sh.bladed_disk(13, **BLADE)
+AMPLITUDE = 3e-4
+
+
+def modes(problem, *given, **options):
+    return sh.nonlinear_modes(
+        problem, *given, **dict(amplitude=AMPLITUDE, progress=False) | options
+    )
+
+
+def of_load(load, damping=0.5):
+    """Angular frequency and damping ratio of the blade under a normal load, one harmonic."""
+    return OneBlade(1, damping, 1e4, 1e4, slip_limit=0.5 * load).mode(AMPLITUDE)
+
+
+@pytest.mark.parametrize("band", [(0.1, 10), (10, 0.1), (0, 10)])
+def test_closed_form_over_the_normal_load(band):
+    problem = sh.HarmonicBalance(sh.single_blade(**BLADE), harmonics=(1,))
+    grid = np.linspace(min(band), 10, 23)
+    found = modes(problem, "normal_load", band, at=grid)
+    assert (found.n_solutions == 1).all()
+    expected = np.array([of_load(load) for load in grid])
+    np.testing.assert_allclose(2 * np.pi * found.frequency[:, 0], expected[:, 0], rtol=1e-12)
+    np.testing.assert_allclose(found.damping_ratio[:, 0], expected[:, 1], rtol=1e-10)
+    np.testing.assert_allclose(found.largest_displacement[:, 0, 0], AMPLITUDE, rtol=1e-12)
+    path = modes(problem, "normal_load", band)
+    kinds = path.event_kind.values.tolist()
+    slip = "end of slip" if band[0] < band[1] else "onset of slip"
+    assert sorted(kinds) == ["damping turns", slip]
+    events = path.isel(event=kinds.index(slip))
+    assert events.event_normal_load.item() == pytest.approx(2e4 * AMPLITUDE, rel=1e-12)
+    turn = path.isel(event=kinds.index("damping turns"))
+    best = minimize_scalar(lambda load: -of_load(load)[1], (1, 2.5, 5), tol=1e-14)
+    assert turn.event_damping_ratio.item() == pytest.approx(-best.fun, rel=1e-13)
+    assert turn.event_normal_load.item() == pytest.approx(best.x, rel=1e-6)
+    assert path.residual_norm.max() < 1e-11
+
+
+@pytest.mark.parametrize(
+    ("parameter", "values"),
+    [
+        ("contact_stiffness", [2e3, 1e4, 5e4]),
+        ("friction_coefficient", [0.05, 0.5, 2.0]),
+        ("damping", [-3.0, 0.5, 30.0]),
+        ("stiffness", [5e3, 2e4]),
+    ],
+)
+def test_modes_of_a_ring_are_those_over_the_amplitude(parameter, values):
+    problem = sh.HarmonicBalance(RING, harmonics=(1, 3, 5))
+    band = values[0], values[-1]
+    found = modes(problem, parameter, band, at=values, nodal_diameter=3)
+    wave = dict(amplitude=(1e-6, 1e-2), nodal_diameter=3)
+    over = modes(problem, at=[AMPLITUDE], over={parameter: values}, **wave).isel(amplitude=0)
+    for name in ("frequency", "damping_ratio", "coefficient", "modal_amplitude"):
+        other = over[name]
+        largest = abs(other.values).max()
+        np.testing.assert_allclose(found[name], other, rtol=1e-10, atol=1e-10 * largest)
+
+
+def test_modes_of_a_sector_whose_contacts_open():
+    disk = with_opening(random_disk(5, cartesian=False))
+    problem = sh.HarmonicBalance(disk, harmonics=(0, 1, 2))
+    load = next(name for name in problem.parameters if name.endswith("normal_load"))
+    value = float(np.ravel(problem.parameters[load])[0])
+    values = [0.5 * value, value, 1.5 * value]
+    wave = dict(nodal_diameter=1, dof=5)
+    found = modes(problem, load, (values[0], values[-1]), at=values, amplitude=1e-3, **wave)
+    over = modes(problem, at=[1e-3], over={load: values}, amplitude=(1e-6, 1e-2), **wave).isel(
+        amplitude=0
+    )
+    assert (found.contact_state == 2).any()
+    for name in ("frequency", "damping_ratio"):
+        np.testing.assert_allclose(found[name], over[name], rtol=1e-9)
+
+
+def test_derivatives_by_the_parameter():
+    disk = with_friction(random_disk(5, cartesian=False))
+    problem = unforced(sh.HarmonicBalance(disk, harmonics=(0, 1, 3)), 2)
+    name = next(name for name in problem.parameters if name.endswith("normal_load"))
+    curve = ModeOverParameterProblem(problem, 0, name, 1e-3)
+    rng = np.random.default_rng(1)
+    motion = 1e-3 * rng.normal(size=problem.n_unknowns)
+    unknowns = np.concatenate([motion, [200.0, 0.02]])
+    value = float(np.ravel(problem.parameters[name])[0])
+    switches = curve.evaluate(unknowns, value).states.switches
+    assert switches.any()
+
+    def at(point, value):
+        # The rows of the conditions have the unit of the balance, which moves as well.
+        return curve.evaluate(point, value, switches).residual[: len(motion)]
+
+    exact = curve.evaluate(unknowns, value, switches)
+    step = 1e-6 * value
+    slope = (at(unknowns, value + step) - at(unknowns, value - step)) / (2 * step)
+    size = abs(slope).max()
+    assert size > 0
+    np.testing.assert_allclose(exact.by_parameter[: len(motion)], slope, atol=1e-7 * size)
+    jacobian = exact.jacobian.toarray() if hasattr(exact.jacobian, "toarray") else exact.jacobian
+    for k in range(len(unknowns)):
+        step = 1e-6 * (abs(unknowns[k]) or 1.0)
+        moved = np.zeros(len(unknowns))
+        moved[k] = step
+        slope = (at(unknowns + moved, value) - at(unknowns - moved, value)) / (2 * step)
+        column = jacobian[: len(motion), k]
+        np.testing.assert_allclose(column, slope, atol=2e-6 * abs(column).max())
+    same = NonlinearModeProblem(problem, 0).evaluate(unknowns, -3.0, switches)
+    np.testing.assert_allclose(same.residual[: len(motion)], exact.residual[: len(motion)])
+
+
+def test_one_contact_alone_moves():
+    model = sh.Model(
+        np.diag([1.0, 1.3]), 0.5 * np.eye(2), [[2e4, -5e3], [-5e3, 1.5e4]],
+        contacts={
+            "rubs": sh.Friction(
+                tangential=((0,), (1,)), contact_stiffness=1e4,
+                friction_coefficient=0.5, normal_load=[3.0, 5.0],
+            )
+        },
+    )  # fmt: skip
+    problem = sh.HarmonicBalance(model, harmonics=(1, 3))
+    found = modes(problem, "normal_load", (1, 10), at=[2.0, 3.0], contact=0)
+    for i, load in enumerate((2.0, 3.0)):
+        alone = problem.with_parameters(normal_load=[load, 5.0])
+        single = modes(alone, at=[AMPLITUDE], amplitude=(1e-6, 1e-2))
+        np.testing.assert_allclose(
+            found.damping_ratio[i, 0], single.damping_ratio[0, 0], rtol=1e-10
+        )
+
+
+def test_archives_pictures_and_commands(tmp_path):
+    problem = sh.HarmonicBalance(sh.single_blade(**BLADE), harmonics=(1, 3))
+    given = dict(over={"contact_stiffness": [5e3, 1e4]})
+    found = modes(problem, "normal_load", (0.1, 10), **given)
+    archived = modes(problem, "normal_load", (0.1, 10), archive=tmp_path / "loads.nc", **given)
+    assert archived.load().identical(found)
+    assert found.amplitude.item() == AMPLITUDE
+    assert found.amplitude.attrs["units"] == "m"
+    figure = sh.plot.nonlinear_modes(found)
+    labels = [ax.get_xlabel() for ax in figure.axes[0].child_axes]
+    assert labels[-1].startswith("normal load")
+    with pytest.raises(ValueError, match="over the amplitude, got those over normal_load"):
+        sh.synthesised_response(found.isel(contact_stiffness=0))
+
+
+def test_bad_input_is_named():
+    blade = sh.single_blade(**BLADE)
+    problem, ring = sh.HarmonicBalance(blade), sh.HarmonicBalance(RING)
+    forced = sh.HarmonicBalance(blade, sh.PointForce())
+    for words, given, options in (
+        ("mass.*does not change the mass matrix", (problem, "mass", (1, 2)), {}),
+        ("parameter=None", (problem, None, (1, 2)), dict(amplitude=(1e-5, 1e-3))),
+        ("over: .normal_load. is", (problem, "normal_load", (1, 2)),
+         dict(over={"normal_load": [1]})),
+        ("amplitude=", (problem, "normal_load", (1, 2)), dict(amplitude=(1e-5, 1e-3))),
+        ("amplitude=", (problem, "normal_load", (1, 2)), dict(amplitude=-1e-3)),
+        ("band=", (problem, "normal_load", (2, 2)), {}),
+        ("nodal_diameter=3: expected None", (ring, "normal_load", (1, 2)),
+         dict(contact=1, nodal_diameter=3)),
+        ("force_amplitude", (forced, "force_amplitude", (1, 2)), {}),
+    ):  # fmt: skip
+        with pytest.raises((ValueError, TypeError), match=words):
+            modes(*given, **options)

@@ -1,0 +1,332 @@
+"""Linear outputs of responses: their values, peaks, archives, ensembles and projections."""
+
+from concurrent.futures import ThreadPoolExecutor
+
+import numpy as np
+import pytest
+import scipy.sparse as sp
+
+import symhbm as sh
+
+FRICTION = dict(contact_stiffness=1e4, friction_coefficient=0.5, normal_load=[1.0, 1.5])
+STRESS = 2e11 * np.array([[1.0, -1.0, 0.0], [0.0, 0.5, 2.0]])
+BAND = (5, 40)
+
+
+def three():
+    stiffness = 1e4 * (3 * np.eye(3) - np.eye(3, k=1) - np.eye(3, k=-1))
+    mass = np.diag([1.0, 1.0, 2.0])
+    model = sh.Model(
+        mass, 1e-5 * stiffness + 0.5 * mass, stiffness, contacts=[(0, 1), (2,)], **FRICTION
+    )
+    outputs = {"tip": {1: 1.0}, "stress": STRESS, "double": [{0: 2.0}, {2: 0.25}]}
+    return model.with_outputs(outputs, units={"tip": "m", "stress": "Pa", "double": "m"})
+
+
+def problem(peaks_of=None, harmonics=(1, 3)):
+    force = sh.PointForce(amplitude=2.0)
+    return sh.HarmonicBalance(three(), force, harmonics, peaks_of=peaks_of)
+
+
+@pytest.fixture(scope="module")
+def response():
+    return sh.frf(problem("stress"), BAND, progress=False)
+
+
+def test_one_row_of_one_gives_the_displacement_to_the_bit():
+    each = sh.frf(problem(), BAND, peaks="each", progress=False)
+    np.testing.assert_array_equal(each.tip_amplitude, each.amplitude.sel(dof=1))
+    np.testing.assert_array_equal(each.tip_coefficient, each.coefficient.sel(dof=1))
+    np.testing.assert_array_equal(each.tip_peak_to_peak, sh.motion(each).peak_to_peak.sel(dof=1))
+    tip = sh.frf(problem("tip"), BAND, progress=False)
+    own = each.peak_dof.values == 1
+    np.testing.assert_array_equal(tip.peak_kind, each.peak_kind.values[own])
+    for name in ("peak_amplitude", "peak_frequency"):
+        np.testing.assert_allclose(tip[name], each[name].values[own], rtol=1e-12)
+    assert tip.peak_amplitude.attrs == {"units": "m", "long_name": "tip at the peak"}
+
+
+def test_rows_scale_peaks():
+    each = sh.frf(problem(), BAND, peaks="each", progress=False)
+    double = sh.frf(problem("double"), BAND, peaks="each", progress=False)
+    for row, (dof, factor) in enumerate([(0, 2.0), (2, 0.25)]):
+        at, of = each.peak_dof.values == dof, double.peak_dof.values == row
+        np.testing.assert_allclose(
+            double.peak_amplitude.values[of], factor * each.peak_amplitude.values[at], rtol=1e-12
+        )
+
+
+def test_outputs_are_those_of_the_motion_in_time(response):
+    angle = 2 * np.pi * np.arange(20000) / 20000
+    motion = sh.motion(response.isel(point=slice(0, None, 7)), angle=angle)
+    by_hand = np.einsum("rd,pda->pra", STRESS, motion.displacement.values)
+    some = response.isel(point=slice(0, None, 7))
+    largest, spread = np.abs(by_hand).max(-1), by_hand.max(-1) - by_hand.min(-1)
+    # The highest of 20000 samples is at most 9 (pi / 20000)^2 / 2 = 1e-7 below the maximum.
+    assert np.all(some.stress_amplitude >= largest * (1 - 1e-15))
+    np.testing.assert_allclose(some.stress_amplitude, largest, rtol=2e-7)
+    np.testing.assert_allclose(some.stress_peak_to_peak, spread, rtol=2e-7)
+    for i, row in np.ndindex(largest.shape):
+        k = np.abs(by_hand[i, row]).argmax()
+        near = angle[k] + np.linspace(-1, 1, 2001) * 2 * np.pi / 20000
+        fine = sh.motion(some.isel(point=[i]), angle=near).displacement.values[0]
+        exact = some.stress_amplitude.values[i, row]
+        assert np.abs(STRESS[row] @ fine).max() == pytest.approx(exact, rel=1e-10)
+    seen = sh.motion(sh.output(response, "stress"))
+    phasors = np.einsum("rd,pdh->prh", STRESS, sh.motion(response).complex_amplitude.values)
+    np.testing.assert_allclose(seen.complex_amplitude, phasors, rtol=1e-9, atol=1e-6)
+
+
+def test_peaks_of_an_output_are_where_a_dense_scan_has_them(response):
+    assert response.peak_amplitude.attrs["units"] == "Pa"
+    grid = np.linspace(*BAND, 3501)
+    scan = sh.frf(problem(), BAND, at=grid, keep=["stress_amplitude"], progress=False)
+    top = scan.stress_amplitude.max("stress_row").values
+    inside = np.flatnonzero((top[1:-1] > top[:-2]) & (top[1:-1] > top[2:])) + 1
+    assert len(inside) == response.n_peaks.item()
+    for k, hertz, height in zip(
+        inside, response.peak_frequency.values, response.peak_amplitude.values, strict=True
+    ):
+        assert abs(grid[k] - hertz) < 0.011
+        assert top[k] <= height * (1 + 1e-12)
+        near = sh.frf(
+            problem(), BAND, at=hertz + np.linspace(-1e-4, 1e-4, 5), progress=False
+        ).stress_amplitude.max("stress_row")
+        assert near.values.argmax() == 2
+        assert near.max().item() == pytest.approx(height, rel=1e-10)
+    at = response.peak_dof.values
+    np.testing.assert_allclose(
+        response.peak_stress_amplitude.values[np.arange(len(at)), at], response.peak_amplitude
+    )
+
+
+def test_archives_hold_outputs(response, tmp_path):
+    sh.save(response, tmp_path / "stress.nc")
+    stored = sh.load(tmp_path / "stress.nc")
+    again = sh.rebuild(stored)
+    assert again.peaks_of == "stress"
+    np.testing.assert_array_equal(again.model.outputs["stress"].rows.toarray(), STRESS)
+    anew = sh.frf(again, BAND, progress=False)
+    np.testing.assert_array_equal(anew.peak_amplitude, response.peak_amplitude)
+    assert sh.verify(stored).attrs["verification"].startswith('{"passed": true')
+    assert stored.stress_amplitude.attrs["units"] == "Pa"
+    table = sh.table(stored, "peaks")
+    assert {"peak_stress_amplitude_0", "peak_stress_amplitude_1"} <= {*table.columns}
+    assert "dof_0" not in sh.table(sh.output(stored, "stress")).columns
+    damaged = stored.load().copy(deep=True)
+    damaged["peak_amplitude"] = 1.01 * damaged.peak_amplitude
+    assert sh.verify(damaged).attrs["verification"].startswith('{"passed": false')
+
+
+def test_outputs_of_samples_and_their_amplification(tmp_path):
+    ring = sh.bladed_disk(
+        5, mass=1, stiffness=1e4, damping=0.5,
+        contact_stiffness=1e5, friction_coefficient=0.5, normal_load=3,
+    )  # fmt: skip
+    turned = np.eye(5) - np.roll(np.eye(5), 1, axis=1)
+    both = {"twice": 2 * np.eye(5), "relative": turned}
+    ring = ring.with_outputs(both, units="m")
+    balance = sh.HarmonicBalance(ring, sh.EngineOrder(2), peaks_of="twice")
+    draws = sh.mistuning.uniform(balance, 3, seed=1, stiffness=0.03)
+    grid, band = np.linspace(60, 120, 7), (60, 120)
+    with ThreadPoolExecutor(2) as pool:
+        samples = sh.frf(
+            balance, band, at=grid, over=draws, executor=pool, archive=tmp_path / "working.nc",
+            progress=False,
+        )  # fmt: skip
+    alone = sh.frf(balance, band, at=grid, over=draws, progress=False)
+    np.testing.assert_array_equal(samples.relative_amplitude, alone.relative_amplitude)
+    tuned = sh.frf(balance, band, at=grid, progress=False)
+    assert tuned.n_sectors.item() == 5
+    assert tuned.n_peaks.item() == 1
+    views = sh.output(samples, "twice"), sh.output(tuned, "twice")
+    factors = sh.statistics.amplification(*views)
+    plain = balance.with_peaks_of(None)
+    of_blades = sh.statistics.amplification(
+        sh.frf(plain, band, at=grid, over=draws, progress=False),
+        sh.frf(plain, band, at=grid, progress=False),
+    )
+    for name in ("largest_amplification_of_peaks", "largest_amplification_at_frequency"):
+        np.testing.assert_allclose(factors[name], of_blades[name], rtol=1e-12)
+    # Peaks of an output are no peaks of displacements, and do not enter their statistics.
+    mixed = sh.statistics.amplification(samples, tuned)
+    assert mixed.largest_amplification_of_peaks.attrs["source"] == "grid"
+
+
+def test_one_sector_and_the_ring_have_the_same_outputs():
+    ring = sh.bladed_disk(
+        6, mass=1, stiffness=1e4, damping=0.5,
+        contact_stiffness=1e5, friction_coefficient=0.5, normal_load=3,
+    )  # fmt: skip
+    turned = np.eye(6) - np.roll(np.eye(6), 1, axis=1)
+    ring = ring.with_outputs({"relative": turned}, units="m")
+    balance = sh.HarmonicBalance(ring, sh.EngineOrder(2), (1, 3), peaks_of="relative")
+    one, whole = (sh.frf(balance, (60, 110), sector=s, progress=False) for s in (True, False))
+    assert one.n_sectors.item() == 6
+    np.testing.assert_allclose(one.peak_amplitude, whole.peak_amplitude, rtol=1e-9)
+    assert one.peak_relative_amplitude.std("relative_row").max() < 1e-12 * one.peak_amplitude.max()
+
+
+def disk():
+    springs = {(0, 1): 1e4, (0, 2): 2e4, (1, 3): 3e4}
+    stiffness = np.diag([1e4, 1e4, 0, 0])
+    for (i, j), spring in springs.items():
+        stiffness[np.ix_([i, j], [i, j])] += spring * np.array([[1, -1], [-1, 1]])
+    blade = sh.Model(np.diag([1.0, 0.5, 0, 0.2]), np.diag([2.0, 1.0, 0, 0.4]), stiffness)
+    shroud = sh.Contacts(
+        sh.Coulomb(), (1, sh.next_sector(1)),
+        contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+    )  # fmt: skip
+    sector = sh.Sector(blade, left=[0], right=[2], n_sectors=6).with_contacts(shroud=shroud)
+    return sector.with_outputs({"root": {0: 3e9, 1: -1e9}}, units="Pa")
+
+
+def test_outputs_of_a_sector_go_around_the_disk_with_its_phase():
+    sector, force = disk(), sh.EngineOrder(2, pattern={1: 2.0})
+    first = sh.frf(sh.HarmonicBalance(sector, force, peaks_of="root"), (15, 40), progress=False)
+    ring = sh.mistuned_ring(sector)
+    assert ring.outputs["root"].rows.shape[0] == 6
+    whole = sh.frf(sh.HarmonicBalance(ring, force, peaks_of="root"), (15, 40), progress=False)
+    np.testing.assert_allclose(first.peak_amplitude, whole.peak_amplitude, rtol=1e-9)
+    point = sh.solve(sh.HarmonicBalance(sector, force), 24.0)
+    of_ring = sh.solve(sh.HarmonicBalance(ring, force), 24.0)
+    around = sh.sector_response(point, range(6))
+    np.testing.assert_allclose(
+        around.root_coefficient, of_ring.root_coefficient, rtol=1e-8, atol=1e-3
+    )
+    reduced = sh.craig_bampton(sector, 1, (5, 60))
+    small = sh.solve(sh.HarmonicBalance(reduced, force), 24.0)
+    np.testing.assert_allclose(small.root_amplitude, point.root_amplitude, rtol=1e-9)
+    with pytest.raises(ValueError, match="not right, 2 is"):
+        disk().with_outputs({"root": {2: 1.0}}, units="Pa")
+
+
+@pytest.mark.parametrize("keep", ["touched", "displacements"])
+def test_condensed_structures_keep_what_outputs_read(keep, tmp_path):
+    n = 30
+    stiffness = 1e4 * (3 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1))
+    whole = sh.Model(
+        np.eye(n), 0.5 * np.eye(n) + 2e-5 * stiffness, stiffness, contacts=[(n - 1, n - 2), (3,)],
+        contact_stiffness=1e4, friction_coefficient=0.5, normal_load=1.0,
+    ).with_outputs({"strain": {10: -5.0, 11: 5.0}}, units="1")  # fmt: skip
+    force, band = sh.PointForce(20, amplitude=5.0), (15, 25)
+    small = sh.condense(whole, force, band, keep=keep, progress=False)
+    problems = [sh.HarmonicBalance(model, force, peaks_of="strain") for model in (whole, small)]
+    exact, found = (sh.frf(each, band, progress=False) for each in problems)
+    np.testing.assert_allclose(found.peak_frequency, exact.peak_frequency, rtol=1e-8)
+    np.testing.assert_allclose(found.peak_amplitude, exact.peak_amplitude, rtol=1e-7)
+    point = found.drop_dims("point").isel(peak=0)
+    again = sh.recover(problems[1], point)
+    assert again.strain_amplitude.item() == pytest.approx(point.peak_amplitude.item(), rel=1e-9)
+    by_hand = 5.0 * (again.coefficient.sel(dof=11) - again.coefficient.sel(dof=10))
+    np.testing.assert_allclose(again.strain_coefficient, by_hand, rtol=1e-9)
+    reduced = sh.craig_bampton(whole, 26, band)
+    near = sh.frf(sh.HarmonicBalance(reduced, force, peaks_of="strain"), band, progress=False)
+    np.testing.assert_allclose(near.peak_amplitude.max(), exact.peak_amplitude.max(), rtol=2e-3)
+    motion = reduced.expanded(near.peak_coefficient.values[0, :, 0])
+    by_hand = np.hypot(*(5.0 * (motion[11] - motion[10])))
+    assert near.peak_amplitude.values[0] == pytest.approx(by_hand, rel=1e-12)
+    late = sh.condense(whole.with_outputs({"tip": {3: 1.0}}, "m"), force, band, progress=False)
+    with pytest.raises(ValueError, match=r"outputs\['mid'\]: expected degrees .* kept, 15 is not"):
+        late.with_outputs({"mid": {15: 1.0}}, "m")
+    if keep == "touched":
+        sh.save(found, tmp_path / "small.nc")
+        stored = sh.rebuild(sh.load(tmp_path / "small.nc"))
+        anew = sh.frf(stored, band, progress=False)
+        np.testing.assert_array_equal(anew.peak_amplitude, found.peak_amplitude)
+
+
+def test_exact_motions_have_exact_outputs():
+    balance = problem(harmonics=range(1, 22, 2))
+    point, motion = sh.solve(balance, 12.0), sh.periodic_motion(balance, 12.0)
+    np.testing.assert_allclose(motion.stress_amplitude, point.stress_amplitude, rtol=1e-4)
+    by_hand = motion.displacement.values @ STRESS.T
+    np.testing.assert_allclose(motion.stress, by_hand, rtol=1e-12, atol=1e-6)
+    assert np.all(motion.stress_amplitude >= np.abs(by_hand).max(0))
+    tip = motion.amplitude.sel(dof=1).item()
+    assert motion.tip_amplitude.item() == pytest.approx(tip, rel=1e-12)
+
+
+def test_tracked_peaks_and_designs_are_those_of_the_output():
+    blade = sh.single_blade(
+        mass=1, stiffness=1e4, damping=0.5,
+        contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+    )  # fmt: skip
+    force, factor = sh.PointForce(), 3.7e11
+    stressed = blade.with_outputs({"stress": [factor]}, units="Pa")
+    both = sh.HarmonicBalance(blade, force), sh.HarmonicBalance(stressed, force, peaks_of="stress")
+    plain, stress = (sh.peak_curve(each, "normal_load", (2, 5)) for each in both)
+    np.testing.assert_allclose(stress.minimum_normal_load, plain.minimum_normal_load, rtol=1e-9)
+    np.testing.assert_allclose(stress.minimum_amplitude, factor * plain.minimum_amplitude)
+    assert stress.peak_amplitude_slope.attrs["units"] == "Pa/(N)"
+    plain, stress = (sh.sensitivity(sh.frf(each, (10, 30))) for each in both)
+    by = "peak_amplitude_by_normal_load"
+    np.testing.assert_allclose(stress[by], factor * plain[by], rtol=1e-12)
+    assert stress[by].attrs["units"] == "Pa N-1"
+    plain, stress = (
+        sh.minimise_peak(each, "normal_load", (1, 10), frequency=(10, 30)) for each in both
+    )
+    np.testing.assert_allclose(stress.design_value, plain.design_value, rtol=1e-9)
+    np.testing.assert_allclose(stress.design_amplitude, factor * plain.design_amplitude)
+
+
+def test_second_derivatives_of_peaks_of_differences():
+    curve = sh.peak_curve(
+        problem("stress", (1,)), "force_amplitude", (1.0, 2.5), frequency=(5, 25), progress=False
+    )
+    step = 1e-4
+    at = float(curve.force_amplitude[len(curve.force_amplitude) // 2])
+    around = [
+        sh.peak_curve(
+            problem("stress", (1,)), "force_amplitude", (1.0, 2.5), at=[value],
+            frequency=(5, 25), progress=False,
+        )
+        for value in (at - step, at, at + step)
+    ]  # fmt: skip
+    low, here, high = (each.peak_amplitude.item() for each in around)
+    slope = around[1].peak_amplitude_slope.item()
+    assert (high - low) / (2 * step) == pytest.approx(slope, rel=1e-5)
+    assert here > low
+
+
+def test_pictures_of_outputs(response):
+    figure = sh.plot.response(sh.output(response, "stress"))
+    axes = figure.axes[0]
+    assert axes.get_ylabel() == "largest stress [dB re 1 Pa]"
+    level = 20 * np.log10(response.peak_amplitude.values.max())
+    assert max(np.nanmax(line.get_ydata()) for line in axes.lines) == pytest.approx(level, abs=1e-6)
+    plain = sh.plot.response(response).axes[0]
+    assert max(np.nanmax(line.get_ydata()) for line in plain.lines) < 0
+
+
+@pytest.mark.parametrize(
+    ("outputs", "units", "error", "words"),
+    [
+        ({}, "m", TypeError, r"outputs=\{\}: expected \{name: weights\}"),
+        ({"a b": [1, 0, 0]}, "m", ValueError, "'a b' is no name"),
+        ({"peak_x": [1, 0, 0]}, "m", ValueError, "begins as results"),
+        ({"a": [1, 0]}, "m", ValueError, r"outputs\['a'\]: expected 3 weights .* got 2"),
+        ({"a": np.eye(2)}, "m", ValueError, "expected 3 weights"),
+        ({"a": [1, np.nan, 0]}, "m", ValueError, r"outputs\['a'\]"),
+        ({"a": sp.csr_array([[0, np.inf, 0]])}, "m", ValueError, r"outputs\['a'\]"),
+        ({"a": {3: 1.0}}, "m", ValueError, r"outputs\['a'\]"),
+        ({"a": {"tip:x": 1.0}}, "m", KeyError, r"outputs\['a'\]: 'tip:x' is no place"),
+        ({"a": {}}, "m", TypeError, r"outputs\['a'\]=\{\}: expected \{dof: weight\}"),
+        ({"a": [0, 0, 0]}, "m", ValueError, "not 0 in each row, row 0"),
+        ({"a": [1, 0, 0]}, None, TypeError, "units=None: expected text"),
+        ({"a": [1, 0, 0]}, {"a": "m", "b": "m"}, KeyError, "'b'"),
+    ],
+)
+def test_mistakes_are_named(outputs, units, error, words):
+    with pytest.raises(error, match=words):
+        three().with_outputs(outputs, units=units)
+
+
+def test_names_of_results_are_taken():
+    model = three().with_outputs({"contact": [1, 0, 0]}, "m")
+    with pytest.raises(ValueError, match="'contact' needs a name of its own"):
+        sh.solve(sh.HarmonicBalance(model, sh.PointForce()), 10.0)
+    with pytest.raises(KeyError, match="strain"):
+        problem("strain")
+    with pytest.raises(KeyError, match="strain"):
+        sh.output(sh.solve(problem(), 10.0), "strain")

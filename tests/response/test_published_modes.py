@@ -1,0 +1,104 @@
+"""Nonlinear modes that others state numbers or closed forms of."""
+
+import casadi as ca
+import numpy as np
+import pytest
+from scipy.special import ellipk
+
+import symhbm as sh
+
+DRY_FRICTION = dict(
+    at_small=(0.05, 0.999994),  # modal amplitude [kg^1/2 m], frequency over that of the stuck mode
+    at_one=(1.0, 0.955123),
+    at_large=(10.12138, 0.954859),
+    highest=1.001358,
+    stuck=25.2982,  # [rad/s]
+    free=24.1562,
+)
+"""Example 05 of NLvib 1.3 (M. Krack, J. Gross), two masses on regularised dry friction, H = 21.
+
+What the original printed under Octave, in examples/comparison/04_two_dof_tanh_friction.ipynb of
+github.com/julianjurai/NLvib-py at commit 64ad450. The value at the amplitude 1 is interpolated
+there; the largest amplitude is taken for that of the lowest frequency.
+"""
+
+
+def two_masses(highest):
+    """That example: masses [kg], springs [N/m], a friction force [N] and a velocity [m/s]."""
+    rubs = sh.SmoothLaw(
+        lambda y, v, p: p["limit"] * ca.tanh(v / p["reference_velocity"]),
+        {"limit": (5.0, "N"), "reference_velocity": (0.05, "m s-1")},
+        [(0,)],
+    )
+    stiffness = [[40.0, -40.0], [-40.0, 640.0]]
+    model = sh.Model(np.diag([0.02, 1.0]), np.zeros((2, 2)), stiffness, contacts={"rubs": rubs})
+    return sh.HarmonicBalance(model, harmonics=range(1, highest + 1, 2))
+
+
+def frequency_over_stuck(found):
+    return 2 * np.pi * found.frequency.values / np.sqrt(640.0)
+
+
+def test_two_masses_on_dry_friction():
+    found = sh.nonlinear_modes(two_masses(21), amplitude=(1e-2, 12.0), dof=1, progress=False)
+    told, frequency = DRY_FRICTION, frequency_over_stuck(found)
+    assert np.sqrt(640.0) == pytest.approx(told["stuck"], abs=5e-5)
+    modal = np.log(found.modal_amplitude.values)
+    for name in ("at_small", "at_one", "at_large"):
+        amplitude, expected = told[name]
+        # Six digits, the last one rounded, and interpolated here as well.
+        assert np.interp(np.log(amplitude), modal, frequency) == pytest.approx(expected, abs=2e-6)
+    assert 2 * np.pi * found.frequency[-1].item() == pytest.approx(told["free"], abs=1e-4)
+    # The fold where the mass lets go is theirs as well; the highest frequency agrees to 1e-4.
+    assert found.event_kind.values.tolist() == ["fold", "fold", "damping turns"]
+    assert frequency.max() == pytest.approx(told["highest"], abs=1.1e-4)
+
+
+@pytest.mark.slow
+def test_fold_of_two_masses_on_dry_friction_is_truncation():
+    """With more harmonics it is gone, and the highest frequency moves by 2e-5."""
+    few, many = (
+        sh.nonlinear_modes(two_masses(highest), amplitude=(0.13, 0.14), dof=1, progress=False)
+        for highest in (21, 41)
+    )
+    assert few.event_kind.values.tolist() == ["fold", "fold"]
+    assert many.sizes["event"] == 0
+    difference = frequency_over_stuck(many).max() - frequency_over_stuck(few).max()
+    assert 1e-5 < difference < 3e-5
+
+
+def duffing(stiffness, cubic, amplitude):
+    """Angular frequency of ``x'' + k x + g x^3 = 0`` at its largest displacement, in closed form.
+
+    For example I. Kovacic, M. J. Brennan, The Duffing Equation, Wiley 2011, by the complete
+    elliptic integral of the first kind.
+    """
+    square = stiffness + cubic * amplitude**2
+    return np.pi * np.sqrt(square) / (2 * ellipk(cubic * amplitude**2 / (2 * square)))
+
+
+@pytest.mark.parametrize("cubic", [0.5, -0.5])
+def test_duffing_oscillator(cubic):
+    spring = sh.Model([[1.0]], [[0.0]], [[1.0]], contacts=[(0,)], cubic_stiffness=cubic)
+    problem = sh.HarmonicBalance(spring, harmonics=range(1, 16, 2))
+    largest = 3.0 if cubic > 0 else 1.2
+    found = sh.nonlinear_modes(problem, amplitude=(1e-2, largest), progress=False)
+    expected = duffing(1.0, cubic, found.largest_displacement.values[:, 0])
+    np.testing.assert_allclose(2 * np.pi * found.frequency, expected, rtol=1e-9)
+    assert np.abs(found.damping_ratio).max() < 1e-12
+
+
+def test_similar_modes_of_two_equal_oscillators():
+    """R. M. Rosenberg's similar modes: both masses move alike or opposed, at any amplitude."""
+    coupling, cubic = 0.3, 0.5
+    stiffness = [[1.0 + coupling, -coupling], [-coupling, 1.0 + coupling]]
+    model = sh.Model(
+        np.eye(2), np.zeros((2, 2)), stiffness, contacts=[(0,), (1,)], cubic_stiffness=cubic
+    )
+    problem = sh.HarmonicBalance(model, harmonics=range(1, 10, 2))
+    for mode, linear in ((0, 1.0), (1, 1.0 + 2 * coupling)):
+        found = sh.nonlinear_modes(problem, mode=mode, amplitude=(1e-2, 0.2), progress=False)
+        largest = found.largest_displacement.values
+        np.testing.assert_allclose(largest[:, 1], largest[:, 0], rtol=1e-9)
+        expected = duffing(linear, cubic, largest[:, 0])
+        np.testing.assert_allclose(2 * np.pi * found.frequency, expected, rtol=1e-9)
