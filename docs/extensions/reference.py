@@ -23,6 +23,8 @@ from symhbm.cli import main
 
 MODULES = "mistuning", "plot", "statistics"
 """Public modules, whose names are public, too."""
+WIDTH = 80
+"""Characters of a line of help."""
 FOLDER = Path("reference", "generated")
 
 
@@ -99,7 +101,8 @@ class CommandLine(SphinxDirective):
 
     def section(self, name: str, command: click.Command) -> nodes.section:
         """Return a section with the help of one command."""
-        context = click.Context(command, info_name=name, terminal_width=88, max_content_width=88)
+        settings = main.context_settings | dict(terminal_width=WIDTH, max_content_width=WIDTH)
+        context = click.Context(command, info_name=name, **settings)
         section = nodes.section(ids=[name.replace(" ", "-")], names=[name])
         section += nodes.title("", name)
         section += nodes.literal_block("", command.get_help(context), language="none")

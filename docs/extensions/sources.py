@@ -1,4 +1,4 @@
-"""Names of files in the text lead to pages with their code, as ``model/structure.py`` does."""
+"""Names in the text lead somewhere: ``model/structure.py`` to its code, ``sh.frf`` to its page."""
 
 from collections.abc import Iterator
 from html import escape
@@ -6,12 +6,15 @@ from pathlib import Path
 from typing import Any
 
 from docutils import nodes
+from reference import public_names
 from sphinx.application import Sphinx
 
 from studies.__main__ import STUDIES
 
 ROOMS = "symhbm/", ""
 """What names of files are relative to."""
+NAMES = ("guide/verbs",)
+"""Pages whose names are public ones without ``sh.``, too."""
 
 
 def file_of(root: Path, text: str) -> str | None:
@@ -25,20 +28,28 @@ def file_of(root: Path, text: str) -> str | None:
     return None
 
 
+def page_of(app: Sphinx, docname: str, text: str) -> str | None:
+    """Return the page that a literal text leads to: of a study, of other code, of a public name."""
+    if path := file_of(app.srcdir.parent, text):
+        stem = Path(path).stem
+        if path.startswith("studies/") and stem in STUDIES:
+            return f"gallery/generated/{stem}"
+        page = f"source/{path.removesuffix('.py')}"
+        wanted(app)[page] = path
+        return page
+    name = text.partition("(")[0].removeprefix("sh.")
+    meant = text.startswith("sh.") or docname in NAMES
+    return f"reference/generated/symhbm.{name}" if meant and name in public_names() else None
+
+
 def link(app: Sphinx, doctree: nodes.document, docname: str) -> None:
-    """Turn names of files into links: of studies to the gallery, of others to their code."""
+    """Turn names of files and of what the package offers into links."""
     if app.builder.format != "html":
         return
     for literal in [*doctree.findall(nodes.literal)]:
-        path = file_of(app.srcdir.parent, literal.astext())
-        if path is None or isinstance(literal.parent, nodes.reference):
+        page = page_of(app, docname, literal.astext())
+        if page is None or page == docname or isinstance(literal.parent, nodes.reference):
             continue
-        stem = Path(path).stem
-        if path.startswith("studies/") and stem in STUDIES:
-            page = f"gallery/generated/{stem}"
-        else:
-            page = f"source/{path.removesuffix('.py')}"
-            wanted(app)[page] = path
         to = app.builder.get_relative_uri(docname, page)
         reference = nodes.reference("", "", internal=True, refuri=to)
         literal.replace_self(reference)

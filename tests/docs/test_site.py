@@ -135,7 +135,9 @@ def test_formulas_are_typeset(site):
             assert "$$" not in page.text, name
 
 
-def test_files_that_theory_names_lead_to_their_code(site):
+def test_names_in_the_text_lead_to_code_and_reference(site):
+    assert "../reference/generated/symhbm.frf.html" in site["guide/verbs.html"].links
+    assert "../reference/generated/symhbm.table.html" in site["guide/notebooks.html"].links
     assert "source/symhbm/balance/equations.html" in site["theory.html"].links
     assert "symhbm/balance/equations.py" in site["source/symhbm/balance/equations.html"].text
     assert "../gallery/generated/open_sector_modes.html" in site["guide/finite-elements.html"].links
