@@ -2,8 +2,10 @@
 
 import sys
 from collections.abc import Callable, Mapping
+from datetime import UTC, datetime
 from importlib import import_module
 from pathlib import Path
+from time import perf_counter
 from types import ModuleType
 from typing import Any
 
@@ -50,7 +52,8 @@ BAR = "{desc:<35}{percentage:3.0f}%|{bar}| {elapsed}<{remaining}, {rate_fmt}"
 
 def study(name: str, results: Path, say: Callable[[str], object] = print) -> index.Section:
     """Run one study; what goes wrong is told in its section."""
-    document = ""
+    document, start = "", perf_counter()
+    made = datetime.now(UTC).strftime("%Y-%m-%d %H:%M UTC")
     try:
         module = import_module(f"studies.{name}")
         document = module.__doc__ or ""
@@ -68,7 +71,10 @@ def study(name: str, results: Path, say: Callable[[str], object] = print) -> ind
             name=name,
             document=document,
             parameters=index.parameters(dataset),
-            pictures=[picture.read_bytes() for picture in pictures],
+            pictures=pictures,
+            made=made,
+            seconds=perf_counter() - start,
+            version=str(dataset.attrs.get("symhbm_version", "")),
             archive=archive.name,
             landmarks=module.landmarks(dataset),
             claims=statements(module, "claims", dataset),

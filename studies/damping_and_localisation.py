@@ -28,7 +28,6 @@ from importlib.metadata import version
 from itertools import product
 from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -36,6 +35,7 @@ from matplotlib.figure import Figure
 from tqdm import tqdm
 
 import symhbm as sh
+from studies import sampling
 from studies.claim import Claim, Finding
 from studies.closed_form import EXACT_DIGITS
 from studies.damped_disks import (
@@ -71,7 +71,8 @@ OTHER_FAMILY = 0.05
 CITED = "introduction, cited from Castanier et al. and Wei and Pierre"
 SURELY_LESS = (1.0, 100.0, 300.0)
 """Loads [N] at which contacts slip, and with which mistuned disks amplify less."""
-COLORS = {"friction": "black", "viscous": "#d55e00"}
+LOOKS = {"friction": ("o", 1.07, "black"), "viscous": ("D", 0.93, "#d55e00")}
+"""Marker, shift and colour of a kind of damping: both are beside each other at one load."""
 
 
 def compute(progress: bool = True) -> xr.Dataset:
@@ -155,22 +156,16 @@ def draw(dataset: xr.Dataset) -> Figure:
         "localisation": "localisation at the peak",
         "amplification": "largest peak over the tuned one",
     }
-    with plt.rc_context(sh.plot.STYLE):
-        figure, axes = plt.subplots(
-            len(rows),
-            1 + dataset.sizes["place"],
-            figsize=(11.0, 6.6),
-            layout="constrained",
-            sharex="col",
-            sharey="row",
-        )
+    with sh.plot.panels(
+        len(rows), 1 + dataset.sizes["place"], size=(11.0, 6.6), sharex="col", sharey="row"
+    ) as (figure, axes):
         viscous = _over_damping(dataset)
         for line, (name, label) in zip(axes, rows.items(), strict=True):
-            _draw_band(line[0], viscous.damping, viscous[name], "viscous")
+            _draw_bars(line[0], viscous.damping, viscous[name], "viscous")
             for ax, place in zip(line[1:], dataset.place.values, strict=True):
                 one = dataset[name].sel(place=place)
                 for kind in reversed(KINDS):
-                    _draw_band(ax, dataset.normal_load, one.sel(kind=kind), kind)
+                    _draw_bars(ax, dataset.normal_load, one.sel(kind=kind), kind)
             line[0].set_ylabel(label)
             for ax in line:
                 ax.set_xscale("log")
@@ -183,16 +178,23 @@ def draw(dataset: xr.Dataset) -> Figure:
         axes[0, -1].legend(loc="upper right")
         figure.suptitle(
             f"{dataset.sizes['sample']} disks with blades within {100 * HALF_WIDTH:g} %, "
-            f"EO {ENGINE_ORDER}, one harmonic: mean, least and largest"
+            f"EO {ENGINE_ORDER}, one harmonic\n"
+            f"dots: mean, thick: its {sampling.WORDS}, thin: least to largest"
         )
     return figure
 
 
-def _draw_band(ax: Axes, x: xr.DataArray, values: xr.DataArray, kind: str) -> None:
+def _draw_bars(ax: Axes, x: xr.DataArray, values: xr.DataArray, kind: str) -> None:
+    """Draw the disks at the values that were computed, and nothing between these."""
     label = kind if kind == "friction" else "viscous, same tuned peak"
-    color = COLORS[kind]
-    ax.fill_between(x, values.min("sample"), values.max("sample"), color=color, alpha=0.16, lw=0)
-    ax.plot(x, values.mean("sample"), "o-", color=color, markersize=3, label=label)
+    marker, aside, color = LOOKS[kind]
+    rows = values.transpose(..., "sample").values
+    mean, half = rows.mean(axis=-1), sampling.of_mean(rows)
+    at = aside * x.values
+    ax.vlines(at, rows.min(axis=-1), rows.max(axis=-1), color=color, linewidth=0.8)
+    ax.vlines(at, mean - half, mean + half, color=color, linewidth=3.5, alpha=0.55)
+    look: Any = dict(color=color, markersize=4.5, markeredgecolor="black", markeredgewidth=0.6)
+    ax.plot(at, mean, marker, label=label, **look)
 
 
 def _over_damping(dataset: xr.Dataset) -> xr.Dataset:

@@ -1,11 +1,17 @@
 """A map of errors over engine order and normal load: colours, signed per cent and borders."""
 
+from collections.abc import Sequence
+from typing import Any
+
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection
 from matplotlib.colors import LogNorm
 
-LEVELS = {0.01: (0, (2, 1)), 0.1: "-"}
+LEVELS = {0.1: (("white", 7.0), ("black", 4.6)), 0.01: (("black", 2.6), ("white", 1.1))}
+"""Colours and widths of the borders of equal errors, one on the other: where two borders are one,
+both are seen."""
 COLOURS = 1e-4, 1.0
 """Errors of the lightest and the darkest colour."""
 COLOUR_MAP = "cividis_r"
@@ -21,9 +27,9 @@ def draw_map(ax: Axes, error: xr.DataArray, slips: xr.DataArray, norm: LogNorm) 
     half = (load[1] - load[0]) / 2
     columns = np.append(order - 0.5, order[-1] + 0.5)
     rows = np.append(load - half, load[-1] + half)
-    ax.pcolormesh(columns, rows, size, norm=norm, cmap=COLOUR_MAP)
-    for level, style in LEVELS.items():
-        _border(ax, size > level, columns, rows, style)
+    ax.pcolormesh(columns, rows, size, norm=norm, cmap=COLOUR_MAP, rasterized=True)
+    for order_drawn, (level, lines) in enumerate(LEVELS.items()):
+        _border(ax, size > level, columns, rows, lines, 3 + order_drawn)
     for j, i in np.ndindex(*size.shape):
         text = _per_cent(float(error.values[i, j])) if slips.values[i, j] else "S"
         colour = "white" if size[j, i] > DARK else "black"
@@ -35,25 +41,33 @@ def draw_map(ax: Axes, error: xr.DataArray, slips: xr.DataArray, norm: LogNorm) 
             va="center",
             fontsize=8.5,
             color=colour,
+            zorder=6,
         )
     ax.set_xticks(order, [str(int(n)) for n in error.engine_order.values])
     ax.set_yticks(load, [f"{value:.3g}" for value in error.normal_load.values])
     ax.tick_params(length=0)
 
 
-def _border(ax: Axes, above: np.ndarray, columns: np.ndarray, rows: np.ndarray, style) -> None:
-    """Draw the sides that part cells above a level from those below it."""
+def _border(
+    ax: Axes,
+    above: np.ndarray,
+    columns: np.ndarray,
+    rows: np.ndarray,
+    lines: Sequence[tuple[str, float]],
+    zorder: float,
+) -> None:
+    """Draw the sides that part cells above a level from those below it, without a gap."""
     sides = [
-        ([columns[i + 1]] * 2, [rows[j], rows[j + 1]])
+        [(columns[i + 1], rows[j]), (columns[i + 1], rows[j + 1])]
         for j, i in np.argwhere(above[:, 1:] != above[:, :-1])
     ]
     sides += [
-        ([columns[i], columns[i + 1]], [rows[j + 1]] * 2)
+        [(columns[i], rows[j + 1]), (columns[i + 1], rows[j + 1])]
         for j, i in np.argwhere(above[1:] != above[:-1])
     ]
-    for color, width, pattern in (("white", 4.0, "-"), ("black", 2.0, style)):
-        for x, y in sides:
-            ax.plot(x, y, color=color, linewidth=width, linestyle=pattern, zorder=3)
+    for color, width in lines:
+        look: Any = dict(colors=color, linewidths=width, capstyle="projecting", zorder=zorder)
+        ax.add_collection(LineCollection(sides, **look))
 
 
 def _per_cent(error: float) -> str:

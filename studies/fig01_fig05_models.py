@@ -15,7 +15,6 @@ Reference: E. Chatelet, D. Rade, G. Jacquet-Richardet, DINAME 2013 (hal-00941429
 import json
 from importlib.metadata import version
 
-import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
@@ -99,10 +98,7 @@ def models(dataset: xr.Dataset) -> list[sh.Model]:
 def draw(dataset: xr.Dataset) -> Figure:
     """Draw both structures, each with its force."""
     forces = (sh.PointForce(), sh.EngineOrder(1))
-    with plt.rc_context(sh.plot.STYLE):
-        figure, axes = plt.subplots(
-            1, 2, figsize=(11.0, 6.4), width_ratios=(1, 1.25), layout="constrained"
-        )
+    with sh.plot.panels(1, 2, size=(11.0, 6.4), width_ratios=(1, 1.25)) as (figure, axes):
         for ax, model, force, name in zip(axes, models(dataset), forces, FIGURES, strict=True):
             sh.plot.model(model, force=force, ax=ax)
             ax.set_title(f"{name}: {ax.get_title()}")

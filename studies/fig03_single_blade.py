@@ -12,10 +12,11 @@ Reference: E. Chatelet, D. Rade, G. Jacquet-Richardet, DINAME 2013 (hal-00941429
 """
 
 import json
+from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import symhbm as sh
@@ -69,16 +70,33 @@ def compute(progress: bool = True) -> xr.Dataset:
 def draw(dataset: xr.Dataset) -> Figure:
     """Draw the family of curves."""
     figure = sh.plot.response(dataset)
+    name_peaks(figure.axes[0], dataset)
     figure.axes[0].set_title("One blade, friction damper to the ground, one harmonic")
     return figure
 
 
+def name_peaks(ax: Axes, dataset: xr.Dataset) -> None:
+    """Write each load beside its peak, on the side where no other line is."""
+    top = largest_peak(dataset)
+    for load in dataset.normal_load.values:
+        peak = top.sel(normal_load=load)
+        at = float(peak.peak_frequency), decibels(float(peak.peak_amplitude))
+        aside: Any = dict(xytext=(6, 0), ha="left", va="center")
+        if load < FLATTEST:
+            aside = dict(xytext=(-6, 0), ha="right", va="center")
+        elif load <= 5:
+            aside = dict(xytext=(-2, 4), ha="right", va="bottom")
+        elif load < 50:
+            aside = dict(xytext=(0, -5), ha="center", va="top")
+        ax.annotate(f"{load:g} N", at, textcoords="offset points", fontsize=7.5, **aside)
+
+
 def draw_on_source_axes(dataset: xr.Dataset) -> Figure:
     """Draw the family on the axes of the source, without marks."""
-    with plt.rc_context(sh.plot.STYLE):
-        figure, ax = plt.subplots(figsize=(7.2, 5.0), layout="constrained")
+    with sh.plot.panels(size=(7.2, 5.0)) as (figure, ax):
         sh.plot.response(dataset, peaks=False, ax=ax)
         set_axes(ax, *TICKS)
+        name_peaks(ax, dataset)
         ax.set_title("Fig. 3: one blade, twelve normal loads $F_n$, one harmonic")
     return figure
 

@@ -14,7 +14,6 @@ Reference: E. Chatelet, D. Rade, G. Jacquet-Richardet, DINAME 2013 (hal-00941429
 from importlib.metadata import version
 from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -176,10 +175,10 @@ def _area(displacement: np.ndarray, force: np.ndarray) -> float:
 
 def draw(dataset: xr.Dataset) -> Figure:
     """Draw the force over the angle and over the displacement, side by side."""
-    with plt.rc_context(sh.plot.STYLE):
-        figure, (left, right) = plt.subplots(
-            1, 2, sharey=True, figsize=(10.5, 5.0), layout="constrained", width_ratios=(1.25, 1)
-        )
+    with sh.plot.panels(1, 2, sharey=True, size=(10.5, 5.0), width_ratios=(1.25, 1)) as (
+        figure,
+        (left, right),
+    ):
         _draw_force(left, dataset)
         _draw_loop(right, dataset)
         limit = float(dataset.limit)
@@ -198,8 +197,7 @@ def draw(dataset: xr.Dataset) -> Figure:
 
 def draw_on_source_axes(dataset: xr.Dataset) -> Figure:
     """Draw the force over the angle and over the displacement, on the axes of the source."""
-    with plt.rc_context(sh.plot.STYLE):
-        figure, (left, right) = plt.subplots(1, 2, figsize=(11.0, 5.0), layout="constrained")
+    with sh.plot.panels(1, 2, size=(11.0, 5.0)) as (figure, (left, right)):
         for number, name in enumerate(SOURCE_NAMES):
             row = dataset.isel(motion=number)
             force, displacement = (row[n].values for n in ("friction_force", "displacement"))

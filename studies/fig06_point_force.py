@@ -24,7 +24,7 @@ from studies.closed_form import EXACT_DIGITS, StuckRing
 from studies.companions import ACCURACY, full_stick_load, nodal_diameters, of_one_harmonic
 from studies.landmark import Landmark, Source, number
 from studies.run import run
-from studies.source_axes import draw_blades, set_axes
+from studies.source_axes import draw_blades, in_styles, set_axes
 
 NAME = "fig06_point_force"
 NORMAL_LOAD = 100  # N, as in the source
@@ -118,11 +118,10 @@ def draw(dataset: xr.Dataset) -> Figure:
     away = [min(blade, n_blades - blade) for blade in range(n_blades)]
     shades = plt.get_cmap("viridis")(np.linspace(0.0, 0.92, n_blades // 2 + 1))
     loads = {STUCK_LOAD: "nothing slips: linear", NORMAL_LOAD: "contacts slip"}
-    with plt.rc_context(sh.plot.STYLE):
-        figure, axes = plt.subplots(2, 1, sharex=True, figsize=(9.0, 8.4), layout="constrained")
+    with sh.plot.panels(2, 1, sharex=True, size=(9.0, 8.4)) as (figure, axes):
         for ax, (load, words) in zip(axes, loads.items(), strict=True):
             curve = dataset.sel(normal_load=load)
-            draw_blades(ax, curve, shades[away], linewidth=1.0)
+            in_styles(draw_blades(ax, curve, shades[away], linewidth=1.0), away)
             tops = resonances(curve)
             pairs = zip(tops.peak_frequency.values, tops.peak_amplitude.values, strict=True)
             for n, (at, top) in enumerate(pairs):
@@ -133,7 +132,7 @@ def draw(dataset: xr.Dataset) -> Figure:
         axes[0].set_xlabel("")
         names = [f"blades {i}, {n_blades - i}" if i else "blade 0" for i in range(len(shades))]
         lines = axes[0].lines[: len(shades)]
-        figure.legend(lines, names, loc="outside lower center", ncols=len(shades))
+        figure.legend(lines, names, loc="outside lower center", ncols=4, handlelength=3.2)
         figure.suptitle("Fig. 6: 1 N on blade 0 of 13, one harmonic; numbers: nodal diameters")
     return figure
 

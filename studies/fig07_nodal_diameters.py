@@ -10,7 +10,6 @@ Reference: E. Chatelet, D. Rade, G. Jacquet-Richardet, DINAME 2013 (hal-00941429
 
 from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
@@ -95,8 +94,7 @@ def counted(displacement: np.ndarray) -> int:
 
 def draw(dataset: xr.Dataset) -> Figure:
     """Draw a disk per engine order, with its nodal diameters."""
-    with plt.rc_context(sh.plot.STYLE):
-        figure, axes = plt.subplots(2, 2, figsize=(9.6, 8.6), layout="constrained")
+    with sh.plot.panels(2, 2, size=(9.6, 8.6)) as (figure, axes):
         for ax, order in zip(axes.flat, ENGINE_ORDERS, strict=True):
             one = dataset.sel(engine_order=order)
             instant = -float(np.angle(turning(one).isel(dof=0)))

@@ -98,8 +98,7 @@ def draw(dataset: xr.Dataset) -> Figure:
     n_blades = dataset.sizes["dof"]
     shades = plt.get_cmap("viridis")(np.linspace(0, 0.92, n_blades))
     widths = np.linspace(2.4, 0.6, n_blades)
-    with plt.rc_context(sh.plot.STYLE):
-        figure, axes = plt.subplots(1, 3, figsize=(13.5, 4.6), layout="constrained")
+    with sh.plot.panels(1, 3, size=(13.5, 4.6)) as (figure, axes):
         for ax, letter, (order, ticks) in zip(axes, "abc", TICKS.items(), strict=True):
             lines = draw_blades(ax, dataset.sel(engine_order=order), shades)
             for line, width in zip(lines, widths, strict=True):

@@ -15,7 +15,6 @@ Reference: E. Chatelet, D. Rade, G. Jacquet-Richardet, DINAME 2013 (hal-00941429
 from collections.abc import Sequence
 from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -99,8 +98,7 @@ def draw_on_source_axes(dataset: xr.Dataset) -> Figure:
 
 def _draw_loads(dataset: xr.Dataset, peaks: bool) -> tuple[Figure, Sequence[Axes]]:
     """Draw the stated load, and beside it the one that fits the axes of the source."""
-    with plt.rc_context(sh.plot.STYLE):
-        figure, axes = plt.subplots(1, 2, figsize=(11, 5), layout="constrained")
+    with sh.plot.panels(1, 2, size=(11, 5)) as (figure, axes):
         for ax, (load, words) in zip(axes, LOADS.items(), strict=True):
             sh.plot.response(dataset.sel(normal_load=load), peaks=peaks, ax=ax)
             legend = ax.get_legend()

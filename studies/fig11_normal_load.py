@@ -9,7 +9,6 @@ Reference: E. Chatelet, D. Rade, G. Jacquet-Richardet, DINAME 2013 (hal-00941429
 
 from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
@@ -77,10 +76,10 @@ def draw(dataset: xr.Dataset) -> Figure:
     """Draw the curves, and the peak over the load."""
     top = largest_peak(dataset)
     loads = dataset.normal_load.values
-    with plt.rc_context(sh.plot.STYLE):
-        figure, (left, right) = plt.subplots(
-            1, 2, sharey=True, figsize=(11.0, 4.8), layout="constrained", width_ratios=(1.5, 1)
-        )
+    with sh.plot.panels(1, 2, sharey=True, size=(11.0, 4.8), width_ratios=(1.5, 1)) as (
+        figure,
+        (left, right),
+    ):
         sh.plot.response(dataset, ax=left)
         legend = left.get_legend()
         assert legend is not None
@@ -92,7 +91,7 @@ def draw(dataset: xr.Dataset) -> Figure:
         left.legend(handles, labels, loc="upper left", handlelength=2.8)
         names = "scan_normal_load", "scan_peak_amplitude", "scan_peak_slope"
         load, level = peaks_between(*(dataset[name].values for name in names))
-        right.semilogx(load, level, color="0.6", zorder=1)
+        right.semilogx(load, level, color="0.6", zorder=1, label="computed with its slope")
         for at, handle, peak in zip(loads, handles, top.peak_amplitude.values, strict=True):
             marker = dict(color=handle.get_color(), markeredgecolor="black", markersize=6)  # type: ignore
             right.plot(at, 20 * np.log10(peak), "o", **marker)
@@ -109,6 +108,8 @@ def draw(dataset: xr.Dataset) -> Figure:
             rotation=90,
             fontsize=9,
         )
+        right.plot([], [], "o", color="0.5", markeredgecolor="black", label="responses on the left")
+        right.legend(loc="upper center")
         right.set_xlabel("normal load $F_n$ [N]")
         right.set_title("peak over the normal load", fontsize=10)
         left.set_title("response; circles: peaks", fontsize=10)

@@ -26,7 +26,7 @@ from studies.closed_form import StuckRing
 from studies.companions import closed_form_peaks
 from studies.landmark import Landmark, Source
 from studies.run import run
-from studies.source_axes import draw_blades, set_axes
+from studies.source_axes import draw_blades, in_styles, set_axes
 
 NAME = "fig12_mistuned_disk"
 ENGINE_ORDER = 3
@@ -119,17 +119,22 @@ def draw(dataset: xr.Dataset) -> Figure:
     """Draw the largest response of every disk, and the worst disk blade by blade."""
     mistuned, tuned = dataset.drop_sel(sample=TUNED), dataset.sel(sample=TUNED)
     worst = worst_sample(dataset)
-    with plt.rc_context(sh.plot.STYLE):
-        figure, (left, right) = plt.subplots(1, 2, figsize=(11.0, 4.8), layout="constrained")
+    with sh.plot.panels(1, 2, size=(11.0, 4.8)) as (figure, (left, right)):
         sh.plot.response(mistuned, ax=left)
         sh.plot.response(tuned, ax=left)
         left.set_title(f"tuned (black) and {mistuned.sizes['sample']} mistuned disks", fontsize=10)
-        draw_blades(right, blades_of_worst(dataset), shades(dataset), linewidth=0.9)
+        thin, mean = left.lines[0], left.lines[-2]
+        left.legend([thin, mean], ["one mistuned disk", "tuned disk"], loc="lower left")
+        lines = draw_blades(right, blades_of_worst(dataset), shades(dataset), linewidth=0.9)
+        in_styles(lines)
         sh.plot.response(tuned, peaks=False, ax=right)
         right.lines[-1].set_linewidth(1.8)
         right.set_xlim(*ZOOM)
         right.set_ylim(-130, left.get_ylim()[1])
         right.set_ylabel("response of each blade [dB re 1 m]")
+        names = [*map(str, range(len(lines))), "tuned"]
+        look: Any = dict(loc="outside right center", alignment="left", handlelength=3.2)
+        figure.legend([*lines, right.lines[-1]], names, title="blade", **look)
         right.set_title(f"tuned (black), and each blade of disk {worst}", fontsize=10)
         figure.suptitle("Disk of 13 blades, EO 3, $k_d$ = 1e6 N/m, $F_n$ = 10 N, one harmonic")
     return figure
@@ -141,15 +146,15 @@ def draw_on_source_axes(dataset: xr.Dataset) -> Figure:
         "tuned disk, all blades alike": dataset.sel(sample=TUNED),
         f"mistuned disk {worst_sample(dataset)}": blades_of_worst(dataset),
     }
-    with plt.rc_context(sh.plot.STYLE):
-        figure, axes = plt.subplots(1, 2, figsize=(12.0, 5.6), layout="constrained")
+    with sh.plot.panels(1, 2, size=(12.0, 5.6)) as (figure, axes):
         for ax, (words, curve) in zip(axes, halves.items(), strict=True):
-            draw_blades(ax, curve, shades(dataset), linewidth=1.0)
+            in_styles(draw_blades(ax, curve, shades(dataset), linewidth=1.0))
             set_axes(ax, *TICKS)
             ax.set_title(words)
         lines = axes[0].lines
         names = [f"{blade}" for blade in range(len(lines))]
-        figure.legend(lines, names, title="blade", loc="outside right center", alignment="left")
+        look: Any = dict(loc="outside right center", alignment="left", handlelength=3.2)
+        figure.legend(lines, names, title="blade", **look)
         figure.suptitle("Fig. 12: 13 blades, EO 3, $k_d$ = 1e6 N/m, $F_n$ = 10 N, one harmonic")
     return figure
 

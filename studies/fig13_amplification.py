@@ -21,7 +21,6 @@ Reference: E. Chatelet, D. Rade, G. Jacquet-Richardet, DINAME 2013 (hal-00941429
 from concurrent.futures import ProcessPoolExecutor
 from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -29,6 +28,7 @@ from matplotlib.figure import Figure
 
 import symhbm as sh
 from studies import fig12_mistuned_disk as fig12
+from studies import sampling
 from studies.claim import Claim, Finding
 from studies.landmark import Landmark, Source
 from studies.run import run
@@ -75,26 +75,36 @@ def compute(progress: bool = True) -> xr.Dataset:
 def draw(dataset: xr.Dataset) -> Figure:
     """Draw the envelopes of three blades, and the amplification of each blade."""
     tuned = 20 * np.log10(dataset.tuned_amplitude.values)
-    with plt.rc_context(sh.plot.STYLE):
-        figure = plt.figure(figsize=(11.0, 8.8), layout="constrained")
+    with sh.plot.panels(0, size=(11.0, 8.8)) as (figure, _):
         parts: Any = figure.subfigures(2, 1, height_ratios=(1.15, 1))
         above, below = parts
         handles, labels = [], []
         for ax, blade in zip(above.subplots(1, len(BLADES), sharey=True), BLADES, strict=True):
-            sh.plot.envelope(dataset, dof=blade - 1, quantiles=(0.05, 0.95), ax=ax)
-            ax.plot(dataset.frequency, tuned, "k", linewidth=0.9)
+            sh.plot.envelope(
+                dataset, place=blade - 1, quantiles=(0.05, 0.95), extremes=False, ax=ax
+            )
+            low, high = sampling.of_median(dataset.amplitude.isel(dof=blade - 1).values)
+            for end in (low, high):
+                ax.plot(dataset.frequency, 20 * np.log10(end), color="tab:blue", linewidth=0.4)
+            ax.plot(dataset.frequency, tuned, "--", color="#d55e00", linewidth=1.1)
             ax.set_title(f"blade {blade} of the source: DOF {blade - 1}", fontsize=10)
             ax.set_ylim(LOWEST, None)
             ax.set_ylabel("response [dB re 1 m]" if blade == BLADES[0] else "")
             legend = ax.get_legend()
-            handles = [*legend.legend_handles, ax.lines[-1]]
-            labels = [*(text.get_text() for text in legend.get_texts()), "tuned"]
+            handles = [*legend.legend_handles, *ax.lines[-2:]]
+            labels = [text.get_text() for text in legend.get_texts()]
+            labels += [f"{sampling.WORDS} of the median", "tuned"]
             legend.remove()
         above.legend(handles, labels, loc="outside lower center", ncols=len(labels))
         kinds = "amplification_at_frequency", "amplification_of_peaks"
         *axes, last = below.subplots(1, len(kinds) + 1, width_ratios=(1.3, 1.3, 1))
         for ax, kind in zip(axes, kinds, strict=True):
             sh.plot.blades(dataset[kind], ax=ax)
+            off = np.abs(
+                np.array(sampling.of_median(dataset[kind].values))
+                - dataset[kind].median("sample").values
+            )
+            ax.set_title(f"medians known to ±{off.mean():.1f} ({sampling.WORDS})", fontsize=9)
             if kind != kinds[-1]:
                 ax.get_legend().remove()
         _draw_steps(dataset, last)
@@ -123,8 +133,9 @@ def ratio_over_step(dataset: xr.Dataset) -> xr.DataArray:
 def _draw_steps(dataset: xr.Dataset, ax: Axes) -> None:
     ratio = ratio_over_step(dataset)
     least, median, largest = (ratio.sel(part=part).values for part in ratio.part.values)
-    ax.fill_between(ratio.step, least, largest, color="0.88", label="over where the grid begins")
-    ax.plot(ratio.step, median, "o-", color="black", markersize=3, label="median")
+    look: Any = dict(color="0.75", linewidth=5, label="over where the grid begins")
+    ax.vlines(ratio.step, least, largest, **look)
+    ax.plot(ratio.step, median, "o", color="black", markersize=4, label="median")
     ax.axhline(PUBLISHED, color="tab:orange", linestyle="--", label=f"source: {PUBLISHED:g}")
     ax.set_ylim(0, 1.1 * largest.max())
     ax.set_xlabel("step of the frequency [Hz]")

@@ -14,7 +14,6 @@ of the force. Folds are where that frequency is largest and smallest over the sh
 from functools import partial
 from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -25,6 +24,7 @@ from scipy.optimize import brentq, minimize_scalar
 import symhbm as sh
 from studies.landmark import Landmark, Source
 from studies.run import run
+from studies.smooth import DASHES, along
 from symhbm.numerics import FloatArray
 
 NAME = "gap_stop"
@@ -154,10 +154,7 @@ def folds(dataset: xr.Dataset) -> list[tuple[float, float]]:
 
 def draw(dataset: xr.Dataset) -> Figure:
     """Draw the response with its states, and the normal force of the three solutions."""
-    with plt.rc_context(sh.plot.STYLE):
-        figure, (left, right) = plt.subplots(
-            1, 2, figsize=(11.0, 5.0), layout="constrained", width_ratios=(1.4, 1)
-        )
+    with sh.plot.panels(1, 2, size=(11.0, 5.0), width_ratios=(1.4, 1)) as (figure, (left, right)):
         _draw_response(left, dataset)
         _draw_forces(right, dataset)
         figure.suptitle("A blade on a stop under a preload: it opens, folds, and has three motions")
@@ -168,16 +165,18 @@ def _draw_response(ax: Axes, dataset: xr.Dataset) -> None:
     frequency, level = dataset.frequency.values, 1e3 * dataset.amplitude.values[:, 0]
     opens = dataset.open_fraction.values[:, 0] > 0
     back = np.diff(frequency) < 0
+    drawn_frequency, drawn, at = along(dataset)
     rough = dataset.rough_frequency, 1e3 * dataset.rough_amplitude
     ax.semilogy(*rough, ":", color="0.55", linewidth=1, label="harmonics 0 and 1")
     for label, color, style, shown in (
-        ("always closed", "tab:blue", "-", ~opens[:-1] | ~opens[1:]),
+        ("always closed", "tab:blue", DASHES, ~opens[:-1] | ~opens[1:]),
         ("opens", "tab:orange", "-", (opens[:-1] & opens[1:]) & ~back),
         ("opens, unstable", "tab:red", "--", back),
     ):
-        first, last = (np.append(shown, False), np.append(False, shown))
-        line = np.where(first | last, level, np.nan)
-        ax.semilogy(frequency, line, style, color=color, label=label)
+        part = shown[at]
+        first, last = (np.append(part, False), np.append(False, part))
+        line = np.where(first | last, 1e3 * drawn, np.nan)
+        ax.semilogy(drawn_frequency, line, linestyle=style, color=color, label=label)
     solutions = 1e3 * dataset.solution_amplitude.values.ravel()
     ax.axvline(SEVERAL, color="0.6", linewidth=0.8, linestyle=(0, (1, 2)), zorder=1)
     ax.plot(np.full(len(solutions), SEVERAL), solutions, "ko", label=f"at {SEVERAL:g} Hz")
@@ -196,14 +195,14 @@ def _draw_forces(ax: Axes, dataset: xr.Dataset) -> None:
     values = balance.basis.values(angle)
     solutions = dataset.solution_coefficient.values.reshape(-1, HIGHEST + 1, 2)
     shares = dataset.solution_open_fraction.values.ravel()
-    colors = "tab:blue", "tab:red", "tab:orange"
-    words = "always closed", "unstable", "stable"
-    for i, color, word in zip(np.argsort(shares), colors, words, strict=True):
+    looks = ("always closed", "tab:blue", DASHES), ("unstable", "tab:red", "--")
+    looks += (("stable", "tab:orange", "-"),)
+    for i, (word, color, style) in zip(np.argsort(shares), looks, strict=True):
         pairs = solutions[i]
         motion = values @ np.concatenate([pairs[:1, 0], pairs[1:].ravel()])
         force = np.maximum(NORMAL_LOAD + NORMAL_STIFFNESS * motion, 0)
         label = f"{word}: open for {100 * shares[i]:.1f} %" if shares[i] else word
-        ax.plot(angle, force, "--" if word == "unstable" else "-", color=color, label=label)
+        ax.plot(angle, force, linestyle=style, color=color, label=label)
     ax.axhline(NORMAL_LOAD, color="0.6", linewidth=0.8, linestyle=(0, (1, 2)), zorder=1)
     ax.set_xticks(np.pi / 2 * np.arange(5), ["0", "π/2", "π", "3π/2", "2π"])
     ax.set(xlabel=r"angle $\tau = \omega t$ [rad]", ylabel="normal force of the stop [N]")

@@ -8,8 +8,8 @@ a truncated set, falls as n^-3.
 
 import json
 from importlib.metadata import version
+from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
@@ -100,21 +100,21 @@ def _kind(case: str) -> str:
 
 def draw(dataset: xr.Dataset) -> Figure:
     """Draw error over highest harmonic, and the slope of order three."""
-    with plt.rc_context(sh.plot.STYLE):
-        figure, ax = plt.subplots(layout="constrained")
+    with sh.plot.panels() as (figure, ax):
         highest = dataset.highest_harmonic.values
-        for kind, color, marker in (
-            ("one blade", "0.7", "o"),
-            ("ring of 13", "black", "s"),
-            ("ring, contacts reverse 6 times or more", "tab:red", "^"),
+        for kind, color, marker, aside in (
+            ("one blade", "0.6", "o", 0.97),
+            ("ring of 13", "black", "s", 1.0),
+            ("ring, contacts reverse 6 times or more", "tab:red", "^", 1.03),
         ):
+            hollow: Any = dict(markerfacecolor="none")
             rows = [row for row in dataset.error if _kind(str(row.case.values)) == kind]
             rows = [row.values for row in rows if row.max() > 1e-12]
             for i, row in enumerate(rows):
                 label = kind if i == 0 else None
-                ax.loglog(
-                    highest, row, marker, linestyle="-", color=color, markersize=3, label=label
-                )
+                # Beside each other, and not joined: there are no harmonics between.
+                at = highest * aside
+                ax.loglog(at, row, marker, color=color, markersize=3.5, label=label, **hollow)
         ax.loglog(highest, 0.3 * highest**-3.0, "k--", label="order 3, as kinks of the force make")
         ax.set_xlabel("highest harmonic")
         ax.set_ylabel("relative error of the amplitude")

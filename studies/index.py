@@ -2,9 +2,8 @@
 
 import json
 import re
-from base64 import b64encode
 from collections.abc import Iterable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from html import escape
 from importlib.metadata import version
 from pathlib import Path
@@ -14,7 +13,10 @@ import xarray as xr
 
 from studies.claim import Claim, Finding
 from studies.landmark import Landmark, number
+from studies.page_pictures import embedded, small
+from studies.page_style import STYLE
 from studies.readings import READINGS
+from studies.run import KINDS
 from symhbm.model import PARAMETERS
 
 TITLE = "Forced response of a bladed disk with dry friction: figures and checks"
@@ -30,58 +32,6 @@ NORMAL_SIDE = {"normal_stiffness"}
 FEW = 12
 """Largest number of values that are listed one by one."""
 COLUMNS = ("landmark", "computed", "expected", "source", "difference", "verdict")
-STYLE = """
-:root { color-scheme: light dark; --ink: #1c1e21; --soft: #5c6269; --line: #d9dce0;
-  --paper: #ffffff; --good: #1d6b3a; --claim: #8a4b00; --bad: #b00020; }
-@media (prefers-color-scheme: dark) { :root { --ink: #e6e7e9; --soft: #a3a9b1; --line: #3a3e44;
-  --paper: #17191c; --good: #7cd09b; --claim: #f0b05e; --bad: #ff8a95; } }
-* { box-sizing: border-box; }
-body { margin: 0 auto; padding: 1.5rem 1.2rem 4rem; max-width: 62rem; background: var(--paper);
-  color: var(--ink); font: 16px/1.55 system-ui, -apple-system, "Segoe UI", Roboto, sans-serif; }
-h1 { font-size: 1.7rem; line-height: 1.25; margin: 1rem 0 0.6rem; }
-h2 { font-size: 1.25rem; line-height: 1.3; margin: 0 0 0.5rem; }
-code { font-size: 0.92em; }
-h3 { font-size: 1rem; margin: 1.6rem 0 0.3rem; }
-p { margin: 0.5rem 0; max-width: 46rem; }
-a { color: inherit; }
-section { margin-top: 3rem; padding-top: 1.5rem; border-top: 1px solid var(--line); }
-ol, ul { padding-left: 1.9rem; }
-li { margin: 0.15rem 0; }
-figure { margin: 1rem 0; }
-figcaption { color: var(--soft); font-size: 0.92rem; }
-img { display: block; width: 100%; max-width: 50rem; height: auto; margin: 0 0 0.3rem;
-  padding: 0.5rem; background: #ffffff; border: 1px solid var(--line); border-radius: 4px; }
-dl { display: grid; grid-template-columns: max-content 1fr; gap: 0.1rem 1.2rem; margin: 0.6rem 0;
-  font-size: 0.92rem; }
-dt { color: var(--soft); }
-dd { margin: 0; }
-table { border-collapse: collapse; width: 100%; font-size: 0.88rem; line-height: 1.4; }
-th, td { padding: 0.28rem 0.7rem 0.28rem 0; border-bottom: 1px solid var(--line);
-  text-align: left; vertical-align: top; }
-th { color: var(--soft); font-weight: 600; }
-td.number { font-variant-numeric: tabular-nums; white-space: nowrap; }
-td:nth-child(4), td:nth-child(6) { min-width: 6.5rem; }
-.good { color: var(--good); } .claim { color: var(--claim); } .bad { color: var(--bad); }
-.bad { font-weight: 700; }
-.small { color: var(--soft); font-size: 0.9rem; }
-pre { white-space: pre-wrap; overflow-wrap: anywhere; }
-@media (max-width: 44rem) {
-  dl { grid-template-columns: 1fr; } dd { margin: 0 0 0.3rem; }
-  thead { display: none; }
-  tr { display: block; padding: 0.4rem 0; border-bottom: 1px solid var(--line); }
-  td { display: grid; grid-template-columns: 6.5rem 1fr; padding: 0.05rem 0; border: 0; }
-  td::before { content: attr(data-label); color: var(--soft); }
-  td:first-child { display: block; font-weight: 600; } td:first-child::before { content: none; }
-}
-@media print {
-  :root { --ink: #000; --soft: #444; --line: #bbb; --paper: #fff; --good: #000; --claim: #000;
-    --bad: #000; }
-  body { max-width: none; padding: 0; font-size: 10.5pt; }
-  section { break-before: page; border: 0; margin: 0; }
-  table { font-size: 8.5pt; } td.number { white-space: normal; }
-  figure, tr, dl { break-inside: avoid; } h2, h3 { break-after: avoid; }
-}
-"""
 
 
 @dataclass(frozen=True)
@@ -92,12 +42,18 @@ class Section:
     document: str
     error: str = ""
     parameters: Sequence[tuple[str, str]] = ()
-    pictures: Sequence[bytes] = field(default=(), repr=False)
-    """That on our axes, and that on the axes of the source where these are others."""
+    pictures: Sequence[Path] = ()
+    """That on our axes, and that on the axes of the source where these are others, as PNG."""
     archive: str = ""
     landmarks: Sequence[Landmark] = ()
     claims: Sequence[Claim] = ()
     findings: Sequence[Finding] = ()
+    made: str = ""
+    """Date and time."""
+    seconds: float = 0.0
+    """Time that it took to compute and to draw."""
+    version: str = ""
+    """Version of the library that computed the archive."""
 
     @property
     def title(self) -> str:
@@ -159,16 +115,13 @@ def _span(values: np.ndarray, units: str) -> str:
 
 def page(sections: Sequence[Section]) -> str:
     """Return the page as HTML."""
-    contents = "".join(
-        f'<li><a href="#{escape(one.name)}">{escape(one.title)}</a>{_state(one)}</li>'
-        for one in sections
-    )
     return (
         '<!DOCTYPE html>\n<html lang="en">\n<head>\n<meta charset="utf-8">\n'
         '<meta name="viewport" content="width=device-width, initial-scale=1">\n'
         f'<meta http-equiv="Content-Security-Policy" content="{POLICY}">\n'
         '<link rel="icon" href="data:,">\n'
         f"<title>{escape(TITLE)}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n"
+        '<a class="skip" href="#studies">To the first picture</a>\n'
         f"<header><h1>{escape(TITLE)}</h1>\n<p>The figures of the source, computed anew, and what "
         "they were checked against: values published, exact, or in closed form, and what the "
         "source says in words, weighed by exact computation. Of the figures of the source only "
@@ -177,13 +130,54 @@ def page(sections: Sequence[Section]) -> str:
         'computed number is read from the archives beside this page.</p>\n<p class="small">Source: '
         f"{escape(SOURCE)}. "
         f"Computed with symhbm {escape(version('symhbm'))}.</p></header>\n"
-        f"<main>\n<nav><h3>Contents</h3>\n<ol>{contents}</ol>\n"
+        f'<nav id="contents" aria-label="Contents">\n<ol class="cards">\n{_cards(sections)}</ol>\n'
+        f'<p class="small">{_totals(sections)}</p></nav>\n'
         + _readings()
         + _claims(sections)
-        + "</nav>\n"
+        + '<main id="studies">\n'
         + "\n".join(map(_section, sections))
         + "\n</main>\n</body>\n</html>\n"
     )
+
+
+def _cards(sections: Sequence[Section]) -> str:
+    """A small picture and the title of each section, which lead to it."""
+    cards = ""
+    for one in sections:
+        image = f'<img alt="" src="{small(one.pictures[0])}">' if one.pictures else ""
+        title = f"<span>{escape(one.title)}</span>{_state(one)}"
+        cards += f'<li><a href="#{escape(one.name)}">{image}{title}</a></li>\n'
+    return cards
+
+
+def _totals(sections: Sequence[Section]) -> str:
+    """What all sections found, in numbers."""
+    landmarks = [mark for one in sections for mark in one.landmarks]
+    claims = [claim for one in sections for claim in one.claims]
+    minutes = sum(one.seconds for one in sections) / 60
+    return (
+        f"{len(sections)} studies in {minutes:.1f} minutes; landmarks: {_agree(landmarks)}; "
+        f"claims of the source: {_hold(claims)}."
+    )
+
+
+def _agree(landmarks: Sequence[Landmark]) -> str:
+    met = sum(mark.met for mark in landmarks)
+    return f"{met} of {len(landmarks)} agree"
+
+
+def _hold(claims: Sequence[Claim]) -> str:
+    found = f"{sum(claim.holds for claim in claims)} of {len(claims)} hold"
+    unlike = sum(not claim.met for claim in claims)
+    return found + (f", {unlike} unlike before" if unlike else "")
+
+
+def _folded(title: str, count: str, body: str, *, wrong: bool = False) -> str:
+    """A part of the page that opens on request, or is open where something is wrong."""
+    kind = "bad" if wrong else "count"
+    told = f' <span class="{kind}">{escape(count)}</span>' if count else ""
+    opened = " open" if wrong else ""
+    return f"<details{opened}><summary>{escape(title)}{told}</summary>\n{body}</details>\n"
 
 
 def _readings() -> str:
@@ -191,22 +185,24 @@ def _readings() -> str:
     lines = "".join(
         f"<li><strong>{_text(where)}</strong> {_text(words)}.</li>\n" for where, words in READINGS
     )
-    return f"<h3>How the source is read</h3>\n<ul>\n{lines}</ul>\n"
+    body = f"<ul>\n{lines}</ul>\n"
+    return _folded("How the source is read", f"{len(READINGS)} places", body)
 
 
 def _claims(sections: Sequence[Section]) -> str:
     """What the source says, weighed, those first that do not hold; and what it is silent about."""
     lists = ""
     for heading, holds in (("do not hold", False), ("hold", True)):
+        chosen = [
+            (one, claim) for one in sections for claim in one.claims if bool(claim.holds) is holds
+        ]
         lines = "".join(
             f"<li>{_link(one)}: {_text(claim.words)}. <em>{_text(claim.computed)}.</em></li>\n"
-            for one in sections
-            for claim in one.claims
-            if claim.holds is holds
+            for one, claim in chosen
         )
-        lists += (
-            f"<h3>Claims of the source that {heading}</h3>\n<ul>\n{lines}</ul>\n" if lines else ""
-        )
+        if lines:
+            title = f"Claims of the source that {heading}"
+            lists += _folded(title, f"{len(chosen)}", f"<ul>\n{lines}</ul>\n")
     findings: dict[str, list[str]] = {}
     for one in sections:
         for finding in one.findings:
@@ -216,7 +212,7 @@ def _claims(sections: Sequence[Section]) -> str:
         f"<p>{_text(words)}:</p>\n<ul>\n{''.join(lines)}</ul>\n"
         for words, lines in findings.items()
     )
-    return lists + (f"<h3>Findings of these studies</h3>\n{ours}" if ours else "")
+    return lists + (_folded("Findings of these studies", f"{len(findings)}", ours) if ours else "")
 
 
 def _link(section: Section) -> str:
@@ -238,22 +234,37 @@ def _state(section: Section) -> str:
 
 def _section(section: Section) -> str:
     start = f'<section id="{escape(section.name)}">\n<h2>{escape(section.title)}</h2>\n'
+    words = ""
     for text in section.paragraphs:
         style = ' class="small"' if text.startswith("Reference: ") else ""
-        start += f"<p{style}>{_text(text)}</p>\n"
+        words += f"<p{style}>{_text(text)}</p>\n"
     if section.error:
         failed = '<p class="bad">This study failed:</p>'
-        return f"{start}{failed}\n<pre>{escape(section.error)}</pre>\n</section>"
+        return f"{start}{words}{failed}\n<pre>{escape(section.error)}</pre>\n</section>"
     named = "".join(
         f"<dt>{escape(name)}</dt><dd>{_text(value)}</dd>" for name, value in section.parameters
     )
+    marks, claims = section.landmarks, section.claims
+    wrong = any(not mark.met for mark in marks)
+    tables = _folded("Landmarks:", _agree(marks), _table(marks), wrong=wrong)
+    if claims:
+        wrong = any(not claim.met for claim in claims)
+        tables += _folded("Claims of the source:", _hold(claims), _weighed(claims), wrong=wrong)
+    if named:
+        tables += _folded("Parameters:", f"{len(section.parameters)}", f"<dl>{named}</dl>\n")
+    return f"{start}{_pictures(section)}{words}{tables}{_made(section)}</section>"
+
+
+def _made(section: Section) -> str:
+    """Where a study is from: its command, date, duration, version and archive."""
     archive = escape(section.archive)
-    return (
-        f"{start}{_pictures(section)}"
-        f"<h3>Parameters</h3>\n<dl>{named}</dl>\n"
-        f"<h3>Landmarks</h3>\n{_table(section.landmarks)}\n{_weighed(section.claims)}"
-        f'<p class="small">Archive: <a href="{archive}">{archive}</a></p>\n</section>'
+    rows = (
+        ("command", f"<code>python -m studies.{escape(section.name)}</code>"),
+        ("computed", escape(f"{section.made}, in {number(section.seconds, 2)} s")),
+        ("version", escape(f"symhbm {section.version}".rstrip())),
+        ("archive", f'<a href="{archive}">{archive}</a>'),
     )
+    return "<dl>" + "".join(f"<dt>{name}</dt><dd>{text}</dd>" for name, text in rows) + "</dl>\n"
 
 
 def _pictures(section: Section) -> str:
@@ -261,11 +272,16 @@ def _pictures(section: Section) -> str:
     captions = ("Beside it, on axes of our own", "On the axes of the source")
     shown = ""
     for caption, picture in reversed([*zip(captions, section.pictures, strict=False)]):
-        image = b64encode(picture).decode()
-        shown += f'<figure><img alt="{escape(section.title)}" src="data:image/png;base64,{image}">'
-        if len(section.pictures) > 1:
-            shown += f"<figcaption>{caption}</figcaption>"
-        shown += "</figure>\n"
+        address, width, height = embedded(picture)
+        files = " ".join(
+            f'<a href="{escape(picture.stem)}.{kind}">{kind.upper()}</a>' for kind in KINDS
+        )
+        words = f"{caption}. " if len(section.pictures) > 1 else ""
+        shown += (
+            f'<figure><a href="{escape(picture.name)}"><img alt="{escape(section.title)}" '
+            f'width="{width}" height="{height}" src="{address}"></a>'
+            f"<figcaption>{words}Full size: {files}</figcaption></figure>\n"
+        )
     return shown
 
 

@@ -8,10 +8,11 @@ All start from the response at a frequency one per mille lower.
 from collections.abc import Callable
 from importlib.metadata import version
 from time import perf_counter
+from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
+from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import symhbm as sh
@@ -29,6 +30,7 @@ SHIFT = 1e-3
 REPEATS = 3
 AGREEMENT = 1e-9
 """Relative difference of laws that are exact; all are solved to about 1e-12."""
+_ROUND_OFF = 1e-16
 OUTCOMES = {
     str(AngleStatus.DOES_NOT_APPLY): "does not apply",
     str(AngleStatus.NO_CONVERGENCE): "not converged",
@@ -144,27 +146,88 @@ def table(dataset: xr.Dataset) -> str:
 
 
 def draw(dataset: xr.Dataset) -> Figure:
-    """Draw the difference from located angles by method, one line per point."""
-    with plt.rc_context(sh.plot.STYLE):
-        figure, ax = plt.subplots(layout="constrained")
-        sampled = [f"{n} samples" for n in SAMPLES]
-        for kind, color, marker in (("blade", "0.6", "o"), ("ring", "black", "s")):
-            rows = [c for c in dataset.case.values if str(c).startswith(kind)]
-            for i, case in enumerate(rows):
-                values = dataset.difference.sel(case=case, law=sampled)
-                label = {"blade": "one blade", "ring": "ring of 13"}[kind] if i == 0 else None
-                ax.loglog(
-                    SAMPLES, values, marker, linestyle="-", color=color, markersize=3, label=label
-                )
-        steps = np.array(SAMPLES, dtype=float)
-        ax.loglog(steps, 20 * steps**-2, "k--", label="order 2")
-        ax.set_xticks(SAMPLES, [str(n) for n in SAMPLES], minor=False)
-        ax.minorticks_off()
-        ax.set_xlabel("samples per period")
-        ax.set_ylabel("difference from located angles")
-        ax.legend()
-        ax.set_title("Error of sampled friction")
+    """Draw the error of sampled friction, the difference of solvers, and what each costs."""
+    with sh.plot.panels(1, 3, size=(14.0, 4.8), width_ratios=(1.1, 1, 1.5)) as (figure, axes):
+        _draw_samples(axes[0], dataset)
+        _draw_solvers(axes[1], dataset)
+        _draw_cost(axes[2], dataset)
+        figure.suptitle(f"{dataset.sizes['case']} points, by the law of friction and the solver")
     return figure
+
+
+def _kinds(dataset: xr.Dataset) -> list[tuple[str, dict[str, Any], float, xr.Dataset]]:
+    """Words, looks, a shift to the side and points of the blade and of the ring."""
+    rows = []
+    for kind, words, aside, look in (
+        ("blade", "one blade", -0.13, dict(marker="o", color="0.55")),
+        ("ring", "ring of 13", 0.13, dict(marker="s", color="black", markerfacecolor="none")),
+    ):
+        points = dataset.sel(case=dataset.case.str.startswith(kind))
+        rows.append((words, look | dict(linestyle="", markersize=4.5), aside, points))
+    return rows
+
+
+def _draw_samples(ax: Axes, dataset: xr.Dataset) -> None:
+    steps = np.array(SAMPLES, dtype=float)
+    for words, look, aside, rows in _kinds(dataset):
+        for i, row in enumerate(rows.difference.sel(law=[f"{n} samples" for n in SAMPLES]).values):
+            at = steps * (1 + 0.4 * aside)
+            ax.loglog(at, row, label=words if i == 0 else None, **look)
+    ax.loglog(steps, 20 * steps**-2, "k--", label="order 2")
+    ax.set_xticks(SAMPLES, [str(n) for n in SAMPLES], minor=False)
+    ax.minorticks_off()
+    ax.set(xlabel="samples per period", ylabel="difference from located angles")
+    ax.set_title("error of sampled friction")
+    ax.legend(loc="lower left")
+
+
+def _draw_solvers(ax: Axes, dataset: xr.Dataset) -> None:
+    """Differences of angles as unknowns, and how many points have none."""
+    for _, look, aside, rows in _kinds(dataset):
+        for j, solver in enumerate(SOLVERS):
+            one = rows.sel(law=f"angles, {solver}")
+            found = one.difference.values[one.status.values == str(Status.SUCCESS)]
+            ax.semilogy(np.full(len(found), j + aside), np.maximum(found, _ROUND_OFF), **look)
+    for j, solver in enumerate(SOLVERS):
+        status = dataset.status.sel(law=f"angles, {solver}").values
+        words = [OUTCOMES[str(one)] for one in status if str(one) != str(Status.SUCCESS)]
+        text = "\n".join(f"{words.count(word)} {word}" for word in dict.fromkeys(words))
+        ax.text(j, 0.99, text, transform=ax.get_xaxis_transform(), ha="center", va="top", size=8)
+    ax.axhline(AGREEMENT, color="0.4", linestyle="--", linewidth=1)
+    ax.text(-0.45, 1.3 * AGREEMENT, "agreement that is asked for", size=8)
+    ax.set_ylim(_ROUND_OFF / 2, 30 * AGREEMENT)
+    ax.set_xticks(range(len(SOLVERS)), SOLVERS)
+    ax.set_xlim(-0.5, len(SOLVERS) - 0.5)
+    ax.grid(False, axis="x")
+    ax.set(ylabel="difference from located angles")
+    ax.set_title("angles as unknowns, by solver")
+
+
+def _draw_cost(ax: Axes, dataset: xr.Dataset) -> None:
+    """Time of one solution over that with located angles, and the median of the points."""
+    ratio = dataset.seconds / dataset.seconds.sel(law="located")
+    ratio = ratio.where(dataset.status == str(Status.SUCCESS)).isel(law=slice(1, None))
+    laws = ratio.law.values
+    for words, look, aside, rows in _kinds(dataset):
+        own = ratio.sel(case=rows.case)
+        for j, law in enumerate(laws):
+            label = words if j == 0 else None
+            values = own.sel(law=law).values
+            ax.semilogy(np.full(len(values), j + aside), values, label=label, **look)
+    median = ratio.median("case").values
+    line: Any = dict(linestyle="", marker="_", markersize=30, markeredgewidth=2, color="#d55e00")
+    ax.plot(range(len(laws)), median, **line)
+    ax.plot([], [], label="median of the points", **line | dict(markersize=12))
+    for j, value in enumerate(median):
+        ax.annotate(f"{value:.2g}", (j + 0.38, value), fontsize=8, color="#a04000", va="center")
+    ax.axhline(1.0, color="0.4", linestyle="--", linewidth=1)
+    ax.set_xticks(range(len(laws)), [str(law).replace(" ", "\n") for law in laws])
+    ax.set_xlim(-0.5, len(laws) - 0.3)
+    ax.grid(False, axis="x")
+    ax.set_ylabel("time over that with located angles")
+    ax.set_title("cost of one solution")
+    ax.set_ylim(0.45, None)
+    ax.legend(loc="lower center", ncols=3)
 
 
 def landmarks(dataset: xr.Dataset) -> list[Landmark]:

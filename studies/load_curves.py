@@ -29,8 +29,7 @@ def blade(dataset: xr.Dataset, order: int) -> OneBlade:
 
 def draw(dataset: xr.Dataset) -> Figure:
     """Draw peaks over loads, and the best load and its peak over the engine order."""
-    with plt.rc_context(sh.plot.STYLE):
-        figure = plt.figure(figsize=(11.0, 6.4), layout="constrained")
+    with sh.plot.panels(0, size=(11.0, 6.4)) as (figure, _):
         axes: Any = figure.subplot_mosaic("LT;LB", width_ratios=(1.35, 1))
         _draw_curves(dataset, axes["L"])
         _draw_loads(dataset, axes["T"])
@@ -117,8 +116,8 @@ def _draw_curves(dataset: xr.Dataset, ax: Axes) -> None:
 def _styles(dataset: xr.Dataset) -> list[tuple[str, xr.Dataset, dict[str, Any]]]:
     highest = dataset.highest_harmonic.values
     looks: tuple[dict[str, Any], ...] = (
-        dict(color="0.45", marker="o", markerfacecolor="white", linestyle="--"),
-        dict(color="tab:blue", marker="o", markeredgecolor="black", linestyle="-"),
+        dict(color="0.45", marker="o", markerfacecolor="white", linestyle=""),
+        dict(color="tab:blue", marker="D", markersize=5, markeredgecolor="black", linestyle=""),
     )
     names = ["one harmonic" if one == 1 else f"harmonics up to {one}" for one in highest]
     rows = [dataset.sel(highest_harmonic=one) for one in highest]
@@ -152,7 +151,7 @@ def _draw_peaks(dataset: xr.Dataset, ax: Axes) -> None:
     last = dataset.isel(highest_harmonic=-1)
     usual = decibels(last.published_load_amplitude)
     label = f"{PUBLISHED_LOAD:g} N, harmonics up to {int(last.highest_harmonic)}"
-    ax.plot(last.engine_order, usual, "s-", color="tab:red", label=label)
+    ax.plot(last.engine_order, usual, "s", color="tab:red", label=label)
     ax.set_xticks(dataset.engine_order.values)
     ax.set_xlabel("engine order")
     ax.set_ylabel("largest peak [dB re 1 m]")

@@ -11,7 +11,6 @@ Reference: E. Chatelet, D. Rade, G. Jacquet-Richardet, DINAME 2013 (hal-00941429
 from concurrent.futures import ProcessPoolExecutor
 from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
@@ -19,6 +18,7 @@ from matplotlib.figure import Figure
 import symhbm as sh
 from studies import fig12_mistuned_disk as fig12
 from studies import fig13_amplification as fig13
+from studies import sampling
 from studies.landmark import Landmark, Source
 from studies.run import run
 
@@ -70,13 +70,16 @@ def worst(dataset: xr.Dataset, kind: str) -> xr.Dataset:
 
 def draw(dataset: xr.Dataset) -> Figure:
     """Draw how often a disk amplifies more than a value, and the worst of 25."""
-    with plt.rc_context(sh.plot.STYLE):
-        figure, axes = plt.subplots(1, len(KINDS), figsize=(11.0, 4.4), layout="constrained")
+    with sh.plot.panels(1, len(KINDS), size=(11.0, 4.4)) as (figure, axes):
         for ax, (kind, words) in zip(axes, KINDS.items(), strict=True):
             values = np.sort(dataset[kind].values)
             share = np.arange(1, len(values) + 1) / len(values)
+            half = sampling.of_share(share, len(values))
+            ends = np.clip([share - half, share + half], 0, 1)
+            ax.fill_between(values, *ends, color="0.8", linewidth=0, label=sampling.WORDS)
+            ax.fill_between(values, *ends**OF, color="tab:orange", alpha=0.3, linewidth=0)
             ax.plot(values, share, color="black", label="one disk")
-            ax.plot(values, share**OF, color="tab:orange", label=f"worst of {OF}")
+            ax.plot(values, share**OF, "--", color="tab:orange", label=f"worst of {OF}")
             if kind == next(iter(KINDS)):
                 ax.axvline(fig13.PUBLISHED, color="0.4", linestyle="--", label="source")
             ax.set_xlabel(f"largest amplification, {words}")

@@ -18,6 +18,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.colors import LogNorm
 from matplotlib.figure import Figure
+from matplotlib.legend_handler import HandlerTuple
 from matplotlib.lines import Line2D
 from scipy.optimize import minimize_scalar
 from tqdm import tqdm
@@ -207,10 +208,9 @@ def compute(progress: bool = True) -> xr.Dataset:
 
 def draw(dataset: xr.Dataset) -> Figure:
     """Draw the error of the peak, and the worst at one frequency, over load and engine order."""
-    with plt.rc_context(sh.plot.STYLE | {"axes.grid": False}):
-        figure, axes = plt.subplots(
-            1, 2, sharey=True, sharex=True, figsize=(11.0, 5.6), layout="constrained"
-        )
+    with sh.plot.panels(1, 2, sharey=True, sharex=True, size=(11.0, 5.6)) as (figure, axes):
+        for ax in axes:
+            ax.grid(False)
         norm = LogNorm(*COLOURS)
         draw_map(axes[0], dataset.peak_error, dataset.peak_slips, norm)
         draw_map(axes[1], dataset.worst_error, dataset.slips, norm)
@@ -225,21 +225,17 @@ def draw(dataset: xr.Dataset) -> Figure:
         bar.set_label("error of one harmonic [%]")
         bar.set_ticks([1e-4, 1e-3, 1e-2, 1e-1, 1], labels=["0.01", "0.1", "1", "10", "100"])
         bar.ax.minorticks_off()
-        handles = [
-            Line2D(
-                [],
-                [],
-                color="black",
-                linestyle=style,
-                linewidth=2,
-                label=f"border of {100 * level:g} %",
-            )
-            for level, style in LEVELS.items()
-        ]
+        handles: list[Any] = []
+        labels = []
+        for level, lines in sorted(LEVELS.items()):
+            layers = [Line2D([], [], color=color, linewidth=width) for color, width in lines]
+            handles.append(tuple(layers))
+            labels.append(f"border of {100 * level:g} %")
         if not (dataset.peak_slips.all() and dataset.slips.all()):
             handles.append(Line2D([], [], linestyle="", marker="$S$", color="black"))
-            handles[-1].set_label("nothing slips: one harmonic is exact")
-        figure.legend(handles=handles, loc="outside lower center", ncols=len(handles))
+            labels.append("nothing slips: one harmonic is exact")
+        look: Any = dict(handler_map={tuple: HandlerTuple(ndivide=1, pad=0)})
+        figure.legend(handles, labels, loc="outside lower center", ncols=len(handles), **look)
         figure.suptitle(
             "Tuned ring of 13 blades: error of the amplitude with one harmonic, in %\n"
             "(+ too high, \N{MINUS SIGN} too low; "

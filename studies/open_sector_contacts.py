@@ -20,6 +20,7 @@ Eng. Power 102 (1980), 329-333.
 """
 
 from importlib.metadata import version
+from itertools import cycle
 from typing import Any, NamedTuple
 
 import matplotlib.pyplot as plt
@@ -34,6 +35,7 @@ from studies.landmark import Landmark, Source
 from studies.open_sector import COARSE, RADII, THICKNESS, open_sector
 from studies.open_sector_modes import TWIST
 from studies.run import run
+from studies.smooth import with_states
 from symhbm.numerics import FloatArray
 
 NAME = "open_sector_contacts"
@@ -205,12 +207,15 @@ def _stuck(condensed: Condensed) -> float:
 
 
 def _curves(name: str, over: str, responses: list[xr.Dataset], tip: int) -> dict[str, tuple]:
-    """Responses one below the other, with NaN beyond the end of each."""
-    longest = max(one.sizes["point"] for one in responses)
+    """Responses as they are drawn, one below the other, with NaN beyond the end of each."""
+    columns = []
+    for one in responses:
+        frequency, amplitude, state = with_states(one, tip, np.minimum)
+        columns.append((frequency, amplitude, state.max(axis=-1)))
+    longest = max(len(frequency) for frequency, *_ in columns)
     values: FloatArray = np.full((3, len(responses), longest), np.nan)
-    for row, one in enumerate(responses):
-        state = one.contact_state.values.max(axis=-1)
-        for k, column in enumerate((one.frequency, one.amplitude.isel(dof=tip), state)):
+    for row in range(len(responses)):
+        for k, column in enumerate(columns[row]):
             values[k, row, : len(column)] = column
     described = (
         ("frequency", "Hz", "excitation frequency"),
@@ -230,10 +235,7 @@ def _curves(name: str, over: str, responses: list[xr.Dataset], tip: int) -> dict
 
 def draw(dataset: xr.Dataset) -> Figure:
     """Draw peaks over the mass of dampers, and responses with dampers and with shrouds."""
-    with plt.rc_context(sh.plot.STYLE):
-        figure, (peaks, dampers, shrouds) = plt.subplots(
-            1, 3, figsize=(15.0, 4.8), layout="constrained"
-        )
+    with sh.plot.panels(1, 3, size=(15.0, 4.8)) as (figure, (peaks, dampers, shrouds)):
         _draw_peaks(peaks, dataset)
         _draw_responses(dampers, dataset, "damper", "mass", MASSES[::2], 1e3, "g")
         _draw_responses(shrouds, dataset, "shroud", "preload", np.array(PRELOADS), 1, "N")
@@ -247,7 +249,7 @@ def draw(dataset: xr.Dataset) -> Figure:
 def _draw_peaks(ax: Axes, dataset: xr.Dataset) -> None:
     of_masses = dataset.isel(mass=slice(0, len(MASSES)))
     level = 1e3 * of_masses.damper_peak_amplitude
-    ax.loglog(1e3 * MASSES, level, "o-", color="tab:blue")
+    ax.loglog(1e3 * MASSES, level, "o", color="tab:blue", label="computed")
     best = 1e3 * float(dataset.best_mass), 1e3 * float(dataset.best_amplitude)
     label = f"lowest: {best[1]:.3f} mm with {best[0]:.1f} g"
     ax.plot(*best, "*", color="tab:red", markersize=13, label=label)
@@ -263,14 +265,15 @@ def _draw_responses(
     ax: Axes, dataset: xr.Dataset, name: str, over: str, shown: FloatArray, scale: float, unit: str
 ) -> None:
     shades = plt.get_cmap("viridis")(np.linspace(0, 0.88, len(shown)))
-    for value, color in zip(shown, shades, strict=True):
+    for value, color, style in zip(shown, shades, cycle(sh.plot.LINE_STYLES), strict=False):
         row = dataset.sel({over: value})
         frequency, level = row[f"{name}_frequency"], 1e3 * row[f"{name}_amplitude"]
-        ax.semilogy(frequency, level, color=color, label=f"{round(scale * value, 1):g} {unit}")
+        label = f"{round(scale * value, 1):g} {unit}"
+        ax.semilogy(frequency, level, color=color, linestyle=style, label=label)
         wide = np.where(row[f"{name}_state"] == 2, level, np.nan)
         ax.semilogy(frequency, wide, color=color, linewidth=5, alpha=0.3)
     ax.set(xlabel="excitation frequency [Hz]", ylabel="largest displacement of the tip [mm]")
-    ax.legend(loc="upper left", title=over)
+    ax.legend(loc="upper left", title=over, handlelength=3.2)
 
 
 def landmarks(dataset: xr.Dataset) -> list[Landmark]:

@@ -17,13 +17,13 @@ wakes, J. Mech. Eng. Sci. 8 (1966), 15-21.
 from importlib.metadata import version
 from typing import Any, NamedTuple
 
-import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import symhbm as sh
+from studies import sampling
 from studies.landmark import Landmark, Source
 from studies.open_sector import COARSE, RADII, THICKNESS, open_sector
 from studies.open_sector_contacts import (
@@ -144,8 +144,7 @@ DESCRIBED = {
 
 def draw(dataset: xr.Dataset) -> Figure:
     """Draw the blades of a disk beside the tuned one, and how much all disks amplify."""
-    with plt.rc_context(sh.plot.STYLE):
-        figure, axes = plt.subplots(1, 3, figsize=(14.0, 4.6), layout="constrained")
+    with sh.plot.panels(1, 3, size=(14.0, 4.6)) as (figure, axes):
         for ax, kind in zip(axes, KINDS, strict=False):
             _draw_blades(ax, dataset.sel(kind=kind), kind)
         axes[1].sharey(axes[0])
@@ -160,7 +159,8 @@ def draw(dataset: xr.Dataset) -> Figure:
 
 def _draw_blades(ax: Axes, row: xr.Dataset, kind: str) -> None:
     levels = 1e3 * row.blade_amplitude.values
-    ax.plot(row.swept_frequency, levels, color="0.6", linewidth=0.6)
+    lines = ax.plot(row.swept_frequency, levels, color="0.6", linewidth=0.6)
+    lines[0].set_label("other blades")
     highest = int(np.nanmax(levels, axis=0).argmax())
     ax.plot(row.swept_frequency, levels[:, highest], color="tab:red", label=f"blade {highest}")
     tuned = 1e3 * row.tuned_amplitude
@@ -171,14 +171,16 @@ def _draw_blades(ax: Axes, row: xr.Dataset, kind: str) -> None:
 
 
 def _draw_factors(ax: Axes, dataset: xr.Dataset) -> None:
-    for kind, color in zip(KINDS, ("tab:orange", "tab:blue"), strict=True):
+    looks = ("tab:orange", "o", "-"), ("tab:blue", "D", "--")
+    for kind, (color, marker, style) in zip(KINDS, looks, strict=True):
         values = np.sort(dataset.amplification.sel(kind=kind).values)
-        share = (np.arange(len(values)) + 0.5) / len(values)
-        error = values.std(ddof=1) / np.sqrt(len(values))
-        label = f"{kind}: {values.mean():.2f} \u00b1 {error:.2f} in the mean"
-        ax.plot(values, share, "o-", color=color, label=label)
+        share = np.arange(1, len(values) + 1) / len(values)
+        half = float(sampling.of_mean(values))
+        label = f"{kind}: mean {values.mean():.2f} \u00b1 {half:.2f} ({sampling.WORDS})"
+        ax.step(values, share, where="post", color=color, linestyle=style, linewidth=1.0)
+        ax.plot(values, share, marker, color=color, label=label)
     ax.axvline(BOUND, color="0.4", linestyle=":", label="isolated family, at most")
-    ax.set(xlabel="amplification", ylabel="share of disks with less", ylim=(0, 1))
+    ax.set(xlabel="amplification", ylabel="share of disks with no more", ylim=(0, 1.04))
     ax.set_title(f"{dataset.sizes['sample']} disks")
     ax.legend(loc="upper center", bbox_to_anchor=(0.5, -0.15))
 

@@ -102,8 +102,7 @@ def _axial(sector: OpenSector, modes: xr.Dataset) -> FloatArray:
 
 def draw(dataset: xr.Dataset) -> Figure:
     """Draw frequencies by nodal diameters, both diagrams, and a mode of a sector and disk."""
-    with plt.rc_context(sh.plot.STYLE):
-        figure = plt.figure(figsize=(16.0, 10.5), layout="constrained")
+    with sh.plot.panels(0, size=(16.0, 10.5)) as (figure, _):
         parts: Any = figure.subfigures(2, 1)
         above, below = parts
         left, middle, right = above.subplots(1, 3)
@@ -131,7 +130,6 @@ def _draw_frequencies(ax: Axes, dataset: xr.Dataset) -> None:
         straight = dataset.straight_frequency.isel(mode=mode)
         ax.plot(n, straight, "o", color="0.5", mfc="none", ms=9, label=label)
         frequency = dataset.frequency.isel(speed=0, mode=mode)
-        ax.plot(n, frequency, color="0.75", lw=0.8, zorder=0)
         share = dataset.axial_share.isel(mode=mode)
         dots = ax.scatter(n, frequency, c=share, vmin=0, vmax=1, s=28, cmap="coolwarm", zorder=3)
     ax.figure.colorbar(dots, ax=ax, label="twisted blades: axial share of motion", shrink=0.8)

@@ -14,7 +14,6 @@ from collections.abc import Sequence
 from concurrent.futures import ProcessPoolExecutor
 from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -22,6 +21,7 @@ from matplotlib.figure import Figure
 
 import symhbm as sh
 from studies import fig12_mistuned_disk as fig12
+from studies import sampling
 from studies.claim import Finding
 from studies.closed_form import one_blade
 from studies.landmark import Landmark, Source
@@ -163,12 +163,20 @@ def gains(dataset: xr.Dataset) -> xr.DataArray:
     return 100 * (1 - own / table.sel(design=TUNED, drop=True))
 
 
+def interval(dataset: xr.Dataset, statistic: str, rows: np.ndarray) -> tuple[float, float]:
+    """Where the gain [%] of a statistic lies over sets of disks like those of ``rows``."""
+    amplitude = dataset.largest_amplitude.isel(sample=rows)
+    own, tuned = (amplitude.sel(design=one).values for one in (statistic, TUNED))
+
+    def gain(draw: np.ndarray) -> float:
+        return 100 * (1 - value(statistic, own[draw]) / value(statistic, tuned[draw]))
+
+    return sampling.of_statistic(gain, len(own))
+
+
 def draw(dataset: xr.Dataset) -> Figure:
     """Draw the highest peak of every disk at every design, and what the designs gain."""
-    with plt.rc_context(sh.plot.STYLE):
-        figure, (left, right) = plt.subplots(
-            1, 2, figsize=(11.0, 5.2), layout="constrained", width_ratios=(1.7, 1)
-        )
+    with sh.plot.panels(1, 2, size=(11.0, 5.2), width_ratios=(1.7, 1)) as (figure, (left, right)):
         _draw_disks(dataset, left)
         _draw_gains(dataset, right)
         order = int(dataset.engine_order)
@@ -214,20 +222,23 @@ def _draw_disks(dataset: xr.Dataset, ax: Axes) -> None:
 
 
 def _draw_gains(dataset: xr.Dataset, ax: Axes) -> None:
-    found = gains(dataset)
+    found, known = gains(dataset), dataset.known.values.astype(bool)
     place = np.arange(found.sizes["statistic"])
-    for name, color, aside in zip(DISKS, ("tab:blue", "tab:orange"), (-0.18, 0.18), strict=True):
+    words = f"{sampling.WORDS}, disks drawn anew"
+    looks = ("tab:blue", -0.18, "", known), ("tab:orange", 0.18, "//", ~known)
+    for name, (color, aside, hatch, rows) in zip(DISKS, looks, strict=True):
         heights = found.sel(disks=name).values
-        bars = ax.bar(place + aside, heights, 0.34, color=color, alpha=0.85, label=name)
-        ax.bar_label(
-            bars,
-            [f"{height:.1f} %".replace("-", "\N{MINUS SIGN}") for height in heights],
-            padding=2,
-            fontsize=9,
-        )
+        ax.bar(place + aside, heights, 0.34, color=color, alpha=0.85, label=name, hatch=hatch)
+        ends = np.array([interval(dataset, str(one), rows) for one in found.statistic.values])
+        ax.vlines(place + aside, *ends.T, color="black", linewidth=1.1, label=words)
+        words = "_"
     ax.axhline(0, color="black", linewidth=0.8)
-    ax.margins(y=0.25)
-    ax.set_xticks(place, [str(one) for one in found.statistic.values])
+    ax.margins(y=0.4)
+    texts = [
+        f"{one}\n" + ", ".join(f"{height:.1f} %" for height in found.sel(statistic=one).values)
+        for one in found.statistic.values
+    ]
+    ax.set_xticks(place, [text.replace("-", "\N{MINUS SIGN}") for text in texts])
     ax.grid(False, axis="x")
     ax.set_xlabel("statistic that is minimised")
     ax.set_ylabel("lower than at the load of the tuned disk [%]")

@@ -13,7 +13,6 @@ proportion: the picture on the right shows how far they are off.
 from dataclasses import replace
 from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -152,10 +151,10 @@ def slopes(dataset: xr.Dataset) -> np.ndarray:
 
 def draw(dataset: xr.Dataset) -> Figure:
     """Draw peaks over loads, the responses, and the distances to no damping."""
-    with plt.rc_context(sh.plot.STYLE):
-        figure, (left, middle, right) = plt.subplots(
-            1, 3, figsize=(14.0, 4.8), layout="constrained", width_ratios=(1.25, 1.1, 0.9)
-        )
+    with sh.plot.panels(1, 3, size=(14.0, 4.8), width_ratios=(1.25, 1.1, 0.9)) as (
+        figure,
+        (left, middle, right),
+    ):
         _draw_peaks(dataset, left)
         _draw_responses(dataset, middle)
         _draw_distances(dataset, right)

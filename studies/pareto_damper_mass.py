@@ -11,7 +11,6 @@ both ends of the dampers.
 
 from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -147,10 +146,8 @@ def draw(dataset: xr.Dataset) -> Figure:
         "sector": "24 sectors by finite elements",
     }
     found = fronts(dataset)
-    with plt.rc_context(sh.plot.STYLE):
-        figure, axes = plt.subplots(
-            1, len(found), figsize=(4.4 * len(found), 4.2), layout="constrained", squeeze=False
-        )
+    size = 4.4 * len(found), 4.2
+    with sh.plot.panels(1, len(found), size=size, squeeze=False) as (figure, axes):
         for ax, (name, points) in zip(axes[0], found.items(), strict=True):
             _draw_front(ax, name, points)
             least, best = 1e3 * points[-1, 1], 1e3 * points[0, 1]

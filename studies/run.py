@@ -12,6 +12,8 @@ import symhbm as sh
 
 DATA = Path(__file__).resolve().parent.parent / "data"
 RESULTS = DATA / "results"
+KINDS = ("png", "svg")
+"""Formats of each picture."""
 REFERENCE = DATA / "reference" / "exact_values.json"
 
 
@@ -24,9 +26,10 @@ def run(
     results: Path = RESULTS,
     say: Callable[[str], object] = print,
 ) -> list[Path]:
-    """Compute a study, save its archive and its pictures, and ``say`` their paths.
+    """Compute a study, save its archive and its pictures, and ``say`` the paths of all files.
 
-    A picture on the axes of the source has a name that ends in ``_source_axes``.
+    Returns those of the archive and of the pictures as PNG; each picture is there as SVG, too. One
+    on the axes of the source has a name that ends in ``_source_axes``.
     """
     matplotlib.use("Agg")
     results.mkdir(parents=True, exist_ok=True)
@@ -35,12 +38,12 @@ def run(
     draws = {name: draw}
     if draw_on_source_axes is not None:
         draws[f"{name}_source_axes"] = draw_on_source_axes
-    pictures = []
+    pictures, files = [], [archive]
     for stem, draw_one in draws.items():
         figure = draw_one(dataset)
         pictures.append(results / f"{stem}.png")
-        figure.savefig(pictures[-1])
+        files += [sh.plot.save(figure, pictures[-1].with_suffix(f".{kind}")) for kind in KINDS]
         plt.close(figure)
-    for path in (archive, *pictures):
+    for path in files:
         say(str(path))
     return [archive, *pictures]

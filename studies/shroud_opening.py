@@ -12,7 +12,6 @@ first harmonics at three frequencies are those of exact motions in time.
 
 from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
@@ -22,6 +21,7 @@ from scipy.optimize import brentq
 import symhbm as sh
 from studies.landmark import Landmark, Source
 from studies.run import run
+from studies.smooth import DASHES, along
 from symhbm.numerics import FloatArray
 
 NAME = "shroud_opening"
@@ -172,8 +172,7 @@ def states(row: xr.Dataset) -> FloatArray:
 
 def draw(dataset: xr.Dataset) -> Figure:
     """Draw responses across the shroud, its states over the band, and a loop with its limit."""
-    with plt.rc_context(sh.plot.STYLE):
-        figure = plt.figure(figsize=(11.5, 6.0), layout="constrained")
+    with sh.plot.panels(0, size=(11.5, 6.0)) as (figure, _):
         heights = 3, 1
         axes = figure.subplot_mosaic("RL;SL", width_ratios=(1.3, 1), height_ratios=heights)
         _draw_responses(axes["R"], dataset)
@@ -185,15 +184,16 @@ def draw(dataset: xr.Dataset) -> Figure:
 
 
 def _draw_responses(ax: Axes, dataset: xr.Dataset) -> None:
-    colors = "black", "tab:green", "tab:purple"
-    for preload, color in zip(dataset.normal_load.values, colors, strict=True):
+    looks = ("black", "-"), ("tab:green", "--"), ("tab:purple", DASHES)
+    for preload, (color, style) in zip(dataset.normal_load.values, looks, strict=True):
         row = dataset.sel(normal_load=preload)
-        level = 1e3 * row.amplitude.sel(dof=1).values
-        ax.semilogy(row.frequency, level, color=color, linewidth=1.2, label=f"{preload:g} N")
-        opens = states(row) == 2
+        frequency, amplitude, stretch = along(row, place=1)
+        look: Any = dict(color=color, linestyle=style, label=f"{preload:g} N")
+        ax.semilogy(frequency, 1e3 * amplitude, linewidth=1.2, **look)
+        opens = (states(row) == 2)[stretch]
         ends = np.append(opens, False) | np.append(False, opens)
-        shown = np.where(ends, level, np.nan)
-        ax.semilogy(row.frequency, shown, color=color, linewidth=4, alpha=0.3)
+        shown = np.where(ends, 1e3 * amplitude, np.nan)
+        ax.semilogy(frequency, shown, color=color, linewidth=4, alpha=0.3)
     ax.plot([], [], color="0.5", linewidth=4, alpha=0.4, label="opens")
     ax.set(ylabel="largest displacement $y_1$ across [mm]", xlim=BAND)
     ticks = 0.2, 0.5, 1, 2, 5

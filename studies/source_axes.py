@@ -1,5 +1,6 @@
 """The axes of the source's figures: its tick labels tell them, its lines are not known."""
 
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -32,8 +33,14 @@ def draw_blades(ax: Axes, curve: xr.Dataset, colors: np.ndarray, **look: Any) ->
     """Draw every blade of one curve in its colour, and return the lines."""
     first = len(ax.lines)
     for blade in range(curve.sizes["dof"]):
-        sh.plot.response(curve, dof=blade, peaks=False, ax=ax)
+        sh.plot.response(curve, place=blade, peaks=False, ax=ax)
     lines = [*ax.lines[first:]]
     for line, color in zip(lines, colors, strict=True):
         line.set(color=color, **look)
     return lines
+
+
+def in_styles(lines: Sequence[Line2D], turns: Sequence[int] | None = None) -> None:
+    """Give lines the styles of the library in turn, so that they differ in greys, too."""
+    for line, turn in zip(lines, turns or range(len(lines)), strict=True):
+        line.set_linestyle(sh.plot.LINE_STYLES[turn % len(sh.plot.LINE_STYLES)])

@@ -13,7 +13,6 @@ from importlib.metadata import version
 from time import perf_counter
 from typing import Any
 
-import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
 from matplotlib.figure import Figure
@@ -167,8 +166,7 @@ def draw(dataset: xr.Dataset) -> Figure:
     names = [str(name) for name in dataset.case.values]
     blades = [name for name in names if name.startswith("Fig. 3") and name.endswith(last)]
     partly = [name for name in names if name.startswith("ring") and name.endswith(last)]
-    with plt.rc_context(sh.plot.STYLE | {"figure.figsize": (10, 3.6)}):
-        figure, axes = plt.subplots(1, 3, layout="constrained")
+    with sh.plot.panels(1, 3, size=(10.0, 3.6)) as (figure, axes):
         for ax, shown, title in (
             (axes[0], blades, f"Fig. 3, harmonics {last}"),
             (axes[1], partly, f"Ring, engine order 1, {last}"),

@@ -34,6 +34,7 @@ import symhbm as sh
 from studies.closed_form import OneBlade
 from studies.landmark import Landmark, Source
 from studies.run import run
+from studies.smooth import with_states
 from symhbm.numerics import FloatArray
 
 NAME = "underplatform_damper"
@@ -176,8 +177,8 @@ def compute(progress: bool = True) -> xr.Dataset:
                 lift_amplitude=_at(found, onset[0]) if len(onset) else np.nan,
             )
         )
-        columns = [found.frequency.values, found.amplitude.values[:, 0]]
-        curves.append(np.array([*columns, *found.contact_state.values.T]))
+        *columns, states = with_states(found, 0, np.maximum)
+        curves.append(np.array([*columns, *states.T]))
 
     def level(logarithm: float) -> float:
         return float(np.log(peak(response(float(np.exp(logarithm))))[0]))
@@ -246,8 +247,7 @@ def _dataset(
 
 def draw(dataset: xr.Dataset) -> Figure:
     """Draw the peak over the mass with what contacts do there, and responses."""
-    with plt.rc_context(sh.plot.STYLE):
-        figure = plt.figure(figsize=(11.5, 6.0), layout="constrained")
+    with sh.plot.panels(0, size=(11.5, 6.0)) as (figure, _):
         axes = figure.subplot_mosaic("PR;SR", width_ratios=(1.25, 1), height_ratios=(3, 2))
         _draw_peaks(axes["P"], dataset)
         _draw_states(axes["S"], dataset)
@@ -264,7 +264,7 @@ def _draw_peaks(ax: Axes, dataset: xr.Dataset) -> None:
     fine = np.geomspace(MASSES[0], MASSES[-1], 200)
     closed = [1e3 * slider(mass).peak()[0] for mass in fine]
     ax.loglog(1e3 * fine, closed, "--", color="0.5", label="slider, one harmonic, closed form")
-    ax.loglog(grams, 1e3 * dataset.peak_amplitude, "o-", color="tab:blue", label="damper")
+    ax.loglog(grams, 1e3 * dataset.peak_amplitude, "o", color="tab:blue", label="damper")
     best_of = 1e3 * float(dataset.best_mass), 1e3 * float(dataset.best_amplitude)
     label = f"lowest: {best_of[1]:.4f} mm with {best_of[0]:.1f} g"
     ax.plot(*best_of, "*", color="tab:red", markersize=13, label=label)
@@ -307,12 +307,14 @@ def _draw_states(ax: Axes, dataset: xr.Dataset) -> None:
 
 def _draw_responses(ax: Axes, dataset: xr.Dataset) -> None:
     shades = plt.get_cmap("viridis")(np.linspace(0, 0.88, len(SHOWN)))
-    for mass, color in zip(MASSES[list(SHOWN)], shades, strict=True):
+    styles = sh.plot.LINE_STYLES
+    for mass, color, style in zip(MASSES[list(SHOWN)], shades, styles, strict=True):
         row = dataset.sel(damper_mass=mass)
-        ax.semilogy(row.frequency, 1e3 * row.amplitude, color=color, label=f"{1e3 * mass:.1f} g")
+        look: Any = dict(color=color, linestyle=style, label=f"{1e3 * mass:.1f} g")
+        ax.semilogy(row.frequency, 1e3 * row.amplitude, **look)
     ax.set(xlabel="excitation frequency [Hz]", ylabel="largest displacement of the blade [mm]")
     ax.set_xlim(BAND)
-    ax.legend(loc="upper right", title="damper")
+    ax.legend(loc="upper right", title="damper", handlelength=3.2)
 
 
 def landmarks(dataset: xr.Dataset) -> list[Landmark]:

@@ -280,15 +280,26 @@ class HarmonicBalance:
 
     @property
     def differentiable(self) -> list[str]:
-        """Names of the parameters that may vary continuously, of contacts that do something."""
+        """Names of the parameters by which derivatives are known.
+
+        Those of contacts that do something, and none that a moving base changes the force with.
+        """
         idle = {
             name
             for group in self.groups
             if group.name not in self._active
             for name in group.parameters.values()
         }
+        idle |= self._in_force
         values = self.parameters.items()
         return [n for n, value in values if not isinstance(value, int) and n not in idle]
+
+    @property
+    def _in_force(self) -> set[str]:
+        """Parameters of matrices that make the force of a moving base."""
+        names = {name: of for name, (of, _) in self.model.matrix_terms.items()}
+        names |= {name: name for name in MATRIX_INPUTS}
+        return {name for name, of in names.items() if of in self.excitation.of_matrices}
 
     def with_parameters(self, **values: Any) -> "HarmonicBalance":
         """Copy with other values of named parameters, sharing the compiled equations.
@@ -486,12 +497,19 @@ class HarmonicBalance:
         """CasADi function of the sparse exact derivative of the residual by one of its inputs.
 
         ``name`` is ``unknowns``, ``frequency`` or a parameter; KeyError lists the names. Those by
-        the parameters only for a condensed structure: TypeError for the others.
+        the parameters only for a condensed structure: TypeError for the others. ValueError by a
+        parameter of the matrices with which the force of a moving base changes.
         """
         if name in {"unknowns", "frequency"}:
             self._check_compiled(f"derivative({name!r})")
             return self._equations.derivative(name)
         name = self.parameter_name(name)
+        if name in self._in_force:
+            raise ValueError(
+                f"{name}: expected a parameter that the force of a moving base does not change "
+                f"with, it is made of the {' and '.join(sorted(self.excitation.of_matrices))} "
+                "matrix; sweep it by over=, or give the force as a symhbm.FrequencyForce"
+            )
         if name in self.model.contact_parameters:
             owner = self.model.group_of(name).name
             if owner not in self._active:

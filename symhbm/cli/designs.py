@@ -24,10 +24,18 @@ def designs(dataset: xr.Dataset) -> Lines:
 
 
 def _design(dataset: xr.Dataset) -> Lines:
-    for label, value, units in _variables(dataset, dataset["design_value"].values):
-        yield f"  {label}", f"{short(value)}{units}"
+    for i, told in enumerate(_variables(dataset, dataset["design_value"].values)):
+        label, value, units = told
+        text = short(value)
+        if np.isnan(value) and "design_from" in dataset.variables:
+            text = " to ".join(
+                short(dataset[end].values[i]) for end in ("design_from", "design_to")
+            )
+        yield f"  {label}", f"{text}{units}"
     if "design_amplitude" in dataset.variables:
-        yield "  largest response", f"{short(dataset['design_amplitude'].item())} m"
+        amplitude = dataset["design_amplitude"]
+        units = amplitude.attrs.get("units", "m")
+        yield "  largest response", f"{short(amplitude.item())} {units}"
     if "design_aim" in dataset.variables:
         yield "  objective", short(dataset["design_aim"].item())
 

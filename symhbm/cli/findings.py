@@ -176,23 +176,12 @@ def _peaks(dataset: xr.Dataset) -> Lines:
 
 
 def _best(dataset: xr.Dataset) -> Lines:
-    """The largest flutter limit, and the parameters of a design."""
+    """The largest flutter limit."""
     if "flutter_limit" in dataset.variables:
         most = largest(dataset, "flutter_limit")
         if most is not None:
             words = [short(most[0]), *_location(dataset, "flutter_limit", most[1])]
             yield "largest flutter limit", ", ".join(words)
-    if "design_status" not in dataset.variables or dataset["design_status"].ndim:
-        return
-    for i, name in enumerate(map(str, dataset["variable"].values)):
-        text = short(dataset["design_value"].values[i])
-        if text == "nan" and "design_from" in dataset.variables:
-            ends = (dataset[end].values[i] for end in ("design_from", "design_to"))
-            text = " to ".join(map(short, ends))
-        known = "variable_units" in dataset.variables
-        unit = str(dataset["variable_units"].values[i]) if known else "1"
-        yield "best value", f"{name} {text}" + f" {unit}" * (unit != "1")
-    yield "design", str(dataset["design_status"].item())
 
 
 def _contacts(dataset: xr.Dataset) -> Lines:

@@ -40,7 +40,7 @@ def draw(
     dataset: xr.Dataset,
     kind: str | None,
     choices: Sequence[str],
-    options: dict[str, int],
+    options: dict[str, Any],
     laws: Sequence[ContactLaw] = (),
 ) -> tuple[str, Any]:
     """Kind and figure of the selected part; by default the kind that suits it.

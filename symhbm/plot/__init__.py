@@ -1,18 +1,20 @@
 """Figures from datasets, and drawings of models."""
 
 from symhbm.plot.contact import contact_map, hysteresis, normal_force, states
-from symhbm.plot.curves import response
+from symhbm.plot.curves import curve, response
 from symhbm.plot.disks import campbell, interference
-from symhbm.plot.drawing import LINE_STYLES, MOST_LEGEND_ENTRIES, STYLE, SYMBOLS, nothing_to_draw
+from symhbm.plot.drawing import LINE_STYLES, MOST_LEGEND_ENTRIES, SYMBOLS, nothing_to_draw
 from symhbm.plot.ensemble import blades, envelope
+from symhbm.plot.figures import FORMATS, STYLE, panels, save
 from symhbm.plot.front import pareto_front
 from symhbm.plot.map import stick_map
 from symhbm.plot.phase import phase
-from symhbm.plot.schematic import model
 from symhbm.plot.shapes import disk
+from symhbm.plot.structure import model
 from symhbm.plot.unforced import flutter_limit, limit_cycles, nonlinear_modes
 
 __all__ = [
+    "FORMATS",
     "LINE_STYLES",
     "MOST_LEGEND_ENTRIES",
     "STYLE",
@@ -20,6 +22,7 @@ __all__ = [
     "blades",
     "campbell",
     "contact_map",
+    "curve",
     "disk",
     "envelope",
     "flutter_limit",
@@ -30,9 +33,11 @@ __all__ = [
     "nonlinear_modes",
     "normal_force",
     "nothing_to_draw",
+    "panels",
     "pareto_front",
     "phase",
     "response",
+    "save",
     "states",
     "stick_map",
 ]

@@ -7,8 +7,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
-from symhbm.model import Place
-from symhbm.numerics import check
+from symhbm.numerics import FloatArray, check
 from symhbm.plot.drawing import (
     DECIBEL,
     Family,
@@ -17,15 +16,17 @@ from symhbm.plot.drawing import (
     axis_label,
     canvas,
     check_anything,
+    check_dims,
     check_variables,
     decibel,
     figure_of,
     is_wide,
     moving,
+    one_solution,
     scale_of,
 )
 from symhbm.plot.lines import Line, Peak, line_of, located_peaks
-from symhbm.results import Description, check_dof, places_of
+from symhbm.plot.places import Chosen, Shown, chosen
 
 _LEADS = 1e-6
 """Relative distance within which a peak belongs to the largest response."""
@@ -45,7 +46,7 @@ MARK: Any = dict(markeredgecolor="black", markeredgewidth=0.6, markersize=4.5, z
 def response(
     dataset: xr.Dataset,
     *,
-    dof: Place | None = None,
+    place: Shown = None,
     peaks: bool = True,
     scale: str = "decibel",
     unit: str = "m",
@@ -57,7 +58,7 @@ def response(
     located peaks, which lie between the points of a grid (``at=``). Without slopes, as in archives
     of older versions or where ``keep=`` left them out, lines are monotone between their points, or
     straight where they fold. Paths tell the largest response between their points within 1 % as a
-    rule; for the antiresonances of a single ``dof``, compute them with ``peaks="each"``.
+    rule; for the antiresonances of a single degree of freedom, compute them with ``peaks="each"``.
 
     Unstable responses are dotted lines, or hollow circles. More than 14 curves have a colour bar
     in the place of a legend; those of a dimension ``sample`` are thin, without marks.
@@ -66,9 +67,10 @@ def response(
     ----------
     dataset
         A result of `symhbm.frf` or `symhbm.follow`.
-    dof
-        The degree of freedom to show, by number or by name as ``"tip:y"``; by default the largest
-        response of all.
+    place
+        What to show: the number of a degree of freedom, ``"blade 3"``, a label or a node as
+        ``"tip"``, one of its directions as ``"tip:y"``, or several of these. Of several degrees of
+        freedom, by default of all, it is the largest response.
     peaks
         Mark the located peaks of what is shown: circles are smooth, triangles corners, vertical
         lines unbounded. Squares are folds, diamonds branch points, triangles that point down period
@@ -83,9 +85,9 @@ def response(
     Raises
     ------
     TypeError, KeyError
-        If the dataset holds no curve, or ``dof`` is the name of no place.
+        If the dataset holds no curve, or ``place`` is the name of no place.
     ValueError
-        If ``dof`` is out of range, no point converged, or a scale or a unit is unknown.
+        If ``place`` is out of range, no point converged, or a scale or a unit is unknown.
 
     Examples
     --------
@@ -98,7 +100,7 @@ def response(
     >>> figure = sh.plot.response(sh.frf(problem, (10, 30), over={"normal_load": [1, 3]}))
     >>> figure.savefig("response.png")
     """
-    parameter, dof = check_curves(dataset, dof)
+    parameter, where = check_curves(dataset, place)
     shown = scale_of(scale, unit, dataset)
     check_anything(dataset, "amplitude")
     inner = parameter.along, "dof", "solution"
@@ -112,22 +114,60 @@ def response(
                 position = member.position | ({"sample": sample} if "sample" in swept else {})
                 curve = dataset.isel(position)
                 if "solution" in curve["amplitude"].dims:
-                    _dots(ax, curve, parameter, dof, member.color, shown)
-                    marks = marks_of(located_peaks(curve, parameter), parameter, dof)
+                    _dots(ax, curve, parameter, where, member.color, shown)
+                    marks = marks_of(located_peaks(curve, parameter), parameter, where)
                 else:
-                    picture = picture_of(curve, parameter, dof)
-                    style = look | dict(linestyle=member.style)
-                    _draw(ax, picture.line, member.color, style, shown)
+                    picture = picture_of(curve, parameter, where)
+                    style = look | dict(color=member.color, linestyle=member.style)
+                    draw_line(ax, picture.line, shown, **style)
                     marks = picture.marks
                 if peaks and "sample" not in swept:
                     _marks(ax, marks, member.color, shown)
-        label_axes(ax, dataset, parameter.name, dof, shown)
+        label_axes(ax, dataset, parameter.name, where.words, shown)
         family.explain(ax)
     return figure_of(ax)
 
 
-def check_curves(dataset: xr.Dataset, dof: Place | None) -> tuple[Moving, int | None]:
-    """The moving parameter of a dataset of curves, and the degree of freedom.
+def curve(dataset: xr.Dataset, *, place: Shown = None) -> tuple[FloatArray, FloatArray]:
+    """Values (n,) and amplitudes (n,) [m] of a curve as `response` draws it, for other pictures.
+
+    There are as many as straight lines need between decibels; points of the dataset are among
+    them, in their order.
+
+    Parameters
+    ----------
+    dataset
+        A result of `symhbm.frf` or `symhbm.follow`, or some points of it, of one parameter set.
+    place
+        As of `response`.
+
+    Raises
+    ------
+    TypeError, KeyError, ValueError
+        As `response`, and for several curves.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> blade = sh.single_blade(
+    ...     mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+    ... )
+    >>> response = sh.frf(sh.HarmonicBalance(blade, sh.PointForce()), (10, 30))
+    >>> frequency, amplitude = sh.plot.curve(response)
+    >>> f"{1e3 * amplitude.max():.2f} mm"
+    '0.31 mm'
+    """
+    parameter, where = check_curves(dataset, place)
+    check_dims(dataset["amplitude"], (parameter.along, "dof", "solution"), "one curve")
+    if "solution" in dataset["amplitude"].dims:
+        dataset = one_solution(dataset)
+    value, level, _ = picture_of(dataset, parameter, where).line.polyline()
+    return value, 10 ** (level / 20)
+
+
+def check_curves(dataset: xr.Dataset, place: Any) -> tuple[Moving, Chosen]:
+    """The moving parameter of a dataset of curves, and the degrees of freedom to show.
 
     Raises as `response`.
     """
@@ -136,15 +176,14 @@ def check_curves(dataset: xr.Dataset, dof: Place | None) -> tuple[Moving, int | 
     if parameter.along not in dataset["amplitude"].dims:
         raise KeyError("the dataset holds one point; a response curve has many")
     check.known("dof", [str(d) for d in dataset["amplitude"].dims], "dimension of the dataset")
-    if dof is not None:
-        return parameter, check_dof("dof", dof, dataset)
-    return parameter, None
+    return parameter, chosen(dataset, place)
 
 
-def shown_amplitude(dataset: xr.Dataset, dof: int | None) -> xr.DataArray:
-    """Amplitude of one degree of freedom, or the largest of all; NaN where any is unknown."""
+def shown_amplitude(dataset: xr.Dataset, where: Chosen) -> xr.DataArray:
+    """The largest amplitude of some degrees of freedom; NaN where any is unknown."""
     amplitude = dataset["amplitude"]
-    return amplitude.max("dof", skipna=False) if dof is None else amplitude.isel(dof=dof)
+    amplitude = amplitude if where.every else amplitude.isel(dof=[*where.dofs])
+    return amplitude.max("dof", skipna=False)
 
 
 Marks = list[tuple[str, float, float]]
@@ -158,16 +197,14 @@ class Picture(NamedTuple):
     marks: Marks
 
 
-def picture_of(curve: xr.Dataset, parameter: Moving, dof: int | None) -> Picture:
-    """Line and marks of one curve, of one degree of freedom or of the largest response."""
-    line, peaks = line_of(curve, parameter, dof), located_peaks(curve, parameter)
+def picture_of(curve: xr.Dataset, parameter: Moving, where: Chosen) -> Picture:
+    """Line and marks of one curve, of the largest response of some degrees of freedom."""
+    line, peaks = line_of(curve, parameter, where.dofs), located_peaks(curve, parameter)
     if line.is_function:
-        line = line.ascending()
-        if dof is None:
-            line = line.through(peaks)
-        else:
-            line = line.through([peak._replace(dof=0) for peak in peaks if peak.dof == dof])
-    marks = marks_of(peaks, parameter, dof, line)
+        column = {dof: i for i, dof in enumerate(where.dofs)}
+        own = [p._replace(dof=column[p.dof]) for p in peaks if p.dof in column]
+        line = line.ascending().through(own)
+    marks = marks_of(peaks, parameter, where, line)
     if parameter.along == "point" and f"event_{parameter.name}" in curve and "event_kind" in curve:
         level = decibel(line.amplitude.max(axis=1, initial=0.0))
         events = curve["event_kind"].values, curve[f"event_{parameter.name}"].values
@@ -178,16 +215,16 @@ def picture_of(curve: xr.Dataset, parameter: Moving, dof: int | None) -> Picture
 
 
 def marks_of(
-    peaks: list[Peak], parameter: Moving, dof: int | None, line: Line | None = None
+    peaks: list[Peak], parameter: Moving, where: Chosen, line: Line | None = None
 ) -> Marks:
     """Marks of the peaks that are shown, one where several degrees of freedom peak together.
 
-    Without ``dof``, peaks of each degree of freedom count where they are the largest response on a
+    Of several degrees of freedom, peaks of each count where they are the largest response on a
     ``line``.
     """
-    if dof is not None:
-        peaks = [peak for peak in peaks if parameter.per_dof and peak.dof == dof]
-    elif parameter.per_dof:
+    if not where.every:
+        peaks = [peak for peak in peaks if parameter.per_dof and peak.dof in where.dofs]
+    if parameter.per_dof and where.alone is None:
         top = np.full(len(peaks), np.inf)
         if line is not None and line.is_function:
             top = line.read(np.array([peak.value for peak in peaks]))
@@ -206,23 +243,24 @@ def drawn(line: Line, scale: Scale) -> tuple[Any, Any, np.ndarray]:
     return value, scale.of_level(level), unstable
 
 
-def _draw(ax: Axes, line: Line, color: Any, look: dict[str, Any], scale: Scale) -> None:
+def draw_line(ax: Axes, line: Line, scale: Scale, **look: Any) -> None:
+    """Draw a curve, dotted where it is unstable."""
     value, level, unstable = drawn(line, scale)
     solid, dotted = (
         np.append(chosen, False) | np.append(False, chosen) for chosen in (~unstable, unstable)
     )
     solid |= not len(unstable)
-    ax.plot(value, np.where(solid, level, np.nan), color=color, **look)
+    ax.plot(value, np.where(solid, level, np.nan), **look)
     if dotted.any():
         dots: Any = look | dict(linestyle=":", linewidth=1.0)
-        ax.plot(value, np.where(dotted, level, np.nan), color=color, **dots)
+        ax.plot(value, np.where(dotted, level, np.nan), **dots)
 
 
 def _dots(
-    ax: Axes, curve: xr.Dataset, parameter: Moving, dof: int | None, color: Any, scale: Scale
+    ax: Axes, curve: xr.Dataset, parameter: Moving, where: Chosen, color: Any, scale: Scale
 ) -> None:
     """Draw every solution at each value; hollow circles are unstable."""
-    amplitude = shown_amplitude(curve, dof).transpose(parameter.along, "solution")
+    amplitude = shown_amplitude(curve, where).transpose(parameter.along, "solution")
     level = scale.of(amplitude.values)
     unstable = np.zeros(level.shape, dtype=bool)
     if "stability" in curve.variables:
@@ -242,25 +280,11 @@ def _marks(ax: Axes, marks: Marks, color: Any, scale: Scale) -> None:
 
 
 def label_axes(
-    ax: Axes, dataset: xr.Dataset, name: str, dof: int | None, scale: Scale = DECIBEL
+    ax: Axes, dataset: xr.Dataset, name: str, words: str, scale: Scale = DECIBEL
 ) -> None:
     """Labels of a response over the parameter ``name``; a wide one gets a logarithmic axis."""
     ax.set_xlabel(axis_label(dataset, name))
-    kept, places = dataset.variables.get("structure_dof"), places_of(dataset)
-    output = Description(dataset).output
-    if output is not None:
-        words = output.replace("_", " ")
-        several = dof is None and dataset.sizes["dof"] > 1
-        which = f"largest {words}" if several else f"{words}{'' if dof is None else f' {dof}'}"
-    elif dof is not None and places is not None:
-        which = f"response of {places.name(dof)}"
-    elif kept is None:
-        which = "largest response" if dof is None else f"response of DOF {dof}"
-    elif dof is None:
-        which = f"largest response of {kept.size} kept DOFs"
-    else:
-        which = f"response of DOF {int(kept.values[dof])} (kept DOF {dof})"
-    ax.set_ylabel(f"{which} [{scale.label}]")
+    ax.set_ylabel(f"{words} [{scale.label}]")
     scale.put_on(ax)
     values = dataset[name].values[np.isfinite(dataset[name].values)]
     if name != "frequency" and len(values) and is_wide(values):

@@ -5,7 +5,6 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from typing import Any, NamedTuple
 
-import matplotlib as mpl
 import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
@@ -19,30 +18,16 @@ from matplotlib.ticker import LogFormatter
 from symhbm.model import PARAMETERS
 from symhbm.model.contacts import Parameter
 from symhbm.numerics import FloatArray, FourierBasis, check, unknowns_of
+from symhbm.plot.figures import STYLE, panels
 from symhbm.results import Description, check_dataset, check_present, meaning
 
-STYLE: Any = {
-    "figure.figsize": (6.4, 4.2),
-    "figure.dpi": 110,
-    "savefig.dpi": 200,
-    "font.size": 10,
-    "axes.grid": True,
-    "axes.axisbelow": True,
-    "axes.spines.top": False,
-    "axes.spines.right": False,
-    "axes.titlesize": 10,
-    "grid.color": "0.88",
-    "grid.linewidth": 0.6,
-    "legend.fontsize": 8.5,
-    "legend.frameon": False,
-    "lines.linewidth": 1.4,
-    "mathtext.fontset": "dejavusans",
-}
 SYMBOLS = {"frequency": ("$f$", "Hz")}
 SYMBOLS |= {name: about.shown_as(name) for name, about in PARAMETERS.items()}
 LINE_STYLES: tuple[Any, ...] = ("-", (0, (5, 1.5)), (0, (1.2, 1.2)), (0, (6, 1.5, 1.2, 1.5)))
 MOST_LEGEND_ENTRIES = 14
 """Largest family of curves with a legend; a larger one has a colour bar."""
+MOST_POINTS = 40_000
+"""Most points of the lines of axes that SVG and PDF hold as lines, some 7 to 25 bytes each."""
 WIDE = 30
 """Ratio of values from which a scale is logarithmic."""
 OUTSIDE: Any = dict(loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0)
@@ -53,29 +38,28 @@ FAMILY = ListedColormap(plt.get_cmap("viridis")(np.linspace(0.88, 0.0, 256)))
 
 @contextmanager
 def canvas(ax: Axes | None, size: tuple[float, float] | None = None) -> Iterator[Axes]:
-    """Axes to draw into, in the style of the library; a figure of our own is closed on errors.
+    """Axes to draw into, in the style of the library, by default of a figure of `panels`.
 
-    ``size`` [inch] is that of a figure of our own. Pyplot holds it, so that ``plt.show()`` opens
-    its window; but in a notebook it is the caller's alone.
+    Where their lines have many points, SVG and PDF hold them as pixels.
     """
     if ax is not None and not isinstance(ax, Axes):
         raise TypeError(f"ax={check.shown(ax)}: expected matplotlib Axes or None")
+    if ax is None:
+        with panels(size=size) as (_, own):
+            yield own
+            _bound_points(own)
+        return
     with plt.rc_context(STYLE):
-        created = None
-        if ax is None:
-            created, ax = plt.subplots(layout="constrained", figsize=size)
-        interactive = mpl.is_interactive()
-        try:
-            yield ax
-        except BaseException:
-            if created is not None:
-                plt.close(created)
-            raise
-        # At the end of a cell a notebook shows what pyplot holds, beside the value of the cell.
-        if created is not None and "inline" in mpl.get_backend().lower():
-            plt.close(created)
-    # The backend of a notebook, loaded by the first figure, turns this on to show later ones.
-    mpl.interactive(interactive)
+        yield ax
+        _bound_points(ax)
+
+
+def _bound_points(ax: Axes) -> None:
+    every = [ax, *ax.child_axes]
+    lines = [line for part in every for line in part.lines]
+    if sum(len(line.get_xdata(orig=False)) for line in lines) > MOST_POINTS:
+        for line in lines:
+            line.set_rasterized(True)
 
 
 def figure_of(ax: Axes) -> Figure:

@@ -1,5 +1,6 @@
 """Lines of response curves: amplitudes with their slopes, through corners and located peaks."""
 
+from collections.abc import Sequence
 from dataclasses import dataclass, replace
 from itertools import groupby
 from typing import NamedTuple
@@ -162,15 +163,14 @@ def _other_slope(rise: FloatArray, slope: FloatArray) -> FloatArray:
     return rise * np.clip(2 - slope / np.where(rise == 0, 1.0, rise), 0.0, 2.0)
 
 
-def line_of(curve: xr.Dataset, parameter: Moving, dof: int | None) -> Line:
-    """The line of one curve, of one degree of freedom or of all, without padding."""
+def line_of(curve: xr.Dataset, parameter: Moving, dofs: Sequence[int]) -> Line:
+    """The line of one curve, of the largest of some degrees of freedom, without padding."""
     value = curve[parameter.name].values
     inside = np.isfinite(value)
-    columns = slice(None) if dof is None else slice(dof, dof + 1)
 
     def of_points(name: str) -> FloatArray:
         values = curve[name].transpose(parameter.along, "dof").values
-        return values[inside][:, columns].astype(float)
+        return values[inside][:, [*dofs]].astype(float)
 
     unstable = np.zeros(int(inside.sum()), dtype=bool)
     if "stability" in curve.variables:

@@ -18,7 +18,6 @@ from symhbm.plot.drawing import (
     is_wide,
     one_solution,
 )
-from symhbm.results import places_of
 from symhbm.results.reading import motion
 
 _UNITS = {"deg": 180 / np.pi, "rad": 1.0}
@@ -27,7 +26,7 @@ _UNITS = {"deg": 180 / np.pi, "rad": 1.0}
 def phase(
     dataset: xr.Dataset,
     *,
-    dof: Place = 0,
+    place: Place = 0,
     harmonic: int | None = None,
     unit: str = "deg",
     ax: Axes | None = None,
@@ -41,8 +40,8 @@ def phase(
     ----------
     dataset
         A result of `symhbm.frf` or `symhbm.follow` with ``coefficient``.
-    dof
-        The degree of freedom to show, by number or by name as ``"tip:y"``.
+    place
+        The degree of freedom to show: its number, ``"blade 3"``, or its name as ``"tip:y"``.
     harmonic
         The harmonic; by default the lowest one above 0.
     unit
@@ -54,7 +53,7 @@ def phase(
     ------
     TypeError, KeyError, ValueError
         If the dataset holds no curve or no coefficients, no point converged, there are several
-        solutions at a value, or ``dof``, ``harmonic`` or ``unit`` are unknown.
+        solutions at a value, or ``place``, ``harmonic`` or ``unit`` are unknown.
 
     Examples
     --------
@@ -67,7 +66,12 @@ def phase(
     >>> figure = sh.plot.phase(sh.frf(problem, (10, 30), over={"normal_load": [1, 3]}))
     >>> figure.savefig("phase.png")
     """
-    parameter, number = check_curves(dataset, dof)
+    parameter, where = check_curves(dataset, place)
+    number = where.alone
+    if number is None:
+        raise ValueError(
+            f"place={check.shown(place)}: expected one degree of freedom, this is {len(where.dofs)}"
+        )
     check_variables(dataset, "coefficient")
     factor = _UNITS[check.one_of("unit", unit, _UNITS)]
     known = [n for n in dataset["harmonic"].values.tolist() if n > 0]
@@ -87,8 +91,7 @@ def phase(
             shown = np.full(len(value), np.nan)
             shown[inside] = factor * np.unwrap(angle[inside])
             ax.plot(value, shown, color=member.color, linestyle=member.style)
-        places = places_of(dataset)
-        which = f"DOF {number}" if places is None or number is None else places.name(number)
+        which = where.words.removeprefix("response of ")
         ax.set_xlabel(axis_label(dataset, parameter.name))
         turn = r"\omega t" if harmonic == 1 else rf"{harmonic} \omega t"
         ax.set_ylabel(rf"phase lag of {which} behind $\cos({turn})$ [{unit}]")

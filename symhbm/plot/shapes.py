@@ -26,6 +26,7 @@ from symhbm.plot.drawing import (
     scaled,
     symbol_of,
 )
+from symhbm.plot.places import blades_of, position_of
 from symhbm.results import Description
 
 HUB, TIP, OFFSET = 0.42, 1.0, 0.3
@@ -159,24 +160,19 @@ def _blades(dataset: xr.Dataset, blades: Sequence[int] | None) -> tuple[list[int
 
 def _blades_of_problem(dataset: xr.Dataset) -> list[int]:
     """Positions along ``dof`` of the blades that the model or the excitation names."""
-    description = Description(dataset)
-    condensed = description.condensed
-    waves = [force for force in description.forces if force.get("type") == "EngineOrder"]
-    size = (condensed or description.problem).get("n_dof", 0)
-    if description.lumped:
-        blades = range(size)
-    elif waves:
-        blades = range(size) if waves[0]["blades"] is None else waves[0]["blades"]
-    else:
+    blades, position = blades_of(dataset), position_of(dataset)
+    if blades is None:
         raise ValueError(
             "blades=None: expected the degrees of freedom of the blades in their order around the "
             "disk, as neither the model nor the force tells which they are"
         )
-    label = "dof" if condensed is None else "structure_dof"
-    position = {int(dof): i for i, dof in enumerate(dataset[label].values)}
     missing = [dof for dof in blades if dof not in position]
     if missing:
-        kept = "dofs= of condense keeps them" if condensed else "select all of them"
+        kept = (
+            "dofs= of condense keeps them"
+            if Description(dataset).condensed
+            else "select all of them"
+        )
         raise ValueError(
             f"dataset: expected all {len(blades)} blades, {len(missing)} are not in it (degrees of "
             f"freedom {check.shown(missing)}); {kept}, or blades= tells which to draw"

@@ -300,7 +300,7 @@ def test_what_is_largest_is_told_to_be_of_what_is_kept(pair, tmp_path):
     assert f"of the {kept}" in " ".join(told.split())
     axes = sh.plot.response(response).axes[0]
     assert axes.get_ylabel() == f"largest response of {problem.n_dof} kept DOFs [dB re 1 m]"
-    axes = sh.plot.response(response, dof=1).axes[0]
+    axes = sh.plot.response(response, place=1).axes[0]
     assert axes.get_ylabel().startswith(f"response of DOF {problem.model.dofs[1]} (kept DOF 1)")
     whole = sh.frf(pair[0], (9.9, 10.0), progress=False)
     assert "largest_of" not in whole.attrs

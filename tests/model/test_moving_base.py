@@ -312,3 +312,18 @@ def test_second_derivatives_of_condensed_structures_are_exact(motion):
         for each, dof in zip(gained, (0, 2), strict=True)
     ]
     np.testing.assert_allclose(*(np.nanmax(np.abs(rate), axis=(1, 2)) for rate in rates), rtol=1e-5)
+
+
+@pytest.mark.parametrize(
+    ("motion", "made_of"), [("relative", {"mass"}), ("absolute", {"stiffness", "damping"})]
+)
+def test_no_derivative_leaves_out_that_the_force_changes(motion, made_of):
+    """The force of a base is one of matrices: derivatives by these are not told at all."""
+    blade = sh.single_blade(mass=1, stiffness=1e4, damping=0.5)
+    problem = sh.HarmonicBalance(blade, sh.BaseMotion(acceleration=1.0, motion=motion))
+    assert {"mass", "stiffness", "damping"} - {*problem.differentiable} == made_of
+    for name in made_of:
+        with pytest.raises(ValueError, match=f"{name}: expected a parameter that the force"):
+            sh.follow(problem, name, (0.9, 1.1), frequency=15)
+        loaded = problem.with_excitation(sh.PointForce())
+        assert name in loaded.differentiable

@@ -198,10 +198,10 @@ def test_results_have_places_and_problems_are_rebuilt_with_them(tmp_path):
         expected = getattr(places(), column)
         np.testing.assert_array_equal(getattr(again.model.places, column), expected)
     assert again.model.number_of("tip:y") == 1
-    figure = sh.plot.response(loaded, dof="tip:y")
+    figure = sh.plot.response(loaded, place="tip:y")
     assert "tip:y" in figure.axes[0].get_ylabel()
     with pytest.raises(KeyError, match="nearest"):
-        sh.plot.response(loaded, dof="tpi:y")
+        sh.plot.response(loaded, place="tpi:y")
 
 
 def test_condensed_structures_know_places():

@@ -56,7 +56,7 @@ def test_lines_differ_in_greyscale(family):
 
 def test_one_degree_of_freedom_on_given_axes(family):
     _, ax = plt.subplots()
-    figure = sh.plot.response(family.isel(normal_load=0), dof=0, ax=ax)
+    figure = sh.plot.response(family.isel(normal_load=0), place=0, ax=ax)
     assert figure is ax.get_figure()
     assert ax.get_legend() is None
     assert "DOF 0" in ax.get_ylabel()
@@ -108,7 +108,7 @@ def test_samples_are_thin_lines_alike():
 
 
 BAD = {
-    "response dof": (sh.plot.response, {"dof": 3}, ValueError, "dof=3"),
+    "response dof": (sh.plot.response, {"place": 3}, ValueError, "place=3"),
     "response ax": (sh.plot.response, {"ax": 3}, TypeError, "ax=3"),
     "envelope": (sh.plot.envelope, {}, KeyError, "'sample' is no dimension"),
     "disk": (sh.plot.disk, {}, ValueError, "expected at least three"),

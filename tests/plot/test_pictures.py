@@ -97,14 +97,14 @@ def test_a_response_is_drawn_where_it_is(name):
 def test_a_blade_of_a_tuned_disk_is_drawn_where_it_is():
     curve = sh.frf(fig08.problem(), (50, 350), throw=True, progress=False)
     assert int(curve.n_sectors) == 13
-    (line,) = long_lines(sh.plot.response(curve, dof=5).axes[0])
+    (line,) = long_lines(sh.plot.response(curve, place=5).axes[0])
     assert off_paper(line, curve, dof=5, n_values=500) < CLOSE
 
 
 @pytest.mark.parametrize("dof", [0, 3])
 def test_antiresonances_of_a_blade(dof):
     curve = sh.frf(mistuned(), (50, 110), peaks="each", throw=True, progress=False)
-    (line,) = long_lines(sh.plot.response(curve, dof=dof).axes[0])
+    (line,) = long_lines(sh.plot.response(curve, place=dof).axes[0])
     assert off_paper(line, curve, dof=dof, n_values=500) < CLOSE
 
 

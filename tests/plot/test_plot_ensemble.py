@@ -65,7 +65,9 @@ def texts(ax):
 
 @pytest.mark.parametrize("dof", [None, 3])
 def test_bands_are_extremes_and_quantiles(ensemble, dof):
-    figure = sh.plot.envelope(ensemble, dof=dof, quantiles=(0.25, 0.75), samples=2)
+    figure = sh.plot.envelope(
+        ensemble, place=dof, quantiles=(0.25, 0.75), samples=2, extremes=False
+    )
     (ax,) = figure.axes
     shown = ensemble.amplitude.max("dof") if dof is None else ensemble.amplitude.isel(dof=dof)
     amplitude = shown.transpose("sample", "frequency").values
@@ -77,7 +79,12 @@ def test_bands_are_extremes_and_quantiles(ensemble, dof):
     np.testing.assert_array_equal([first.get_ydata(), second.get_ydata()], level(amplitude[:2]))
     np.testing.assert_allclose(median.get_ydata(), level(np.median(amplitude, axis=0)), rtol=1e-14)
     np.testing.assert_array_equal(median.get_xdata(), GRID)
-    assert texts(ax) == ["smallest to largest of 6", "25 to 75 %", "single samples", "median"]
+    assert texts(ax) == [
+        "smallest to largest of 6, on the grid",
+        "25 to 75 %",
+        "single samples",
+        "median",
+    ]
 
 
 def test_failed_samples_are_left_out_and_counted(ensemble):
@@ -97,7 +104,7 @@ def test_failed_samples_are_left_out_and_counted(ensemble):
 
 
 def test_paths_are_read_off_through_their_peaks(ensemble, paths):
-    (ax,) = sh.plot.envelope(paths, samples=6).axes
+    (ax,) = sh.plot.envelope(paths, samples=6, extremes=False).axes
     for number in range(6):
         value, drawn = (np.asarray(data) for data in ax.lines[number].get_data())
         exact = level(ensemble.amplitude.isel(sample=number).max("dof").values)
@@ -162,7 +169,8 @@ def test_ensemble_over_a_followed_parameter():
         ({"quantiles": (0.1, 1.1)}, "quantiles="),
         ({"quantiles": 0.5}, "quantiles=0.5"),
         ({"samples": 7}, "samples=7"),
-        ({"dof": 5}, "dof=5"),
+        ({"place": 5}, "place=5"),
+        ({"style": "curves"}, "style='curves'"),
     ],
 )
 def test_bad_arguments(ensemble, options, words):
@@ -171,15 +179,126 @@ def test_bad_arguments(ensemble, options, words):
     assert plt.get_fignums() == []
 
 
-def test_folds_and_further_dimensions(ensemble):
-    duffing = sh.Model([[1.0]], [[0.05]], [[1.0]], contacts=[(0,)], cubic_stiffness=0.1)
-    springs = {"cubic_stiffness": xr.DataArray([0.1, 0.11], dims="sample")}
-    balance = sh.HarmonicBalance(duffing, sh.PointForce(amplitude=0.18))
-    with pytest.raises(ValueError, match="do not fold"):
-        sh.plot.envelope(sh.frf(balance, (0.08, 0.32), over=springs))
+def test_further_dimensions(ensemble):
     with pytest.raises(ValueError, match="dimension draw as well"):
         sh.plot.envelope(ensemble.expand_dims(draw=2))
     assert plt.get_fignums() == []
+
+
+@pytest.fixture(scope="module")
+def folded():
+    """Three stiffening springs: each response folds."""
+    duffing = sh.Model([[1.0]], [[0.05]], [[1.0]], contacts=[(0,)], cubic_stiffness=0.1)
+    springs = {"cubic_stiffness": xr.DataArray([0.08, 0.1, 0.13], dims="sample")}
+    balance = sh.HarmonicBalance(duffing, sh.PointForce(amplitude=0.18))
+    return sh.frf(balance, (0.08, 0.32), over=springs, throw=True, progress=False)
+
+
+def crossings(curve, at):
+    """Amplitudes of a path at a value: smallest and largest."""
+    x, y = sh.plot.curve(curve)
+    i = np.flatnonzero((x[:-1] - at) * (x[1:] - at) <= 0)
+    share = (at - x[i]) / (x[i + 1] - x[i])
+    found = np.exp(np.log(y[i]) + share * np.log(y[i + 1] / y[i]))
+    return found.min(), found.max()
+
+
+def test_bands_of_curves_that_fold_hold_every_solution(folded):
+    (ax,) = sh.plot.envelope(folded, extremes=False).axes
+    upper, lower = ax.lines[:2]
+    value = np.asarray(upper.get_xdata())
+    edges = [collection.get_paths()[0] for collection in ax.collections]
+    for number in (300, 550, 700, 1100):
+        found = [crossings(folded.isel(sample=i), value[number]) for i in range(3)]
+        low, high = np.sort([one[0] for one in found]), np.sort([one[1] for one in found])
+        own = edges[0].vertices[edges[0].vertices[:, 0] == value[number]][:, 1]
+        # Straight lines in decibels, read off at a value.
+        assert [own.min(), own.max()] == pytest.approx(level([low[0], high[-1]]), abs=1e-6)
+        assert upper.get_ydata()[number] == pytest.approx(level(high[1]), abs=1e-6)
+        if low[1] < high[1] * 0.99:
+            assert lower.get_ydata()[number] == pytest.approx(level(low[1]), abs=1e-6)
+        else:
+            assert np.isnan(lower.get_ydata()[number])
+    assert texts(ax)[2:4] == ["median of the largest", "median of the smallest"]
+    assert texts(ax)[4].startswith("several responses at one value:\n3 of 3 samples")
+
+
+def test_several_solutions_on_a_grid_are_all_shown(ensemble):
+    """Bands go from the smallest to the largest solution; missing solutions are none."""
+    second = (0.5 * ensemble.amplitude).where(ensemble.frequency > 80)
+    both = xr.concat([ensemble.amplitude, second], "solution")
+    several = ensemble.drop_vars("amplitude").assign(amplitude=both)
+    (ax,) = sh.plot.envelope(several, extremes=False).axes
+    top = ensemble.amplitude.max("dof").transpose("sample", "frequency").values
+    low = np.where(np.arange(29) > np.searchsorted(GRID, 80, "right") - 1, 0.5, 1.0) * top
+    np.testing.assert_allclose(band(ax, 0), level([low.min(0), top.max(0)]), rtol=1e-12)
+    assert "6 of 6 samples" in texts(ax)[-1]
+
+
+def test_highest_and_lowest_samples_are_named(paths, ensemble):
+    peaks = paths.peak_amplitude.max("peak")
+    for case in (paths, ensemble):
+        (ax,) = sh.plot.envelope(case).axes
+        high, low = int(peaks.values.argmax()), int(peaks.values.argmin())
+        assert texts(ax)[-2:] == [f"sample {high}, highest peak", f"sample {low}, lowest peak"]
+        lines = [line for line in ax.lines if line.get_linewidth() == 0.9 and len(line.get_xdata())]
+        tops = [np.max(line.get_ydata()) for line in lines]
+        # Peaks between the values of a grid, too.
+        assert tops == pytest.approx(level(peaks.values[[high, low]]), abs=1e-9)
+
+
+def test_samples_that_end_early_are_not_the_lowest(paths):
+    amplitude = paths.amplitude.copy(deep=True)
+    lowest = int(paths.peak_amplitude.max("peak").values.argmin())
+    amplitude[lowest, 3] = np.nan
+    (ax,) = sh.plot.envelope(paths.assign(amplitude=amplitude)).axes
+    names = [text for text in texts(ax) if "lowest" in text]
+    assert names
+    assert f"sample {lowest}," not in names[0]
+
+
+@pytest.mark.parametrize("scale", ["decibel", "linear", "log"])
+def test_a_density_counts_each_sample_once_in_a_cell(paths, scale):
+    ax, bar = sh.plot.envelope(paths, style="density", scale=scale, extremes=False).axes
+    (mesh,) = ax.collections
+    share = mesh.get_array()
+    assert share.shape == (200, 300)
+    assert set(np.unique(6 * share.compressed()).round(9)) <= set(range(1, 7))
+    # Every sample passes every column, so that shares of a column add to one at least.
+    assert (share.filled(0).sum(axis=0) >= 1 - 1e-12).all()
+    corners = np.asarray(mesh.get_coordinates())
+    rows = corners[:, 0, 1]
+    every = ax.lines[0].get_ydata()
+    assert rows[0] <= every.min()
+    assert rows[-1] >= every.max()
+    # The median runs where samples pass, or between them.
+    column = np.searchsorted(corners[0, :, 0], ax.lines[0].get_xdata()[600]) - 1
+    passed = np.flatnonzero(~share.mask[:, column])
+    row = np.searchsorted(rows, every[600]) - 1
+    assert passed[0] <= row <= passed[-1]
+    assert bar.get_ylabel() == "share of 6 samples that pass"
+
+
+def test_a_density_has_no_holes_between_the_values_of_a_grid(ensemble):
+    ax, _ = sh.plot.envelope(ensemble, style="density", extremes=False).axes
+    share = ax.collections[0].get_array().filled(0)
+    # 29 values, 300 columns: straight lines pass each of them.
+    assert (share.sum(axis=0) >= 1 - 1e-12).all()
+
+
+def test_a_density_of_curves_that_fold_has_all_of_their_ways(folded):
+    ax, _ = sh.plot.envelope(folded, style="density", extremes=False).axes
+    share = ax.collections[0].get_array()
+    corners = np.asarray(ax.collections[0].get_coordinates())
+    at = 0.19
+    column = np.searchsorted(corners[0, :, 0], at) - 1
+    cells = np.flatnonzero(~share.mask[:, column])
+    for i in range(3):
+        for size in crossings(folded.isel(sample=i), at):
+            row = np.searchsorted(corners[:, 0, 1], level(size)) - 1
+            assert np.abs(cells - row).min() <= 1
+    # Nothing is between the ways.
+    assert len(cells) < np.ptp(cells) / 2
 
 
 def test_bars_of_one_response(ensemble):

@@ -72,7 +72,8 @@ def test_envelopes_have_the_same_scales():
     ensemble = sh.frf(PROBLEM, (10, 30), over=drawn, at=[15.0, 19.0, 20.0], progress=False)
     tuned = sh.frf(PROBLEM, (10, 30), progress=False)
     ax = sh.plot.envelope(ensemble, tuned=tuned, scale="linear", unit="mm").axes[0]
-    median, reference = ax.lines[0], ax.lines[1]
+    lines = {line.get_label(): line for line in ax.lines}
+    median, reference = lines["median"], lines["tuned"]
     expected = 1e3 * ensemble.amplitude.max("dof").median("sample")
     np.testing.assert_allclose(median.get_ydata(), expected, rtol=1e-12)
     top = 1e3 * tuned.peak_amplitude.item()
@@ -101,7 +102,7 @@ BAD = {
     "scale": (lambda ds: sh.plot.response(ds, scale="db"), "scale='db'"),
     "unit": (lambda ds: sh.plot.response(ds, unit="inch"), "unit='inch'"),
     "harmonic": (lambda ds: sh.plot.phase(ds, harmonic=2), "harmonic=2"),
-    "dof": (lambda ds: sh.plot.phase(ds, dof=4), "dof=4"),
+    "dof": (lambda ds: sh.plot.phase(ds, place=4), "place=4"),
     "phase unit": (lambda ds: sh.plot.phase(ds, unit="mm"), "unit='mm'"),
 }
 

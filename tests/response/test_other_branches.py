@@ -308,7 +308,7 @@ def test_the_dataset_is_read_as_others_are(tmp_path):
     one = loaded.isel(branch=1)
     by_force = sh.sensitivity(one)
     assert (by_force.sensitivity_status == "exact").all()
-    sh.plot.response(loaded, dof=0)
+    sh.plot.response(loaded, place=0)
 
 
 def test_the_number_of_branches_has_a_bound():

@@ -36,6 +36,7 @@ from studies import (
     fig12_mistuned_disk,
     fig13_amplification,
     harmonic_convergence,
+    index,
     laws_and_solvers,
     one_harmonic_validity,
     open_sector_contacts,
@@ -150,6 +151,7 @@ def test_all_studies_succeed(outcome):
     assert code == 0
     files = {path.name for path in results.iterdir()}
     pictures = {picture for name in STUDIES for picture in pictures_of(name)}
+    pictures |= {picture.replace(".png", ".svg") for picture in pictures}
     assert files == pictures | {f"{name}.nc" for name in STUDIES} | {"index.html"}
 
 
@@ -582,25 +584,48 @@ class Page(HTMLParser):
         return [attrs[name] for found, attrs in self.tags if found == tag and name in attrs]
 
 
+def pixels(source):
+    """Red, green and blue of an image that is inside of the page."""
+    head, _, data = source.partition(",")
+    assert head == "data:image/png;base64"
+    file = io.BytesIO(base64.b64decode(data, validate=True))
+    return plt.imread(file, format="png")[..., :3]
+
+
+def pixels_of(path):
+    return plt.imread(path)[..., :3]
+
+
+def pictures_in(page):
+    """Small pictures of the contents, and the pictures of studies."""
+    images = [attrs for tag, attrs in page.tags if tag == "img"]
+    small = [image["src"] for image in images if not image["alt"]]
+    return small, [image for image in images if image["alt"]]
+
+
 def test_page_has_every_study_and_needs_nothing_else(outcome, datasets):
     results, _ = outcome
     text = (results / "index.html").read_text()
     page = Page(text)
     assert page.all("section", "id") == list(STUDIES)
-    pictures = page.all("img", "src")
     files = [file for name in STUDIES for file in pictures_of(name)]
     assert len(files) == len(STUDIES) + 4
-    for source, file in zip(pictures, files, strict=True):
-        head, _, data = source.partition(",")
-        assert head == "data:image/png;base64"
-        decoded = base64.b64decode(data, validate=True)
-        assert decoded == (results / file).read_bytes()
-        assert plt.imread(io.BytesIO(decoded), format="png").ndim == 3
+    cards, pictures = pictures_in(page)
+    assert len(cards) == len(STUDIES)
+    for small, name in zip(cards, STUDIES, strict=True):
+        assert pixels(small).shape[1] <= pixels_of(results / f"{name}.png").shape[1] / 2
+    for picture, file in zip(pictures, files, strict=True):
+        shown, stored = pixels(picture["src"]), pixels_of(results / file)
+        assert shown.shape == stored.shape
+        # Two pixels for each of the page; colours are few, and near those of the file.
+        assert int(picture["width"]) == stored.shape[1] // 2
+        assert np.abs(shown - stored).mean() < 0.01
     # Anchors within the page, the archives beside it, and an icon of nothing.
     links = {link for link in page.all("a", "href") if not link.startswith("#")}
-    assert links == {f"{name}.nc" for name in STUDIES}
+    full = {file.replace(".png", kind) for file in files for kind in (".png", ".svg")}
+    assert links == {f"{name}.nc" for name in STUDIES} | full
     anchors = {link[1:] for link in page.all("a", "href") if link.startswith("#")}
-    assert anchors == set(STUDIES)
+    assert anchors == set(STUDIES) | {"studies"}
     assert page.all("link", "href") == ["data:,"]
     assert not {"script", "iframe", "object", "video"} & {tag for tag, _ in page.tags}
     assert all(word not in text for word in ("http:", "https:", "url(", "@import"))
@@ -626,6 +651,46 @@ def test_page_shows_every_landmark_and_the_parameters(outcome, datasets):
         assert value in page.text
 
 
+def test_page_tells_what_was_found_and_how_each_study_was_made(outcome, datasets):
+    """A part that is folded tells its count; commands, dates and versions stand beside it."""
+    text = (outcome[0] / "index.html").read_text()
+    page = Page(text)
+    assert sum(tag == "details" for tag, _ in page.tags) >= 2 * len(STUDIES)
+    words = " ".join(" ".join(page.text).split())
+    for name in STUDIES:
+        study = importlib.import_module(f"studies.{name}")
+        marks = study.landmarks(datasets[name])
+        section = text.partition(f'<section id="{name}"')[2].partition("</section>")[0]
+        # A picture comes first.
+        assert section.index("<figure") < section.index("<p")
+        assert f"{sum(mark.met for mark in marks)} of {len(marks)} agree" in section
+        assert f"<code>python -m studies.{name}</code>" in section
+        assert "UTC, in " in section
+    assert words.count(f"symhbm {datasets['fig03_single_blade'].attrs['symhbm_version']}") > 1
+
+
+def test_no_claim_is_left_out_of_the_lists():
+    """Also those whose verdict is a number of NumPy."""
+    claims = [
+        Claim("It is flat", "Fig. 3", "round", holds=np.False_, expected=False),  # type: ignore
+        Claim("It is round", "Fig. 4", "round", holds=np.True_, expected=True),  # type: ignore
+    ]
+    text = index.page([index.Section("shape", "Shapes.", claims=claims)])
+    lists = text.partition('<main id="studies">')[0]
+    assert "It is flat" in lists
+    assert "It is round" in lists
+    assert "claims of the source: 1 of 2 hold" in lists
+
+
+def test_a_part_that_is_wrong_is_open():
+    wrong = Landmark("half", 0.5, 1.0, "", Source.EXACT, 1e-3)
+    right = Landmark("whole", 1.0, 1.0, "", Source.EXACT, 1e-3)
+    text = index.page([index.Section("parts", "Parts.", landmarks=[wrong, right])])
+    assert '<details open><summary>Landmarks: <span class="bad">1 of 2 agree</span>' in text
+    text = index.page([index.Section("parts", "Parts.", landmarks=[right])])
+    assert '<details><summary>Landmarks: <span class="count">1 of 1 agree</span>' in text
+
+
 BROWSER = next(filter(None, map(shutil.which, ("chromium", "chromium-browser", "chrome"))), None)
 
 
@@ -647,7 +712,7 @@ def test_page_in_a_browser(outcome, tmp_path):
     assert "CONSOLE" not in done.stderr
     page = Page(done.stdout.partition("<html")[1] + done.stdout.partition("<html")[2])
     assert page.all("section", "id") == list(STUDIES)
-    assert len(page.all("img", "src")) == sum(len(pictures_of(name)) for name in STUDIES)
+    assert len(pictures_in(page)[1]) == sum(len(pictures_of(name)) for name in STUDIES)
 
 
 def fake(name, compute, landmarks=()):
@@ -672,9 +737,13 @@ def test_a_study_that_fails_does_not_stop_the_others(tmp_path, monkeypatch, caps
     assert main(studies, tmp_path) == 1
     shown = capsys.readouterr()
     assert shown.out.split() == [
-        *(str(tmp_path / f"missing.{kind}") for kind in ("nc", "png")),
+        *(str(tmp_path / f"missing.{kind}") for kind in ("nc", "png", "svg")),
         str(tmp_path / "fig04_hysteresis_loop.nc"),
-        *(str(tmp_path / f"fig04_hysteresis_loop{end}.png") for end in ("", "_source_axes")),
+        *(
+            str(tmp_path / f"fig04_hysteresis_loop{end}.{kind}")
+            for end in ("", "_source_axes")
+            for kind in ("png", "svg")
+        ),
         str(tmp_path / "index.html"),
     ]
     assert "failing: ArithmeticError: no <solution> at 3 N" in shown.err
@@ -701,5 +770,5 @@ def test_studies_run_from_the_command_line():
         check=True,
     )
     paths = [Path(line) for line in done.stdout.split()]
-    assert [path.suffix for path in paths] == [".nc", ".png", ".png"]
+    assert [path.suffix for path in paths] == [".nc", *2 * [".png", ".svg"]]
     assert all(path.exists() for path in paths)

@@ -42,7 +42,12 @@ class _Kind(click.ParamType):
     "an ensemble, disk for one point of a disk, else response.",
 )
 @select_option
-@click.option("--dof", type=int, help="The blade (degree of freedom) to show, from 0.")
+@click.option(
+    "--place",
+    metavar="PLACE",
+    help="What to show: a degree of freedom from 0, 'blade 3', a label or node as tip, one of its "
+    "directions as tip:y, or several of these, divided by commas.",
+)
 @click.option("--contact", type=int, help="The contact to show, from 0.")
 @output_option(
     f"Picture to write, .{', .'.join(_PICTURES)}; by default ARCHIVE_KIND.png beside ARCHIVE."
@@ -52,7 +57,7 @@ def plot(
     archive: Path,
     kind: str | None,
     choices: tuple[str, ...],
-    dof: int | None,
+    place: str | None,
     contact: int | None,
     output: Path | None,
     laws: list[ContactLaw],
@@ -80,15 +85,25 @@ def plot(
     Examples:
       symhbm plot blade.nc
       symhbm plot blade.nc --select normal_load=1,3 --output loads.pdf
-      symhbm plot disk.nc --kind response --select sample=0 --dof 3
+      symhbm plot disk.nc --kind response --select sample=0 --place "blade 3"
     """
-    if output is not None and output.suffix.lstrip(".").lower() not in _PICTURES:
+    if output is not None and output.suffix.removeprefix(".").lower() not in _PICTURES:
         raise ValueError(f"--output {output}: expected a name ending in .{', .'.join(_PICTURES)}")
     check_place(output)
     with opened(archive) as dataset:
-        options = {k: v for k, v in (("dof", dof), ("contact", contact)) if v is not None}
+        given = ("place", _places(place)), ("contact", contact)
+        options = {name: value for name, value in given if value is not None}
         kind, figure = draw(dataset, kind, choices, options, laws)
     output = output or archive.with_name(f"{Path(final_name(archive)).stem}_{kind}.png")
     figure.savefig(output)
     figure.clear()
     click.echo(output)
+
+
+def _places(text: str | None) -> int | str | list[int | str] | None:
+    """Places as pictures take them: numbers as numbers, and one of them alone."""
+    if text is None:
+        return None
+    parts = [part.strip() for part in text.split(",")]
+    places: list[int | str] = [int(part) if part.isdigit() else part for part in parts]
+    return places[0] if len(places) == 1 else places

@@ -124,23 +124,22 @@ def certificate(
     scanned: tuple[FloatArray, FloatArray],
     complete: bool,
 ) -> str:
-    """Sentences on what is proved of the best value and what is not."""
+    """Sentences on what was found and checked of the best value, and what was not."""
     if optimum is None:
-        return f"Nothing is proved: {what} is not known anywhere within the bounds."
+        return f"Nothing was found: {what} is not known anywhere within the bounds."
     best, sentences = optimum.best, []
     at = f"{best.value:.10g}"
     if best.kind == OptimumKind.RANGE:
         at = f"every value from {optimum.first:.10g} to {optimum.last:.10g} that was computed"
     sentences.append(
-        f"{'Proved' if complete else 'Found'}: at {at} {what} is {best.damping_ratio:.10g}, "
-        f"{_KINDS[best.kind]}; {followed}."
+        f"Found: at {at} {what} is {best.damping_ratio:.10g}, {_KINDS[best.kind]}; {followed}."
     )
     if best.damping_ratio <= 0:
         sentences.append("It is not positive: the structure feeds this vibration by itself.")
     if point is not None:
         sentences.append(
-            f"Computed again there, the equations hold to {point.residual_norm:.1e} and the slope "
-            f"by the logarithm of the parameter is {point.by_value * point.value:.1e}."
+            f"Checked: computed again there, the equations hold to {point.residual_norm:.1e} and "
+            f"the slope by the logarithm of the parameter is {point.by_value * point.value:.1e}."
         )
     others = [c for c in optimum.candidates if c.value != best.value]
     if others:

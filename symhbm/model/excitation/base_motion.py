@@ -148,9 +148,9 @@ class BaseMotion(Excitation):
         return True
 
     @property
-    def of_matrices(self) -> bool:
-        """That matrices make it."""
-        return True
+    def of_matrices(self) -> frozenset[str]:
+        """The mass matrix, or in absolute displacements those of springs and dashpots."""
+        return frozenset(["mass"] if self.motion == "relative" else ["stiffness", "damping"])
 
     def placed(self, number_of: Callable[[Place], int]) -> Self:
         """The same motion with numbers of degrees of freedom for their names."""

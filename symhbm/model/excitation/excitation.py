@@ -70,9 +70,12 @@ class Excitation(ABC):
         return False
 
     @property
-    def of_matrices(self) -> bool:
-        """Whether matrices of the structure make it, so that it changes with them."""
-        return False
+    def of_matrices(self) -> frozenset[str]:
+        """Matrices of the structure that make it, so that it changes with them.
+
+        Of "mass", "damping" and "stiffness".
+        """
+        return frozenset()
 
     def shapes(self, structure: Any, basis: FourierBasis) -> dict[int, FloatArray]:
         """Coefficients at unit amplitude by the power of the angular frequency that they go with.
@@ -217,9 +220,9 @@ class ForceSum(Excitation):
         return any(part.changes for part in self.parts)
 
     @property
-    def of_matrices(self) -> bool:
-        """Whether a part is made of matrices."""
-        return any(part.of_matrices for part in self.parts)
+    def of_matrices(self) -> frozenset[str]:
+        """Matrices that make any part."""
+        return frozenset[str]().union(*(part.of_matrices for part in self.parts))
 
     def shapes(self, structure: Any, basis: FourierBasis) -> dict[int, FloatArray]:
         """Coefficients at unit amplitude by the power of the angular frequency."""

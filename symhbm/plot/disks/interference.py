@@ -58,7 +58,6 @@ def interference(dataset: xr.Dataset, *, ax: Axes | None = None) -> Figure:
             low, high = of_mode.min(axis=1), of_mode.max(axis=1)
             # Beside each other, so that bars of neighbouring modes stay apart.
             at = np.abs(waves)[along] + _ASIDE * (mode - (n_modes - 1) / 2)
-            axes.plot(at, (low + high) / 2, "-", color=color, lw=0.7)
             axes.vlines(at, low, high, color=color, lw=3)
             for end in (low, high):
                 axes.plot(at, end, "_", color=color, ms=7)

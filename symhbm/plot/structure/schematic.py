@@ -21,9 +21,16 @@ from symhbm.model import (
 from symhbm.model.contacts import Weights
 from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics
 from symhbm.plot.drawing import canvas, figure_of
-from symhbm.plot.layout import layout_of
-from symhbm.plot.masses import WORDS, draw_dots, draw_forces, draw_hub, draw_symbols, number
-from symhbm.plot.network import (
+from symhbm.plot.structure.layout import layout_of
+from symhbm.plot.structure.masses import (
+    WORDS,
+    draw_dots,
+    draw_forces,
+    draw_hub,
+    draw_symbols,
+    number,
+)
+from symhbm.plot.structure.network import (
     Network,
     joined,
     kinds_of_contacts,

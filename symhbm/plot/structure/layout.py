@@ -9,7 +9,7 @@ from scipy.sparse.csgraph import shortest_path
 
 from symhbm.model import Structure
 from symhbm.numerics import FloatArray
-from symhbm.plot.network import Network
+from symhbm.plot.structure.network import Network
 
 HALF = 0.2
 """Half of the side of a mass."""

@@ -12,9 +12,9 @@ from matplotlib.patches import Circle, FancyBboxPatch
 from symhbm.model import BLADE_PARAMETERS, Structure
 from symhbm.numerics import FloatArray
 from symhbm.plot.drawing import OUTSIDE, SYMBOLS
-from symhbm.plot.layout import HALF, REACH, Layout
-from symhbm.plot.network import Network, places_of_contacts
-from symhbm.plot.symbols import Lines, ground, side_by_side
+from symhbm.plot.structure.layout import HALF, REACH, Layout
+from symhbm.plot.structure.network import Network, places_of_contacts
+from symhbm.plot.structure.symbols import Lines, ground, side_by_side
 
 WORDS = {
     "friction": "friction damper",

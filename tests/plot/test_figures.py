@@ -1,0 +1,212 @@
+"""Pictures are saved alike: text as text, the same bytes each time, and no file is huge."""
+
+import re
+import subprocess
+import sys
+
+import matplotlib as mpl
+import numpy as np
+import pytest
+import xarray as xr
+from click.testing import CliRunner
+
+mpl.use("Agg")
+
+import matplotlib.pyplot as plt
+
+import symhbm as sh
+from studies import fig03_single_blade as fig03
+from studies import fig07_nodal_diameters as fig07
+from symhbm.cli import main
+from symhbm.cli.picture import kinds
+
+
+@pytest.fixture(autouse=True)
+def _close():
+    yield
+    plt.close("all")
+
+
+@pytest.fixture(scope="module")
+def response():
+    return sh.frf(fig03.problem(), (10, 30), over={"normal_load": [1, 3]}, progress=False)
+
+
+def ring(n=3):
+    disk = sh.bladed_disk(
+        n,
+        mass=1,
+        stiffness=1e4,
+        damping=0.5,
+        contact_stiffness=1e5,
+        friction_coefficient=0.5,
+        normal_load=10,
+    )
+    return sh.HarmonicBalance(disk, sh.EngineOrder(1))
+
+
+def pictures(response):
+    """A figure of each function that draws, by its name."""
+    one = response.isel(normal_load=1)
+    loads = xr.DataArray([[8.0, 9, 10], [11, 12, 13]], dims=("sample", "contact"))
+    grid = np.linspace(20, 60, 15)
+    ensemble = sh.frf(ring(), (20, 60), grid, over={"normal_load": loads}, progress=False)
+    blade = fig03.problem().with_parameters(normal_load=3)
+    modes = sh.nonlinear_modes(sh.HarmonicBalance(blade.model, harmonics=(1, 3)), progress=False)
+    at_peak = sh.solve(blade, 19.5)
+    sheet = sh.Model([[1, 0], [0, 0.0]], [[0.1, 0], [0, 0.0]], [[3e4, -2e4], [-2e4, 2e4]])
+    stop = sh.Gap(normal=(0,), normal_stiffness=2e4, gap=1e-3)
+    stopped = sh.HarmonicBalance(
+        sh.Model([[1.0]], [[2.0]], [[1e4]], contacts={"stop": stop}),
+        sh.PointForce(amplitude=15.0),
+        (0, 1, 2, 3),
+    )
+    lines = sh.campbell(sh.Sector(sheet, [0], [1], 24), [200, 900], orders=range(1, 13), count=1)
+    return {
+        "response": sh.plot.response(response),
+        "phase": sh.plot.phase(response),
+        "envelope": sh.plot.envelope(ensemble, style="density"),
+        "blades": sh.plot.blades(ensemble.amplitude.max("frequency")),
+        "stick_map": sh.plot.stick_map(response),
+        "states": sh.plot.states(one),
+        "hysteresis": sh.plot.hysteresis(at_peak),
+        "normal_force": sh.plot.normal_force(sh.solve(stopped, 15.0)),
+        "disk": sh.plot.disk(ensemble.isel(sample=0)),
+        "model": sh.plot.model(blade),
+        "nonlinear_modes": sh.plot.nonlinear_modes(modes),
+        "campbell": sh.plot.campbell(lines),
+        "interference": sh.plot.interference(lines),
+    }
+
+
+def test_every_picture_is_saved_with_its_text(response, tmp_path):
+    figures = pictures(response)
+    # Those that need other problems share the same figure.
+    assert {name.replace("-", "_") for name in kinds()} - figures.keys() <= {
+        "contact_map",
+        "limit_cycles",
+        "flutter_limit",
+        "pareto_front",
+    }
+    for name, figure in figures.items():
+        words = max((ax.get_xlabel() or ax.get_title() for ax in figure.axes), key=len)
+        word = max(re.findall("[a-z]+", words) or ["0"], key=len)
+        for kind in sh.plot.FORMATS:
+            path = tmp_path / f"{name}.{kind}"
+            figure.savefig(path)
+            data = path.read_bytes()
+            assert data.startswith({"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}[kind])
+            assert len(data) < 1_000_000
+        text = (tmp_path / f"{name}.svg").read_text()
+        assert "<text" in text
+        assert word in "".join(re.findall(r">([^<>]+)</(?:text|tspan)>", text)), name
+        pdf = (tmp_path / f"{name}.pdf").read_bytes()
+        # Fonts of outlines are of type 42, whose characters are text.
+        assert b"/Type3" not in pdf
+
+
+CODE = """
+import matplotlib; matplotlib.use("Agg")
+import sys
+import symhbm as sh
+from studies import fig03_single_blade as fig03
+one = sh.frf(fig03.problem(), (10, 30), over={"normal_load": [1, 3]}, progress=False)
+for kind in sh.plot.FORMATS:
+    sh.plot.response(one).savefig(f"{sys.argv[1]}.{kind}")
+"""
+
+
+def test_the_same_picture_is_the_same_file(tmp_path):
+    for name in ("first", "second"):
+        subprocess.run([sys.executable, "-c", CODE, str(tmp_path / name)], check=True)
+    for kind in sh.plot.FORMATS:
+        first, second = (tmp_path / f"{name}.{kind}" for name in ("first", "second"))
+        assert first.read_bytes() == second.read_bytes()
+        assert b"Date>" not in first.read_bytes()
+        assert b"/CreationDate" not in first.read_bytes()
+
+
+def test_dots_and_options_of_the_caller(response, tmp_path):
+    figure = sh.plot.response(response)
+    width, height = figure.get_size_inches()
+    figure.savefig(tmp_path / "sharp.png")
+    assert plt.imread(tmp_path / "sharp.png").shape[:2] == (round(200 * height), 200 * width)
+    figure.savefig(tmp_path / "rough.png", dpi=50)
+    assert plt.imread(tmp_path / "rough.png").shape[1] == 50 * width
+    figure.savefig(tmp_path / "named.svg", metadata={"Title": "twelve loads"})
+    assert "twelve loads" in (tmp_path / "named.svg").read_text()
+
+
+def test_large_ensembles_are_pixels_in_small_files(tmp_path):
+    """200 curves of 601 points each are 280,000 points as they are drawn, 1.9 MB as lines."""
+    value = np.linspace(10, 30, 601)
+    waves = 1e-3 * (2 + np.sin(value * np.linspace(1, 5, 200)[:, None]))
+    many = xr.Dataset(
+        {"amplitude": (("sample", "frequency", "dof"), waves[..., None])},
+        {"frequency": value},
+    )
+    figure = sh.plot.response(many)
+    assert all(line.get_rasterized() for line in figure.axes[0].lines)
+    for kind in ("svg", "pdf"):
+        path = sh.plot.save(figure, tmp_path / f"many.{kind}")
+        assert path.stat().st_size < 700_000
+    text = (tmp_path / "many.svg").read_text()
+    assert text.count("<image") == 1
+    assert "largest response [dB re 1 m]" in "".join(
+        re.findall(r">([^<>]+)</(?:text|tspan)>", text)
+    )
+    few = sh.plot.response(many.isel(sample=slice(5)))
+    assert not any(line.get_rasterized() for line in few.axes[0].lines)
+
+
+def test_figures_of_others_are_saved_alike(response, tmp_path):
+    figure, ax = plt.subplots()
+    sh.plot.response(response, ax=ax)
+    path = sh.plot.save(figure, tmp_path / "own.svg")
+    assert path == tmp_path / "own.svg"
+    assert "<text" in path.read_text()
+    for wrong, error, words in (
+        ("x.gif", ValueError, r"path='x.gif': expected a name ending in .png, .svg, .pdf"),
+        ("x", ValueError, "path='x'"),
+        (3, TypeError, "path=3"),
+    ):
+        with pytest.raises(error, match=words):
+            sh.plot.save(figure, wrong)  # type: ignore[arg-type]
+    with pytest.raises(TypeError, match="expected a figure"):
+        sh.plot.save(ax, "x.png")  # type: ignore[arg-type]
+
+
+def test_panels_are_closed_on_errors_and_in_notebooks(monkeypatch):
+    with pytest.raises(ZeroDivisionError), sh.plot.panels():
+        raise ZeroDivisionError
+    assert plt.get_fignums() == []
+    with sh.plot.panels(2, 1, sharex=True) as (figure, axes):
+        assert len(axes) == 2
+    assert plt.get_fignums() == [figure.number]  # type: ignore[attr-defined]
+    plt.close("all")
+    monkeypatch.setattr(mpl, "get_backend", lambda: "module://matplotlib_inline.backend_inline")
+    with sh.plot.panels(0) as (figure, axes):
+        assert axes is None
+    assert plt.get_fignums() == []
+
+
+def test_figures_of_studies_show_once_in_notebooks(monkeypatch):
+    over = {"engine_order": fig07.ENGINE_ORDERS}
+    dataset = sh.frf(fig07.fig08.problem(), fig07.BAND, over=over, progress=False)
+    monkeypatch.setattr(mpl, "get_backend", lambda: "module://matplotlib_inline.backend_inline")
+    assert len(fig07.draw(dataset).axes) >= 4
+    assert plt.get_fignums() == []
+
+
+def test_the_command_line_chooses_by_the_ending(response, tmp_path):
+    archive = sh.save(response, tmp_path / "blade.nc")
+    run = CliRunner().invoke
+    for kind, head in (("svg", b"<?xml"), ("PDF", b"%PDF"), ("png", b"\x89PNG")):
+        output = tmp_path / f"out.{kind}"
+        done = run(main, ["plot", str(archive), "--place", "0", "--output", str(output)])
+        assert done.exit_code == 0
+        assert output.read_bytes().startswith(head)
+    for name in ("out.jpg", "out"):
+        done = run(main, ["plot", str(archive), "--output", str(tmp_path / name)])
+        assert done.exit_code != 0
+        assert not (tmp_path / name).exists()
