@@ -56,6 +56,20 @@ class SwitchingAngles:
     -----
     The input ``slip`` (n_contacts,) is 1 for this form, 0 for the spring alone with both angles
     held at `DUMMY`. It must be 0 for a contact without spring or limit, whose force is zero.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> blade = sh.single_blade(
+    ...     mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+    ... )
+    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> angles = sh.SwitchingAngles(problem)
+    >>> angles.n_coefficients, angles.n_contacts, angles.n_unknowns
+    (2, 1, 4)
+    >>> angles.jacobian.size_out(0)
+    (4, 4)
     """
 
     def __init__(self, problem: HarmonicBalance):

@@ -5,7 +5,19 @@ from typing import Any
 
 
 class Status(StrEnum):
-    """Outcome of a computation; the value of each member is the sentence shown to the user."""
+    """Outcome of a computation; the value of each member is the sentence shown to the user.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> blade = sh.single_blade(
+    ...     mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+    ... )
+    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> sh.frf(problem, (10, 30)).status.item() == sh.Status.REACHED_END
+    True
+    """
 
     SUCCESS = "success"
     REACHED_END = "the end of the band was reached"
@@ -231,6 +243,20 @@ class SolveError(RuntimeError):
     """A computation that did not reach its end, raised only when the caller passes ``throw=True``.
 
     The attribute ``result`` holds the dataset computed so far.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> blade = sh.single_blade(
+    ...     mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+    ... )
+    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> try:
+    ...     sh.frf(problem, (10, 30), max_points=5, throw=True)
+    ... except sh.SolveError as error:
+    ...     print(error.result.sizes["point"])
+    5
     """
 
     def __init__(self, message: str, result: Any = None):

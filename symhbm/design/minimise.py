@@ -121,7 +121,7 @@ def minimise_peak(
     values along ``variable``, the active maxima along ``active``, with multipliers that sum to 1,
     all starts and descents, derivatives by every parameter, ``design_status`` and the
     ``certificate``: sentences on what was computed and checked, and what was not. With an
-    ``objective`` it has ``design_aim`` in place of ``design_amplitude``, the peaks along
+    ``objective`` it has ``design_aim`` in place of ``design_amplitude`` [m], the peaks along
     ``named_peak``, and no derivatives by parameters; the response is that of ``problem``.
 
     Raises

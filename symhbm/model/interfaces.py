@@ -51,6 +51,20 @@ class ContactPairs:
         Relative displacements along the axes, for `symhbm.Friction`: first side less second, so
         that the normal one closes where it is positive. ``across`` is empty where the structure
         has no displacements along it.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import symhbm as sh
+    >>> places = sh.Places(
+    ...     node=[1, 1, 2, 2], direction=["x", "y"] * 2, coordinates=np.zeros((4, 3)),
+    ... )
+    >>> model = sh.Model(np.eye(4), np.eye(4), 1e4 * np.eye(4), places=places)
+    >>> pairs = sh.contact_pairs(model, [1], [2], normal=[1, 0, 0], area=[2e-4])
+    >>> pairs.gap, pairs.area
+    (array([0.]), array([0.0002]))
+    >>> pairs.tangential
+    [{'1:y': 1.0, '2:y': -1.0}]
     """
 
     nodes: NDArray[np.int64]

@@ -109,7 +109,7 @@ class Structure(ABC):
     n_dof
         Number of degrees of freedom.
     contacts, places, contact_stiffness, friction_coefficient, normal_load, cubic_stiffness
-        As of `Model`.
+        As of `Model` [N/m, -, N, N/m^3].
 
     Raises
     ------

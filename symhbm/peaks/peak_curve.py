@@ -78,7 +78,7 @@ def peak_curve(
     Dataset along the parameter, ascending: ``peak_amplitude`` [m], ``peak_frequency`` [Hz],
     ``peak_kind`` (smooth, corner, edge, unbounded), ``peak_dof``, ``peak_amplitude_slope`` (its
     exact derivative by the parameter, at an event that of one side, which points right below and
-    above tell apart), ``peak_residual_norm``, ``peak_coefficient`` and ``surveyed``; along
+    above tell apart), ``peak_residual_norm``, ``peak_coefficient`` [m] and ``surveyed``; along
     ``minimum`` the local minima of the curve and what makes them (smooth, exchange, kink, end);
     along ``event`` where another peak takes the lead or the leading one changes its kind.
     ``status`` tells whether surveys agree, and whether the peak is at an end of the band of

@@ -84,7 +84,20 @@ def check_anything(dataset: xr.Dataset, name: str) -> None:
 
 
 def nothing_to_draw(dataset: xr.Dataset) -> ValueError:
-    """The error of a dataset without a converged point, with the statuses of its curves."""
+    """The error of a dataset without a converged point, with the statuses of its curves.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> blade = sh.single_blade(
+    ...     mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+    ... )
+    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> response = sh.frf(problem, (10, 30))
+    >>> isinstance(sh.plot.nothing_to_draw(response), ValueError)
+    True
+    """
     ends: Counter[str] = Counter()
     if "status" in dataset.variables:
         ends.update(str(end) for end in dataset["status"].values.ravel())

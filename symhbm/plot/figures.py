@@ -134,6 +134,7 @@ def panels(
         figure, axes = (
             plt.subplots(rows, columns, **look, **options) if rows else (plt.figure(**look), None)
         )
+        interactive = mpl.is_interactive()
         try:
             yield figure, axes
         except BaseException:
@@ -142,3 +143,5 @@ def panels(
         # At the end of a cell a notebook shows what pyplot holds, beside the value of the cell.
         if "inline" in mpl.get_backend().lower():
             plt.close(figure)
+    # The backend of a notebook, loaded by the first figure, turns this on to show later ones.
+    mpl.interactive(interactive)

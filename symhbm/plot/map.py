@@ -58,6 +58,17 @@ def stick_map(
     TypeError, KeyError, ValueError
         For a dataset that is no family of curves, one that folds, one without a converged point,
         and bad arguments.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> blade = sh.single_blade(
+    ...     mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+    ... )
+    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> loads = sh.frf(problem, (10, 30), at=range(10, 31), over={"normal_load": [1, 3, 10]})
+    >>> sh.plot.stick_map(loads).savefig("map.png")
     """
     check_variables(dataset, "stick_fraction", "frequency")
     parameter = moving(dataset)

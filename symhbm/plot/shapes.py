@@ -79,6 +79,16 @@ def disk(
     TypeError, KeyError, ValueError
         For a dataset of several parameter sets, or without coefficients, for one that does not
         know its blades, and bad arguments.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> disk = sh.bladed_disk(
+    ...     13, mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e6, friction_coefficient=0.5, normal_load=10,
+    ... )
+    >>> response = sh.frf(sh.HarmonicBalance(disk, sh.EngineOrder(3)), (200, 220))
+    >>> sh.plot.disk(response).savefig("disk.png")
     """
     check_variables(dataset, "coefficient", "harmonic", "frequency")
     chosen, names = _blades(dataset, blades)

@@ -90,9 +90,9 @@ def nonlinear_modes(
     -------
     Dataset with ``frequency`` [Hz] and ``damping_ratio`` over ``amplitude`` [m], beside them
     ``modal_amplitude`` [kg^1/2 m], the root of ``X^H M X`` summed over the harmonics above 0,
-    ``coefficient``, ``largest_displacement`` (dof) and what contacts do, as in `symhbm.frf`. Events
-    are those of contacts, ``fold`` where what moves turns back, and ``damping turns`` where the
-    damping ratio has a maximum or a minimum.
+    ``coefficient`` [m], ``largest_displacement`` (dof) [m] and what contacts do, as in
+    `symhbm.frf`. Events are those of contacts, ``fold`` where what moves turns back, and
+    ``damping turns`` where the damping ratio has a maximum or a minimum.
 
     Raises
     ------
@@ -230,12 +230,12 @@ def limit_cycles(
     Returns
     -------
     Dataset with ``frequency`` [Hz] and ``amplitude`` [m], of the first harmonic, of each cycle,
-    ``coefficient``, ``largest_displacement`` (dof) and what contacts do, as in `symhbm.frf`. The
-    attribute ``searched`` tells where cycles were looked for. At the problem's own parameters
-    points are cycles, the smallest first; there may be none. Over a parameter ``cycle_branch``
-    numbers connected branches, events are those of contacts and ``fold``, where two cycles meet,
-    and ``fold_<parameter>`` is the value at the one beyond which no cycle was found: contacts do
-    not hold there what damping drives. NaN where no fold is the last one.
+    ``coefficient`` [m], ``largest_displacement`` (dof) [m] and what contacts do, as in
+    `symhbm.frf`. The attribute ``searched`` tells where cycles were looked for. At the problem's
+    own parameters points are cycles, the smallest first; there may be none. Over a parameter
+    ``cycle_branch`` numbers connected branches, events are those of contacts and ``fold``, where
+    two cycles meet, and ``fold_<parameter>`` is the value at the one beyond which no cycle was
+    found: contacts do not hold there what damping drives. NaN where no fold is the last one.
 
     Raises
     ------

@@ -58,7 +58,7 @@ def other_branches(
     -------
     Dataset as that of `frf`, without a grid, with the dimension ``branch`` ahead: a curve for each.
     Branch 0 is the path of the response. ``branch_origin`` tells what each was found by,
-    ``branch_parent`` the branch that it leaves, and ``branch_frequency`` (or that of another
+    ``branch_parent`` the branch that it leaves, and ``branch_frequency`` [Hz] (or that of another
     parameter that moves) where it begins. A branch that closes begins and ends at one branch point.
     Every branch point is an event of each branch through it. The harmonics are those of the
     response; motions of odd harmonics stay such. The attribute ``searched`` says in words what was

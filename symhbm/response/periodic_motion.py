@@ -66,12 +66,12 @@ def periodic_motion(
 
     Returns
     -------
-    Dataset with displacement, velocity, friction force and outputs along ``angle`` (``omega t``),
-    their coefficients, of planar friction also the force across; the changes of contact states
-    along ``event``, Floquet multipliers, the work of the exciting force and where it goes; with
-    contacts that have a normal direction also their normal force, its mean and extremes, and how
-    long they are open. Where nothing converged, ``converged`` is False, the values are NaN and
-    ``status`` says why.
+    Dataset with displacement, velocity, friction force and outputs along ``angle`` [rad]
+    (``omega t``), their coefficients, of planar friction also the force across; the changes of
+    contact states along ``event``, Floquet multipliers, the work of the exciting force and where
+    it goes; with contacts that have a normal direction also their normal force, its mean and
+    extremes, and how long they are open. Where nothing converged, ``converged`` is False, the
+    values are NaN and ``status`` says why.
 
     Raises
     ------

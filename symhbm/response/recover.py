@@ -55,6 +55,26 @@ def recover(
         another one, if the dataset is not one point or has no solution, and if
         a harmonic of the force resonates with the interior while the kept degrees of freedom are
         fixed.
+
+    Examples
+    --------
+    A chain of 200 masses, and the response of all of them at the peak of the two that were kept:
+
+    >>> import scipy.sparse as sp
+    >>> import symhbm as sh
+    >>> M = sp.eye_array(200)
+    >>> K = 1e4 * (2 * M - sp.eye_array(200, k=1) - sp.eye_array(200, k=-1))
+    >>> chain = sh.Model(
+    ...     M, 0.5 * M + 1e-5 * K, K, contacts=[(199,)],
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=0.5,
+    ... )
+    >>> force = sh.PointForce(dof=99)
+    >>> small = sh.condense(chain, force, frequency=(0.2, 1), dofs=[99])
+    >>> problem = sh.HarmonicBalance(small, force)
+    >>> response = sh.frf(problem, (0.2, 1))
+    >>> whole = sh.recover(problem, response.drop_dims("point").isel(peak=0))
+    >>> whole.amplitude.sizes["dof"], bool(whole.residual_norm < 1e-8)
+    (200, True)
     """
     check_problem(problem)
     if not isinstance(problem.model, CondensedModel):

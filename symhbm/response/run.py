@@ -165,6 +165,20 @@ def resume(
     -----
     RuntimeWarning
         If curves are incomplete, with the most common reason.
+
+    Examples
+    --------
+    An archive that is finished is only opened:
+
+    >>> import symhbm as sh
+    >>> blade = sh.single_blade(
+    ...     mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+    ... )
+    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> done = sh.frf(problem, (10, 30), over={"normal_load": [1, 3]}, archive="loads.nc")
+    >>> sh.resume("loads.nc", progress=False).sizes["normal_load"]
+    2
     """
     check_executor(executor)
     return reported(_resume(path, laws, executor, check_progress(progress)))

@@ -75,11 +75,12 @@ def flutter_limit(
 
     Returns
     -------
-    Dataset with ``flutter_limit`` (parameter, disturbance), ``flutter_limit_slope``, its derivative
-    by the parameter, ``limit_amplitude`` [m] and ``limit_frequency`` [Hz] of the limit cycle that
-    there is under so much negative damping, and ``limit_kind``: ``fold`` where two limit cycles
-    meet, ``corner`` where they do at a contact that begins to slip or to open, ``disturbance`` or
-    ``largest amplitude`` where the limit is at that end. ``limit_status`` tells why a limit is NaN.
+    Dataset along the parameter and ``disturbance`` [m], with ``flutter_limit``, its derivative by
+    the parameter ``flutter_limit_slope``, ``limit_amplitude`` [m] and ``limit_frequency`` [Hz] of
+    the limit cycle that there is under so much negative damping, and ``limit_kind``: ``fold``
+    where two limit cycles meet, ``corner`` where they do at a contact that begins to slip or to
+    open, ``disturbance`` or ``largest amplitude`` where the limit is at that end. ``limit_status``
+    tells why a limit is NaN.
 
     Raises
     ------

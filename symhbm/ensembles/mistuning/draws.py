@@ -113,6 +113,17 @@ def truncated_normal(
 
     ``standard_deviations`` by parameter are relative to the nominal value, and those before the
     cut. Everything else as in `uniform`.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> disk = sh.bladed_disk(
+    ...     13, mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e6, friction_coefficient=0.5, normal_load=10,
+    ... )
+    >>> draws = sh.mistuning.truncated_normal(disk, 100, seed=1, normal_load=0.1)
+    >>> float(abs(draws.normal_load / 10 - 1).max()) < 0.3
+    True
     """
     cut = check.scalar("cut", cut, "positive")
     low = ndtr(-cut)
@@ -139,6 +150,17 @@ def lognormal(
 
     ``coefficients_of_variation`` by parameter: standard deviation over mean. Everything else as in
     `uniform`.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> disk = sh.bladed_disk(
+    ...     13, mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e6, friction_coefficient=0.5, normal_load=10,
+    ... )
+    >>> draws = sh.mistuning.lognormal(disk, 100, seed=1, normal_load=0.3)
+    >>> draws.normal_load.dims, bool((draws.normal_load > 0).all())
+    (('sample', 'contact'), True)
     """
 
     def factor(share: FloatArray, variation: FloatArray) -> FloatArray:

@@ -36,6 +36,22 @@ def explicit(
     ------
     TypeError, ValueError, KeyError
         For bad arguments and values out of range.
+
+    Examples
+    --------
+    Two patterns of contact stiffnesses around a disk, as factors:
+
+    >>> import symhbm as sh
+    >>> disk = sh.bladed_disk(
+    ...     13, mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e6, friction_coefficient=0.5, normal_load=10,
+    ... )
+    >>> soft = sh.mistuning.pattern("AB", 13, A=0.9, B=1.1)
+    >>> wave = sh.mistuning.harmonic(13, 3, 0.1)
+    >>> factors = {"AB": soft, "wave": wave}
+    >>> draws = sh.mistuning.explicit(disk, relative=True, contact_stiffness=factors)
+    >>> draws.contact_stiffness.sizes
+    Frozen({'sample': 2, 'contact': 13})
     """
     nominal = nominal_values(problem, values)
     model = problem if isinstance(problem, Structure) else problem.model
@@ -75,6 +91,12 @@ def pattern(letters: str, n_blades: int, **factors: float) -> FloatArray:
     ``factors`` gives that of each letter, as in ``A=0.97, B=1.03``. Where the number of blades is
     no multiple the last turn is cut short. Raises KeyError for a letter without a factor, and
     TypeError and ValueError for bad arguments.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> sh.mistuning.pattern("AAB", 5, A=0.97, B=1.03)
+    array([0.97, 0.97, 1.03, 0.97, 0.97])
     """
     n_blades = check.integer("n_blades", n_blades, minimum=1)
     if not isinstance(letters, str) or not letters:
@@ -91,6 +113,12 @@ def harmonic(
     """Factors ``1 + amplitude cos(2 pi nodal_diameter i / n_blades + phase)`` of blades ``i``.
 
     ``phase`` in rad; shape ``(n_blades,)``. Raises TypeError and ValueError for bad arguments.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> sh.mistuning.harmonic(4, 1, 0.1).round(2)
+    array([1.1, 1. , 0.9, 1. ])
     """
     n_blades = check.integer("n_blades", n_blades, minimum=1)
     nodal_diameter = check.integer("nodal_diameter", nodal_diameter, minimum=0)

@@ -33,6 +33,20 @@ def envelope(dataset: xr.Dataset, quantiles: Sequence[float] = (0.05, 0.5, 0.95)
     ------
     TypeError, ValueError
         If it is no ensemble on a grid, or for bad quantiles.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> disk = sh.bladed_disk(
+    ...     13, mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e6, friction_coefficient=0.5, normal_load=10,
+    ... )
+    >>> problem = sh.HarmonicBalance(disk, sh.EngineOrder(3))
+    >>> draws = sh.mistuning.uniform(disk, 3, seed=1, contact_stiffness=0.2)
+    >>> mistuned = sh.frf(problem, (200, 220), at=range(200, 221), over=draws)
+    >>> band = sh.statistics.envelope(mistuned, quantiles=(0.5,))
+    >>> band.amplitude_maximum.dims, int(band.n_used)
+    (('frequency', 'dof'), 3)
     """
     ensemble = Population(dataset)
     if not ensemble.on_grid:

@@ -61,6 +61,15 @@ def convergence(
     ------
     TypeError, ValueError, KeyError
         For bad arguments.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import symhbm as sh
+    >>> values = np.random.default_rng(1).normal(2.0, 0.3, 200)
+    >>> mean = sh.statistics.convergence(values, sizes=[50, 200])
+    >>> mean.mean_value.values.round(2), mean.maximum.values.round(2)
+    (array([1.99, 1.98]), array([2.64, 2.86]))
     """
     data = numbers(values, of)
     n = data.values.size
@@ -160,6 +169,15 @@ def position(
     ------
     TypeError, ValueError, KeyError
         For bad arguments.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import symhbm as sh
+    >>> values = np.random.default_rng(1).normal(2.0, 0.3, 1000)
+    >>> place = sh.statistics.position(values, 2.5, n=25)
+    >>> place.share_below.item(), round(place.probability.item(), 3)
+    (0.953, 0.3)
     """
     data = numbers(values, of)
     value = check.scalar("value", value)

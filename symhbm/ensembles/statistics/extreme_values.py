@@ -82,6 +82,15 @@ def extreme_value_fit(
     ------
     TypeError, ValueError, KeyError
         For bad arguments.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import symhbm as sh
+    >>> values = np.random.default_rng(1).normal(2.0, 0.3, 500)
+    >>> fit = sh.statistics.extreme_value_fit(values, block=25, n_bootstrap=100, seed=1)
+    >>> fit.n_blocks.item(), fit.location.values.round(1)
+    (20, np.float64(2.5))
     """
     data = numbers(values, of)
     block = check.integer("block", block, minimum=1)

@@ -118,6 +118,20 @@ def worst(
     ------
     TypeError, ValueError, KeyError
         As `amplification`, for an unknown ``by``, and where every sample failed.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> disk = sh.bladed_disk(
+    ...     13, mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e6, friction_coefficient=0.5, normal_load=10,
+    ... )
+    >>> problem = sh.HarmonicBalance(disk, sh.EngineOrder(3))
+    >>> draws = sh.mistuning.uniform(disk, 3, seed=1, contact_stiffness=0.2)
+    >>> mistuned = sh.frf(problem, (200, 220), at=range(200, 221), over=draws)
+    >>> tuned = sh.frf(problem, (200, 220), at=range(200, 221))
+    >>> sh.statistics.worst(mistuned, tuned).sample.item()
+    2
     """
     factors = amplification(dataset, tuned)
     kinds = [str(name) for name in factors if str(name).startswith("amplification_")]

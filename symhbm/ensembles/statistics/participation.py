@@ -28,6 +28,19 @@ def localisation(dataset: xr.Dataset) -> xr.Dataset:
     ------
     TypeError, ValueError
         If it is no ensemble.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> disk = sh.bladed_disk(
+    ...     13, mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e6, friction_coefficient=0.5, normal_load=10,
+    ... )
+    >>> problem = sh.HarmonicBalance(disk, sh.EngineOrder(3))
+    >>> draws = sh.mistuning.uniform(disk, 3, seed=1, contact_stiffness=0.2)
+    >>> mistuned = sh.frf(problem, (200, 220), at=range(200, 221), over=draws)
+    >>> sh.statistics.localisation(mistuned).localisation_at_peak.values.round(2)
+    array([0.09, 0.08, 0.09])
     """
     ensemble = Population(dataset)
     used = xr.DataArray(ensemble.used, dims=ensemble.dim)

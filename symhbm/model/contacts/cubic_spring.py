@@ -14,7 +14,17 @@ from symhbm.numerics import FloatArray, FourierBasis
 
 
 class CubicSpring(PolynomialLaw):
-    """A spring of force ``gamma y^3``, ``gamma`` of any sign."""
+    """A spring of force ``gamma y^3``, ``gamma`` of any sign.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> spring = sh.Contacts(sh.CubicSpring(), [(0,)], cubic_stiffness=1e8)
+    >>> oscillator = sh.Model([[1.0]], [[0.5]], [[1e4]], contacts={"spring": spring})
+    >>> problem = sh.HarmonicBalance(oscillator, sh.PointForce(amplitude=0.1), harmonics=(1, 3))
+    >>> sh.frf(problem, (14, 18)).event_kind.values
+    array(['fold', 'fold'], dtype=object)
+    """
 
     parameters: ClassVar = {
         "cubic_stiffness": Parameter(

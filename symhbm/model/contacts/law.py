@@ -34,7 +34,14 @@ Values = dict[str, Any]
 
 
 class Switch(NamedTuple):
-    """What a contact may do within a period or not, and the names of its two events."""
+    """What a contact may do within a period or not, and the names of its two events.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> sh.Coulomb().switches[0].begins, sh.Coulomb().switches[0].ends
+    ('onset of slip', 'end of slip')
+    """
 
     name: str
     begins: str
@@ -58,6 +65,20 @@ class Located:
     details
         What the law wants to know of them again: something with a method ``split(count)`` into
         those of as many points, or None.
+
+    Examples
+    --------
+    Of a contact that moves by 1 mm under one harmonic, and slips then:
+
+    >>> import numpy as np
+    >>> import symhbm as sh
+    >>> from symhbm.numerics import FourierBasis
+    >>> values = {"contact_stiffness": 1e4, "friction_coefficient": 0.5, "normal_load": 3.0}
+    >>> values = {name: np.array([value]) for name, value in values.items()}
+    >>> motion = np.array([[1e-3, 0.0]])
+    >>> located = sh.Coulomb().locate(FourierBasis((1,)), motion, 100.0, values)
+    >>> located.states, located.margins.round(3)
+    (array([[ True]]), array([[1.897]]))
     """
 
     events: FloatArray

@@ -11,6 +11,13 @@ class Parameter(NamedTuple):
     its values, "positive", "non-negative" or "any", and ``followed``, that of a band it is followed
     over; ``designed``, whether designs may vary it; ``deviation``, whether it is one from the
     nominal structure, which draws scatter by their spreads themselves.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> stiffness = sh.Parameter("N m-1", "stiffness of the stop", "$k_s$", bound="positive")
+    >>> stiffness.units, stiffness.bound
+    ('N m-1', 'positive')
     """
 
     units: str

@@ -25,6 +25,24 @@ class PolynomialLaw(MemorylessLaw):
     """A force that is a polynomial of the displacements, of `degree` together.
 
     See `ContactLaw` for an example.
+
+    Examples
+    --------
+    A stop of the fourth power, which pushes to one side:
+
+    >>> import symhbm as sh
+    >>> class Fourth(sh.PolynomialLaw):
+    ...     directions = ("normal",)
+    ...     parameters = {"stop_stiffness": sh.Parameter("N m-4", "stiffness of the stop", "$k_4$")}
+    ...     degree = 4
+    ...     odd = False
+    ...     def force_at(self, displacement, frequency, values):
+    ...         return values["stop_stiffness"] * displacement**4
+    >>> stop = sh.Contacts(Fourth(), [(0,)], stop_stiffness=1e10)
+    >>> blade = sh.Model([[1.0]], [[5.0]], [[1e4]], contacts={"stop": stop})
+    >>> problem = sh.HarmonicBalance(blade, sh.PointForce(), harmonics=(0, 1, 2))
+    >>> bool(sh.solve(problem, 12.0).converged)
+    True
     """
 
     degree: ClassVar[int]

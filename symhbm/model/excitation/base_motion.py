@@ -34,7 +34,7 @@ class BaseMotion(Excitation):
     Parameters
     ----------
     displacement, velocity, acceleration
-        One of them.
+        One of them [m, m/s, m/s^2].
     direction
         ``"x"``, ``"y"``, ``"z"`` or ``"axial"``: the base translates along it, in a structure with
         places. Without, all degrees of freedom are along the motion.

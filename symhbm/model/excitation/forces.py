@@ -28,6 +28,18 @@ class PointForce(Excitation):
     """Force ``amplitude cos(harmonic omega t + phase)`` on one degree of freedom [N, rad].
 
     ``dof`` is its number, or its name in a structure with places, as ``"tip:y"``.
+
+    Examples
+    --------
+    One newton on the tip of a structure whose places are known:
+
+    >>> import numpy as np
+    >>> import symhbm as sh
+    >>> tip = sh.Places(node=[7, 7], direction=["x", "y"], label=["tip", "tip"])
+    >>> blade = sh.Model(np.eye(2), np.eye(2), 1e4 * np.eye(2), places=tip)
+    >>> problem = sh.HarmonicBalance(blade, sh.PointForce(dof="tip:y", amplitude=1.0))
+    >>> sh.solve(problem, 10.0).amplitude.values.round(8)
+    array([0.        , 0.00016522])
     """
 
     dof: Place = 0

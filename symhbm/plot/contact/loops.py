@@ -91,6 +91,16 @@ def hysteresis(dataset: xr.Dataset, *, contact: int = 0, ax: Axes | None = None)
     TypeError, KeyError, ValueError
         For a dataset without the motion, one without a converged point, a contact without friction,
         and bad arguments.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> blade = sh.single_blade(
+    ...     mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+    ... )
+    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> sh.plot.hysteresis(sh.solve(problem, 20.0)).savefig("loop.png")
     """
     found = _of_friction(dataset, contact)
     drawn = _drawn(found)

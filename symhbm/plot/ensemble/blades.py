@@ -32,6 +32,19 @@ def blades(values: xr.DataArray, *, ax: Axes | None = None) -> Figure:
     ------
     TypeError, ValueError
         For anything but such an array, and one without a finite value.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> disk = sh.bladed_disk(
+    ...     13, mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e6, friction_coefficient=0.5, normal_load=10,
+    ... )
+    >>> problem = sh.HarmonicBalance(disk, sh.EngineOrder(3))
+    >>> draws = sh.mistuning.uniform(disk, 3, seed=1, contact_stiffness=0.2)
+    >>> mistuned = sh.frf(problem, (200, 220), at=range(200, 221), over=draws)
+    >>> figure = sh.plot.blades(mistuned.amplitude.max("frequency"))
+    >>> figure.savefig("blades.png")
     """
     if not isinstance(values, xr.DataArray) or values.dtype.kind not in "iuf":
         raise TypeError(f"values={check.shown(values)}: expected a DataArray of numbers")

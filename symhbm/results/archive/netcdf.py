@@ -54,6 +54,17 @@ def save(dataset: xr.Dataset, path: str | os.PathLike[str], *, overwrite: bool =
         If there is such a file and ``overwrite`` is False.
     ArchiveError
         If the file cannot be written; nothing is left behind. It is an OSError and a ValueError.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> blade = sh.single_blade(
+    ...     mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+    ... )
+    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> sh.save(sh.frf(problem, (10, 30)), "blade").name
+    'blade.nc'
     """
     check_dataset("dataset", dataset, unforced=True)
     overwrite = check.flag("overwrite", overwrite)
@@ -124,6 +135,18 @@ def load(path: str | os.PathLike[str], lazy: bool = False) -> xr.Dataset:
     ArchiveError
         If the file is damaged, is no NetCDF file, or was not written by this library. It is an
         OSError and a ValueError.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> blade = sh.single_blade(
+    ...     mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+    ... )
+    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> path = sh.save(sh.frf(problem, (10, 30)), "blade.nc")
+    >>> sh.load(path).peak_frequency.values.round(3)
+    array([19.374])
     """
     source = existing(path_of(path))
     lazy = check.flag("lazy", lazy)
@@ -229,6 +252,19 @@ def rebuild(dataset: xr.Dataset, laws: Iterable[ContactLaw] = ()) -> HarmonicBal
         If ``dataset`` is no Dataset, or one of the laws is none.
     ArchiveError
         If it does not describe a problem, or a contact law is missing.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> blade = sh.single_blade(
+    ...     mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+    ... )
+    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> loads = sh.frf(problem, (10, 30), over={"normal_load": [1, 3]})
+    >>> again = sh.rebuild(loads.sel(normal_load=1))
+    >>> again.parameters["normal_load"]
+    array([1.])
     """
     check_dataset("dataset", dataset, unforced=True)
     check_schema(dataset, "dataset")

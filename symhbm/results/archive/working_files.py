@@ -39,7 +39,19 @@ _DAMAGE |= {sqlite3.SQLITE_TOOBIG, sqlite3.SQLITE_MISMATCH, sqlite3.SQLITE_CONST
 
 
 class ArchiveError(OSError, ValueError):
-    """An archive that cannot be written, or a file that is no archive of this library."""
+    """An archive that cannot be written, or a file that is no archive of this library.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> with open("notes.nc", "w") as file:
+    ...     _ = file.write("no archive")
+    >>> try:
+    ...     sh.load("notes.nc")
+    ... except sh.ArchiveError as error:
+    ...     print(type(error).__name__)
+    ArchiveError
+    """
 
 
 def working_file(archive: Path) -> Path:
