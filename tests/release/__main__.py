@@ -1,5 +1,6 @@
 """Make the files of a release, and check them: ``python -m tests.release``. It uploads nothing."""
 
+import shutil
 import tempfile
 from pathlib import Path
 
@@ -26,12 +27,12 @@ def main(output: Path, rehearse: bool) -> None:
         check_contents(wheel, sdist)
         click.echo(check_all("release", wheel, sdist, folder))
         output.mkdir(parents=True, exist_ok=True)
-        kept = [path.rename(output / path.name) for path in (wheel, sdist)]
+        kept = [Path(shutil.move(path, output / path.name)) for path in (wheel, sdist)]
     for path in kept:
         click.echo(f"{path}  {path.stat().st_size / 1e6:.2f} MB")
     about = project()
     if "Repository" not in about.get("urls", {}):
-        click.echo("[project.urls] has no Repository: the page of the index has no links or pictures.")
+        click.echo("[project.urls] has no Repository: no links or pictures on the page of an index")
     if not faults:
         click.echo(f"Left to do: git tag -a v{about['version']}, git push --tags, twine upload")
 

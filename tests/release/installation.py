@@ -100,7 +100,15 @@ def check_smoke(python: Path, sdist: Path, folder: Path) -> str:
     shutil.rmtree(sources / "symhbm")
     run([python, "-m", "pip", "install", "-q", *TEST_TOOLS], folder)
     # Old packages warn of one another, which is no fault of symhbm.
-    options = ["-q", "-p", "no:cacheprovider", "-o", "addopts=-m 'not slow'", "-o", "filterwarnings="]
+    options = [
+        "-q",
+        "-p",
+        "no:cacheprovider",
+        "-o",
+        "addopts=-m 'not slow'",
+        "-o",
+        "filterwarnings=",
+    ]
     printed = run([python, "-m", "pytest", *options, *SMOKE], sources)
     return printed.strip().splitlines()[-1]
 

@@ -51,13 +51,13 @@ def quick_start(readme: str) -> tuple[str, list[str]]:
 def for_an_index(readme: str, repository: str | None) -> str:
     """README.md for a page that has no files beside it.
 
-    Its links lead into the repository. Without the address of one, their words stay and pictures go.
+    Its links lead into the repository. Without the address of one, pictures go and words stay.
     """
     target = r"\((?!https?:|#)([^)\s]+)\)"
     if repository is None:
         readme = re.sub(rf"!\[[^\]]*\]{target}\n*", "", readme)
         return re.sub(rf"\[([^\]]+)\]{target}", r"\1", readme)
-    files = f"{repository.rstrip('/')}/raw/HEAD" if repository else ""
+    files = f"{repository.rstrip('/')}/raw/HEAD"
     readme = re.sub(rf"(!\[[^\]]*\]){target}", rf"\1({files}/\2)", readme)
     pages = f"{repository.rstrip('/')}/blob/HEAD"
     return re.sub(rf"(\[[^\]]+\]){target}", rf"\1({pages}/\2)", readme)
