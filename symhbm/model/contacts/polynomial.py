@@ -168,7 +168,7 @@ class PolynomialLaw(MemorylessLaw):
         return super().results(basis, located, motion, frequency, values)
 
 
-def _products(basis: FourierBasis, waves: FourierBasis) -> scipy.sparse.csc_array:
+def _products(basis: FourierBasis, waves: FourierBasis) -> scipy.sparse.csc_matrix:
     """Products of two functions of a basis by `waves`, times the norm of the first.
 
     (K^2, n_waves), the second function of the product changing last.
@@ -178,7 +178,8 @@ def _products(basis: FourierBasis, waves: FourierBasis) -> scipy.sparse.csc_arra
     pairs = (values[:, None, :] * values[:, :, None]).reshape(len(tau), -1)
     # Of cosines and sines: halves and ones, which round-off shall not blur.
     found = np.round(2 * np.linalg.solve(waves.values(tau), pairs)) / 2
-    return scipy.sparse.csc_array(found.T * np.tile(basis.norm, basis.n_components)[:, None])
+    # CasADi before 3.8.2 takes no sparse arrays.
+    return scipy.sparse.csc_matrix(found.T * np.tile(basis.norm, basis.n_components)[:, None])
 
 
 @lru_cache(maxsize=64)
