@@ -25,8 +25,8 @@ from symhbm.numerics import FloatArray
 NODES = 40
 """Nodes of Gauss quadrature of each part of a motion that is smooth."""
 ITERATIONS = 200
-OUTER = 4
-"""Times that viscous damping is taken at the frequency that was found with it."""
+OUTER, SAME_FREQUENCY = 6, 1e-9
+"""Times at most that viscous damping is taken at the frequency found with it; change to end at."""
 REPEATS = 1e-13
 """Relative change of an eigenvalue from which it is taken."""
 SLOPE = 1e-6
@@ -297,7 +297,9 @@ class WholeSector:
         """
         found = near, 0.0
         for _ in range(OUTER):
-            found = self._mode(amplitude, limit, found[0], air)
+            before, found = found, self._mode(amplitude, limit, found[0], air)
+            if abs(found[0] / before[0] - 1) < SAME_FREQUENCY:
+                break
         return found
 
     def _mode(
