@@ -55,10 +55,10 @@ OPTIMUM = 1e-5
 """Of the best load: half of the digits, as damping hardly changes there."""
 TRUNCATION = 1e-5
 """Of frequency and damping ratio with harmonics up to 21, of which damping is the less exact."""
-REDUCTION = 1e-3
+REDUCTION = 5e-4
 """What the reduction of the sector changes."""
 TOLD = 0.02
-"""Of the amplitude of a peak: what harmonics and the flanks of others keep one mode from telling."""
+"""Of the amplitude of a peak: what one mode does not tell of it with several harmonics."""
 
 
 class Case(NamedTuple):

@@ -1,8 +1,8 @@
 """Motions without a force, computed without the library: closed forms, and marches in time.
 
 Under one harmonic a contact of friction is a complex stiffness that depends on its amplitude (Eqs.
-6-8 of the source), and a nonlinear mode is an eigenvalue `omega^2 (1 + 2 i D)` of the structure with
-that stiffness: of one blade, of a wave of a ring, and of a wave of a sector with all its equations.
+6-8 of the source), and a nonlinear mode is an eigenvalue `omega^2 (1 + 2 i D)` of the structure
+with that stiffness: of one blade, of a wave of a ring, and of one of a sector with all equations.
 
 A blade that rubs is linear between its reversals and onsets of slip, so that half a period is a
 map from the amplitude at a reversal to that at the next one. Its fixed points are limit cycles, and
@@ -233,7 +233,7 @@ def march(
     step: float,
     count: int,
 ) -> FloatArray:
-    """Displacements (count, n) [m] of a ring by central differences, each contact to the next blade.
+    """Displacements (count, n) [m] of a ring by central differences, contacts to next blades.
 
     ``matrices`` are those of mass, damping and stiffness; it starts at rest with contacts that bear
     nothing.
