@@ -43,7 +43,8 @@ STUDIES = {
     "open_sector_contacts": 30,
     "open_sector_mistuned": 45,
     "damping_of_modes": 20,
-    "flutter": 25,
+    "flutter": 18,
+    "flutter_limits": 11,
 }
 """Studies in the order of the page, and about how long each takes [s]: the bar moves by that."""
 BAR = "{desc:<35}{percentage:3.0f}%|{bar}| {elapsed}<{remaining}, {rate_fmt}"

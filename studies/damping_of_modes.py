@@ -25,10 +25,9 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-
-import symhbm as sh
 from scipy.optimize import minimize_scalar
 
+import symhbm as sh
 from studies import fig03_single_blade as fig03
 from studies import fig09_contact_stiffness as fig09
 from studies.landmark import Landmark, Source

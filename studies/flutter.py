@@ -11,17 +11,13 @@ least stable wave need not be the one that the disk ends in: on the ring it has 
 but its limit cycle is unstable against other waves. A march of all blades in time, from a small
 disturbance of no order, leaves two nodal diameters and ends in the limit cycle with three.
 
-The flutter limit is the negative damping under which a disturbance stays below an allowed
-amplitude. Dampers of too small a load let go before, those of too large a load stick; in between
-all loads hold as much.
-
 Reference: M. Krack, Nonlinear modal analysis of nonconservative systems: Extension of the periodic
 motion concept, Computers and Structures 154 (2015), 59-71.
 """
 
 from dataclasses import replace
 from importlib.metadata import version
-from typing import Any, NamedTuple
+from typing import Any
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -75,22 +71,10 @@ RATIOS = 1e-5
 """Of damping ratios, what the reduction changes where they are some per mille."""
 MARCHED = 1e-3
 """Of the wave that the march ends in: others are still dying away, and steps."""
-N_LOADS = 17
 LEAST = 6
 """Nodal diameters of the least stable wave of the disk."""
 REDUCTION = 2e-3
 """Of amplitudes, what the reduction of the sector changes."""
-
-
-class Limit(NamedTuple):
-    """A flutter limit: problem, disturbance and allowed amplitude [m], loads [N], wave."""
-
-    name: str
-    problem: sh.HarmonicBalance
-    amplitude: tuple[float, float]
-    loads: tuple[float, float]
-    nodal_diameter: int | None = None
-    dof: int = 0
 
 
 def blade(harmonics: tuple[int, ...], value: float = SHOWN) -> sh.HarmonicBalance:
@@ -153,9 +137,9 @@ def disk_air_of_wave(whole: WholeSector) -> tuple[complex, complex]:
 
 
 def compute(progress: bool = True) -> xr.Dataset:
-    """Cycles of the three structures, the march of the ring, and flutter limits."""
+    """Cycles of the three structures, and the march of the ring."""
     found = damping.disk()
-    parts = [_blade(), _ring(), _disk(found), _limits(found)]
+    parts = [_blade(), _ring(), _disk(found)]
     dataset = xr.merge(parts)
     for name, (units, long_name) in DESCRIBED.items():
         dataset[name].attrs.update(units=units, long_name=long_name)
@@ -338,78 +322,6 @@ def _whole_cycle(whole: WholeSector, amplitude: float, frequency: float) -> floa
     return float(brentq(ratio, 0.95 * amplitude, 1.05 * amplitude, rtol=1e-9))
 
 
-def limits(found: damping.Disk) -> list[Limit]:
-    """The flutter limits: of the blade with its own damping, and of a wave without air."""
-    model = fig09.problem().model.with_parameters(contact_stiffness=1e4)
-    still, whole = (sh.HarmonicBalance(each, harmonics=(1,)) for each in (model, found.reduced))
-    return [
-        Limit("one blade", blade((1,), 0.5), (1e-4, 4e-4), (0.3, 10)),
-        Limit("ring of 13 blades", still, (5e-4, 2e-3), (1, 100), 2),
-        Limit("disk by finite elements", whole, (5e-6, 2e-5), (5, 200), LEAST, found.reduced_tip),
-    ]
-
-
-def _limits(found: damping.Disk) -> xr.Dataset:
-    """Limits over the load with two disturbances, best loads, and what tells these without."""
-    datasets, all_limits = [], limits(found)
-    for one in all_limits:
-        low, high = one.amplitude
-        middle = float(np.sqrt(low * high))
-        options: dict[str, Any] = dict(
-            dof=one.dof, nodal_diameter=one.nodal_diameter, progress=False, throw=True
-        )
-        best = sh.maximise_flutter_limit(
-            one.problem, "normal_load", one.loads, one.amplitude, **options | dict(throw=False)
-        )
-        larger = sh.flutter_limit(
-            one.problem, "normal_load", one.loads, np.geomspace(*one.loads, N_LOADS),
-            amplitude=one.amplitude, disturbance=middle, **options,
-        )  # fmt: skip
-        load = float(np.mean(one.problem.parameters["normal_load"]))
-        amplitude, ratio = _most_damped(one, found, load, best)
-        part = xr.Dataset(
-            {
-                "limit_load": ("limit_point", best.normal_load.values),
-                "flutter_limit": ("limit_point", best.flutter_limit.values[:, 0]),
-                "larger_load": ("larger_point", larger.normal_load.values),
-                "larger_limit": ("larger_point", larger.flutter_limit.values[:, 0]),
-                "limit_amplitudes": ("told", [low, high]),
-                "best_loads": ("told", _range(best)),
-                "best_limit": best.design_damping_ratio.item(),
-                # Amplitudes scale with the load, damping does not.
-                "expected_loads": ("told", load * np.array([low, high]) / amplitude),
-                "expected_limit": ratio,
-            }
-        )
-        datasets.append(part.assign_coords(limit_point=np.arange(part.sizes["limit_point"])))
-    names = xr.DataArray([one.name for one in all_limits], dims="structure", name="structure")
-    return xr.concat(datasets, names, join="outer").drop_vars("limit_point")
-
-
-def _range(best: xr.Dataset) -> list[float]:
-    """First and last of the best loads [N]."""
-    return [float(best[name].values[0]) for name in ("design_from", "design_to")]
-
-
-def _most_damped(
-    one: Limit, found: damping.Disk, load: float, best: xr.Dataset
-) -> tuple[float, float]:
-    """Amplitude [m] with most damping under a load [N], and that ratio, without the library."""
-    if one.dof == 0:
-        wave = damping.wave(one.problem.model, one.nodal_diameter, load)
-        return wave.most_damped(100 * one.amplitude[1])
-    assert one.nodal_diameter is not None
-    whole, frequency = found.wave(one.nodal_diameter), float(best.limit_frequency.mean())
-    low, high = np.log(one.amplitude)
-    found_at: Any = minimize_scalar(
-        lambda log: -whole.mode(float(np.exp(log)), FRICTION * load, frequency)[1],
-        bounds=(low - 1, high + 1),
-        method="bounded",
-        options={"xatol": 1e-7},
-    )
-    return float(np.exp(found_at.x)), -float(found_at.fun)
-
-
 _CYCLES = "amplitudes of the limit cycles, the stable one first"
 _SMALL = "damping ratio of small motions with the air"
 DESCRIBED = {
@@ -445,34 +357,22 @@ DESCRIBED = {
     "disk_amplitude": ("m", f"{_CYCLES}, disk"),
     "disk_one_amplitude": ("m", f"{_CYCLES}, least stable wave of the disk, one harmonic"),
     "disk_whole_amplitude": ("m", f"{_CYCLES}, least stable wave, all equations"),
-    "structure": ("1", "structure of a flutter limit"),
-    "limit_load": ("N", "normal load"),
-    "flutter_limit": ("1", "flutter limit for the smaller disturbance"),
-    "larger_load": ("N", "normal load"),
-    "larger_limit": ("1", "flutter limit for the larger disturbance"),
-    "limit_amplitudes": ("m", "smaller disturbance and allowed amplitude; the larger is between"),
-    "best_loads": ("N", "first and last of the best loads"),
-    "best_limit": ("1", "largest flutter limit"),
-    "expected_loads": ("N", "first and last of the best loads, without the library"),
-    "expected_limit": ("1", "largest damping ratio, without the library"),
 }
 
 
 def draw(dataset: xr.Dataset) -> Figure:
-    """Draw what air feeds, the cycles, the flutter limits, and the march of the ring."""
+    """Draw what air feeds, the cycles, and the march of the ring."""
     with plt.rc_context(sh.plot.STYLE):
-        figure = plt.figure(figsize=(14.5, 14.5), layout="constrained")
-        names = "bBL", "rRM", "dDN"
-        rows = ["".join(row) for row in zip(*names, strict=True)]
-        axes = figure.subplot_mosaic("\n".join([*rows, "TTT"]))
+        figure = plt.figure(figsize=(14.5, 11.5), layout="constrained")
+        axes = figure.subplot_mosaic("brd\nBRD\nTTT")
+        names = "one blade", "ring of 13 blades", "disk by finite elements"
+        for place, name in zip("brd", names, strict=True):
+            axes[place].set_title(name)
         _draw_balance(axes["b"], dataset)
         _draw_blade(axes["B"], dataset)
         for small, large, name in (("r", "R", "ring"), ("d", "D", "disk")):
             _draw_ratios(axes[small], dataset, name)
             _draw_waves(axes[large], dataset, name)
-        for i, place in enumerate("LMN"):
-            _draw_limit(axes[place], dataset.isel(structure=i))
-            axes[names[i][0]].set_title(str(dataset.structure.values[i]))
         _draw_march(axes["T"], dataset)
         figure.suptitle("Flutter that friction holds")
     return figure
@@ -552,22 +452,6 @@ def _draw_waves(ax: Axes, dataset: xr.Dataset, name: str) -> None:
     ax.legend(fontsize=8, loc="upper left")
 
 
-def _draw_limit(ax: Axes, one: xr.Dataset) -> None:
-    low, high = one.limit_amplitudes.values
-    sizes = low, np.sqrt(low * high)
-    lines = ("limit_load", "flutter_limit", "-"), ("larger_load", "larger_limit", "--")
-    for size, (load, limit, style) in zip(sizes, lines, strict=True):
-        label = f"disturbance of {1e3 * size:.3g} mm"
-        ax.semilogx(one[load], 100 * one[limit], style, color="0.2", label=label)
-    ends = one.best_loads.values
-    label = f"best: {ends[0]:.3g} to {ends[1]:.3g} N"
-    ax.axvspan(*ends, color="tab:green", alpha=0.2, label=label)
-    ax.set(xlabel="normal load [N]")
-    ax.set_ylabel(f"negative damping ratio held\nbelow {1e3 * high:g} mm [%]")
-    ax.set_ylim(0, 140 * float(one.best_limit))
-    ax.legend(fontsize=8, loc="upper left")
-
-
 def _draw_march(ax: Axes, dataset: xr.Dataset) -> None:
     shown = dataset.march_amplitude.max("march_time") > MARKED
     colors = plt.get_cmap("tab10")
@@ -586,7 +470,7 @@ def _draw_march(ax: Axes, dataset: xr.Dataset) -> None:
 
 
 def landmarks(dataset: xr.Dataset) -> list[Landmark]:
-    """Cycles, folds and limits beside closed forms, motions in time and all equations."""
+    """Cycles and folds beside closed forms, motions in time and all equations."""
     closed, exact = Source.CLOSED_FORM, Source.EXACT
     fold = dataset.closed_fold.values
     rows = [
@@ -627,15 +511,6 @@ def landmarks(dataset: xr.Dataset) -> list[Landmark]:
          _largest(dataset.disk_one_amplitude, dataset.disk_whole_amplitude), 0, "", exact,
          REDUCTION),
     ]  # fmt: skip
-    for i, name in enumerate(map(str, dataset.structure.values)):
-        one = dataset.isel(structure=i)
-        whole = i == len(dataset.structure) - 1
-        source, allowed = (exact, REDUCTION) if whole else (closed, ROUND_OFF)
-        rows.append((f"{name}: largest flutter limit", one.best_limit, one.expected_limit, "",
-                     source, allowed))  # fmt: skip
-        for k, end_of in enumerate(("first", "last")):
-            rows.append((f"{name}: {end_of} of the best loads", one.best_loads[k],
-                         one.expected_loads[k], "N", source, max(allowed, FLAT)))  # fmt: skip
     return [
         Landmark(text, float(value), float(known), *others) for text, value, known, *others in rows
     ]

@@ -1,5 +1,7 @@
 """Closed forms and marches that studies of modes and cycles are compared with."""
 
+from itertools import pairwise
+
 import matplotlib as mpl
 import numpy as np
 import pytest
@@ -38,7 +40,7 @@ def test_known_cycles_and_fold():
         assert 100 / (2 * np.pi) < frequency < np.sqrt(2e4) / (2 * np.pi)
         assert (slope < 1) == (amplitude < 1e-3)
     ends = np.log([2e-4, 6e-4])
-    grid = np.linspace(*ends, 2001)
+    grid = np.linspace(ends[0], ends[1], 2001)
     damped = [flutter._cycle_damping(log) for log in grid]
     assert min(damped) == pytest.approx(-26.295299585998, abs=1e-5)
     assert np.exp(grid[np.argmin(damped)]) == pytest.approx(3.36808e-4, rel=1e-3)
@@ -94,7 +96,7 @@ def test_march_of_blades_that_move_against_each_other():
     # Both contacts move twice as much as a blade: 2 * 2 of the stiffness, twice the limit.
     blade = InTime(1.0, 0.5, 1e4, 4e4, 3.0)
     amplitudes = np.abs(level[turns])
-    for before, after in zip(amplitudes[1:3], amplitudes[2:4], strict=True):
+    for before, after in pairwise(amplitudes[1:4]):
         if before > 2 * blade.limit / blade.contact_stiffness:
             assert after == pytest.approx(blade.half(before)[0], rel=1e-4)
     assert amplitudes[1] < start
