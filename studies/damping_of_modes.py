@@ -134,10 +134,10 @@ def disk(grid: tuple[int, int, int, int] = COARSE) -> Disk:
     # What moves along x of the first sector, in the axes of the next one.
     turn = 2 * np.pi / whole.n_sectors
     ends = {f"{one}:x": 1.0}, {f"{other}:x": -np.cos(turn), f"{other}:y": np.sin(turn)}
-    return Disk(whole, reduced, tip, place, *ends)
+    return Disk(whole, reduced, tip, place, ends[0], ends[1])
 
 
-def wave(model: sh.Model, nodal_diameter: int | None, load: float) -> Wave:
+def wave(model: Any, nodal_diameter: int | None, load: float) -> Wave:
     """One blade of a ring, or one alone, under a normal load [N]."""
     value = {name: float(np.mean(each)) for name, each in model.parameters.items()}
     ratio = 1.0
@@ -270,7 +270,8 @@ def _responses(case: Case, modes: xr.Dataset) -> xr.Dataset:
             }
         )
         curves.append(curve.assign_coords(swept=np.arange(curve.sizes["swept"])))
-    return xr.concat(curves, "curve", join="outer").assign(force=("curve", list(case.forces)))
+    joined: Any = xr.concat(curves, "curve", join="outer")
+    return joined.assign(force=("curve", list(case.forces)))
 
 
 def first_harmonic(coefficient: xr.DataArray, place: int) -> Any:

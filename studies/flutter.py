@@ -24,7 +24,7 @@ import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
-from scipy.optimize import brentq, minimize_scalar
+from scipy.optimize import minimize_scalar
 
 import symhbm as sh
 from studies import damping_of_modes as damping
@@ -34,7 +34,7 @@ from studies.claim import Finding
 from studies.landmark import Landmark, Source
 from studies.open_sector_contacts import FRICTION
 from studies.run import run
-from studies.unforced import InTime, Wave, WholeSector, march
+from studies.unforced import InTime, Wave, WholeSector, march, root
 from symhbm.numerics import FloatArray
 
 NAME = "flutter"
@@ -247,7 +247,7 @@ def _ring() -> xr.Dataset:
     )
 
 
-def _march() -> tuple[FloatArray, FloatArray, float]:
+def _march() -> tuple[Any, FloatArray, float]:
     """Times [s], amplitudes of waves [m] and the frequency at the end [Hz], blade by blade."""
     start = DISTURBED * np.random.default_rng(SEED).standard_normal(N_BLADES)
     one = ring_wave(1)
@@ -319,7 +319,7 @@ def _whole_cycle(whole: WholeSector, amplitude: float, frequency: float) -> floa
     """Amplitude [m] of a cycle by all equations, near one of the reduced ones."""
     limit, air = FRICTION * damping.NORMAL_LOAD, disk_air_of_wave(whole)
     ratio = lambda a: whole.mode(a, limit, frequency, air)[1]  # noqa: E731
-    return float(brentq(ratio, 0.95 * amplitude, 1.05 * amplitude, rtol=1e-9))
+    return root(ratio, 0.95 * amplitude, 1.05 * amplitude)
 
 
 _CYCLES = "amplitudes of the limit cycles, the stable one first"

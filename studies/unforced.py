@@ -9,7 +9,7 @@ map from the amplitude at a reversal to that at the next one. Its fixed points a
 its slope there is how a disturbance of them grows.
 """
 
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from functools import cached_property
 from typing import Any
@@ -31,6 +31,13 @@ REPEATS = 1e-13
 """Relative change of an eigenvalue from which it is taken."""
 SLOPE = 1e-6
 """Relative change of the amplitude by which the slope of a map is told."""
+
+
+def root(function: Callable[[float], float], low: float, high: float) -> float:
+    """Where a function of one number changes its sign, to round-off."""
+    # A damping that is sought may be 0: an absolute tolerance far below all values here.
+    found: Any = brentq(function, low, high, xtol=1e-18)
+    return float(found)
 
 
 def complex_stiffness(amplitude: float, stiffness: float, limit: float) -> complex:
@@ -101,9 +108,8 @@ class Wave:
         ratios = [[self.damping_ratio(a) for a in ends] for ends in edges]
         if most <= 0:
             return []
-        options = dict(xtol=1e-300, rtol=1e-14)
         return [
-            float(brentq(self.damping_ratio, *ends, **options))  # type: ignore[arg-type]
+            root(self.damping_ratio, *ends)
             for ends, (first, last) in zip(edges, ratios, strict=True)
             if first * last < 0
         ]
@@ -130,20 +136,14 @@ class InTime:
         first = _Free(self.mass, self.damping, held, rest, amplitude, 0.0)
         turn = np.pi / first.omega
         onset = first.at(turn)[0] < slips
-        lasts = (
-            float(brentq(lambda t: first.at(t)[0] - slips, 0, turn, xtol=1e-18, rtol=1e-14))
-            if onset
-            else turn
-        )
+        lasts = root(lambda t: first.at(t)[0] - slips, 0, turn) if onset else turn
         parts = [(first, 0.0, lasts)]
         place, speed = first.at(lasts)
         if onset:
             second = _Free(
                 self.mass, self.damping, self.stiffness, self.limit / self.stiffness, place, speed
             )
-            more = float(
-                brentq(lambda t: second.at(t)[1], 0, np.pi / second.omega, xtol=1e-18, rtol=1e-14)
-            )
+            more = root(lambda t: second.at(t)[1], 0, np.pi / second.omega)
             parts.append((second, lasts, more))
             place = second.at(more)[0]
             lasts += more
@@ -166,7 +166,7 @@ class InTime:
         Amplitude [m] of its first harmonic, frequency [Hz] and slope of the map.
         """
         grows = lambda a: self.half(a)[0] / a - 1  # noqa: E731
-        found = float(brentq(grows, low, high, xtol=1e-300, rtol=1e-14))  # type: ignore[arg-type]
+        found = root(grows, low, high)
         _, lasts, harmonic = self.half(found)
         return abs(harmonic), 1 / (2 * lasts), self.slope(found)
 
@@ -178,7 +178,7 @@ class InTime:
         grows = lambda c: replace(self, damping=c).half(largest)[0] - largest  # noqa: E731
         # Not beyond what a blade without the spring of the contact still vibrates with.
         most = 0.9 * 2 * np.sqrt(self.mass * self.stiffness)
-        found = float(brentq(grows, -most, 0.0, xtol=1e-300, rtol=1e-14))  # type: ignore[arg-type]
+        found = root(grows, -most, 0.0)
         _, lasts, harmonic = replace(self, damping=found).half(largest)
         return found, abs(harmonic), 1 / (2 * lasts)
 
@@ -189,7 +189,7 @@ class InTime:
         """
         ends = 0.8 * amplitude, 1.2 * amplitude
         miss = lambda a: self.held(a)[1] - amplitude  # noqa: E731
-        largest = float(brentq(miss, *ends, xtol=1e-300, rtol=1e-12))  # type: ignore[arg-type]
+        largest = root(miss, *ends)
         damping, _, frequency = self.held(largest)
         return frequency, (self.damping - damping) / (2 * self.mass * 2 * np.pi * frequency)
 
