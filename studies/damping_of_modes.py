@@ -424,7 +424,8 @@ def landmarks(dataset: xr.Dataset) -> list[Landmark]:
         source = Source.EXACT if whole else Source.CLOSED_FORM
         tolerance, of_load = (REDUCTION, 10 * REDUCTION) if whole else (ROUND_OFF, OPTIMUM)
         for what in ("frequency", "damping_ratio"):
-            errors = np.abs(one[f"checked_{what}"] / one[f"expected_{what}"] - 1).values
+            told, expected = (one[f"{kind}_{what}"].values for kind in ("checked", "expected"))
+            errors = np.abs(told / expected - 1)
             text = f"{short}: {what.replace('_', ' ')} with one harmonic, largest difference"
             rows.append(Landmark(text, float(errors.max()), 0.0, "", source, tolerance))
         load, damping = one.expected_design.values
