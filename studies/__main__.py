@@ -44,13 +44,10 @@ STUDIES = {
     "open_sector_modes": 15,
     "open_sector_contacts": 30,
     "open_sector_mistuned": 45,
-<<<<<<< HEAD
     "pareto_damper_mass": 45,
-=======
     "damping_of_modes": 20,
     "flutter": 18,
     "flutter_limits": 11,
->>>>>>> modes-studies
 }
 """Studies in the order of the page, and about how long each takes [s]: the bar moves by that."""
 BAR = "{desc:<35}{percentage:3.0f}%|{bar}| {elapsed}<{remaining}, {rate_fmt}"
