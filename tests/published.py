@@ -13,7 +13,7 @@ ONE_BLADE = dict(
 
 
 def two_masses(highest: int) -> sh.HarmonicBalance:
-    """Example 05 of NLvib: masses [kg], springs [N/m], a friction force [N] and a velocity [m/s]."""
+    """Example 05 of NLvib: masses [kg], springs [N/m], friction force [N], a velocity [m/s]."""
     rubs = sh.SmoothLaw(
         lambda y, v, p: p["limit"] * ca.tanh(v / p["reference_velocity"]),
         {"limit": (5.0, "N"), "reference_velocity": (0.05, "m s-1")},

@@ -8,7 +8,7 @@ for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
 
 import click  # noqa: E402
 
-from tests.benchmarks import comparison, contacts, own, structures  # noqa: E402
+from tests.benchmarks import comparison, contacts, own, scale, structures  # noqa: E402
 from tests.benchmarks.table import machine, write  # noqa: E402
 
 MEASUREMENTS = {
@@ -23,6 +23,7 @@ MEASUREMENTS = {
     "processes": own.processes,
     "growth": own.growth,
     "start": own.start,
+    "scale": scale.scale,
 }
 
 

@@ -40,8 +40,7 @@ def told(part: Part) -> str:
 def write(parts: Sequence[Part], quick: bool, output: Path, made: str) -> Document:
     """Write both files, and tell what failed."""
     drawn = margins(parts, output / "validation_margins.png")
-    summary = Part("Differences over what is allowed", drawn.words, [], [drawn.picture])
-    document = Document([*parts, summary], command_line(), made, quick)
+    document = Document(parts, drawn, command_line(), made, quick)
     (output / "validation.html").write_text(page.page(document), encoding="utf-8")
     click.echo(str(output / "validation.html"))
     click.echo(str(paper.write(document, output / "validation.pdf")))

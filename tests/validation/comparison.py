@@ -1,4 +1,4 @@
-"""A comparison of the report: a value found beside the one expected, and whether that is allowed."""
+"""A comparison of the report: a value found beside the one expected, within what is allowed."""
 
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field

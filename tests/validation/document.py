@@ -11,6 +11,7 @@ from pathlib import Path
 
 from tests.benchmarks.table import machine
 from tests.validation.comparison import Comparison, Part, Verdict
+from tests.validation.margins import Drawn
 
 TITLE = "Validation of symhbm"
 COLUMNS = ("comparison", "source", "allowed", "found", "expected", "difference", "verdict")
@@ -46,9 +47,10 @@ NOT_COVERED = (
 
 @dataclass(frozen=True)
 class Document:
-    """A report: its parts, and under which circumstances they were computed."""
+    """A report: its parts, the figure of all, and under which circumstances they were computed."""
 
     parts: Sequence[Part]
+    margins: Drawn
     command: str
     made: str
     quick: bool
@@ -61,18 +63,13 @@ class Document:
     def failed(self) -> list[tuple[Part, Comparison]]:
         """Comparisons that failed, with the part of each."""
         return [
-            (part, row)
-            for part in self.parts
-            for row in part.rows
-            if row.verdict is Verdict.FAILED
+            (part, row) for part in self.parts for row in part.rows if row.verdict is Verdict.FAILED
         ]
 
     @property
     def result(self) -> str:
         """The counts, in a sentence."""
-        failed, passed, absent = map(
-            self.count, (Verdict.FAILED, Verdict.PASSED, Verdict.MISSING)
-        )
+        failed, passed, absent = map(self.count, (Verdict.FAILED, Verdict.PASSED, Verdict.MISSING))
         return (
             f"{failed} of {failed + passed} comparisons FAILED, {passed} passed; {absent} more "
             "were not run."

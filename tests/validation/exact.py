@@ -152,9 +152,7 @@ def peaks(quick: bool) -> list[Comparison]:
         table = float(stored[load]["hbm1_peak_X"]), float(stored[load]["hbm1_peak_hz"])
         what = f"one blade, F_n = {load:g} N: peak"
         rows += [
-            compared(
-                f"{what} amplitude", [sizes] * 2, [table[0], amplitude], 1e-9, own, unit="m"
-            ),
+            compared(f"{what} amplitude", [sizes] * 2, [table[0], amplitude], 1e-9, own, unit="m"),
             compared(
                 f"{what} frequency", [places] * 2, [table[1], frequency], 1e-9, own, unit="Hz"
             ),
@@ -283,5 +281,3 @@ def balance(quick: bool) -> list[Comparison]:
     what = "blade, harmonics up to 7: amplitude beside the exact motion"
     rows.append(compared(what, found, expected, 5e-4, MARCHED, unit="m"))
     return rows
-
-

@@ -1,6 +1,7 @@
 """The report as one page of HTML without any outside resource."""
 
 from html import escape
+from pathlib import Path
 
 from studies.index import POLICY, _text
 from studies.page_pictures import embedded
@@ -29,7 +30,9 @@ def page(document: Document) -> str:
         f"<section><h2>Scope</h2>\n{''.join(f'<p>{_text(one)}</p>' for one in SCOPE)}</section>\n"
         "<section><h2>What is not covered</h2>\n<ul>"
         f"{''.join(f'<li>{_text(one)}</li>' for one in NOT_COVERED)}</ul></section>\n"
-        f"<section><h2>Summary</h2>\n{_summary(document)}</section>\n"
+        f"<section><h2>Summary</h2>\n{_summary(document)}\n"
+        f"<p>{_text(document.margins.words)}</p>\n"
+        f"{_picture(document.margins.picture, 'Differences over what is allowed')}</section>\n"
         + "".join(_part(part, number) for number, part in enumerate(document.parts))
         + "</main>\n</body>\n</html>\n"
     )
@@ -66,18 +69,18 @@ def _summary(document: Document) -> str:
 def _part(part: Part, number: int) -> str:
     head = "".join(f'<th scope="col">{column}</th>' for column in COLUMNS)
     body = "".join(f"<tr>{_cells(row)}</tr>\n" for row in part.rows)
-    pictures = ""
-    for picture in part.pictures:
-        address, width, height = embedded(picture)
-        pictures += (
-            f'<figure><img alt="{escape(part.title)}" width="{width}" height="{height}" '
-            f'src="{address}"></figure>\n'
-        )
+    pictures = "".join(_picture(picture, part.title) for picture in part.pictures)
     return (
         f'<section id="part-{number}">\n<h2>{_text(part.title)}</h2>\n<p>{_text(part.words)}</p>\n'
         f"<table>\n<thead><tr>{head}</tr></thead>\n<tbody>\n{body}</tbody>\n</table>\n"
         f"{pictures}</section>\n"
     )
+
+
+def _picture(picture: Path, words: str) -> str:
+    address, width, height = embedded(picture)
+    size = f'width="{width}" height="{height}"'
+    return f'<figure><img alt="{escape(words)}" {size} src="{address}"></figure>\n'
 
 
 def _cells(row: Comparison) -> str:

@@ -85,8 +85,8 @@ class Paper:
         return True
 
     def text(self, text: str, size: float = BODY, *, after: float = 4.0, **style: Any) -> None:
-        """A paragraph."""
-        bold = style.get("weight") == "bold"
+        """A paragraph; what is code in it looks like the rest."""
+        text, bold = text.replace("`", ""), style.get("weight") == "bold"
         for line in wrapped(text, RIGHT - LEFT, size, bold):
             self.need(size * LINE)
             self._line(LEFT, self.y, line, size, **style)
@@ -192,7 +192,7 @@ def write(document: Document, path: Path) -> Path:
     colour = COLOURS[Verdict.FAILED if failed else Verdict.PASSED]
     paper.text(document.result, 12.0, weight="bold", color=colour, after=6.0)
     told = [(pair, None) for pair in document.circumstances]
-    paper.table(("", "of this report"), (0.12, 0.88), told)
+    paper.table(("what", "of this report"), (0.12, 0.88), told)
     if document.failed:
         paper.heading("What failed")
         _comparisons(paper, [(row, f"{part.title}: {row.what}") for part, row in document.failed])
@@ -212,6 +212,8 @@ def write(document: Document, path: Path) -> Path:
         counts.append((cells, verdict))
     shares = (0.5, 0.1, 0.1, 0.1, 0.1, 0.1)
     paper.table(("part", *COLOURS, "CPU time", "verdict"), shares, counts)
+    paper.text(document.margins.words)
+    paper.picture(document.margins.picture)
     for part in document.parts:
         _part(paper, part)
     dated = f"{TITLE}, {document.made}, {document.command}"
@@ -220,7 +222,7 @@ def write(document: Document, path: Path) -> Path:
 
 def _part(paper: Paper, part: Part) -> None:
     paper.heading(part.title, room=110.0)
-    paper.text(part.words.replace("`", ""))
+    paper.text(part.words)
     _comparisons(paper, [(row, row.what) for row in part.rows])
     for picture in part.pictures:
         paper.picture(picture)

@@ -103,12 +103,8 @@ def peers() -> list[Comparison]:
         theirs = by_pyharm(problem, BLADE_BAND, 256, ours.amplitude)()()
         source = f"{PYHARM}, 256 samples"
         rows += [
-            compared(
-                "blade, 3 N: peak amplitude", ours.amplitude, theirs.amplitude, 1e-3, source
-            ),
-            compared(
-                "blade, 3 N: peak frequency", ours.frequency, theirs.frequency, 5e-3, source
-            ),
+            compared("blade, 3 N: peak amplitude", ours.amplitude, theirs.amplitude, 1e-3, source),
+            compared("blade, 3 N: peak frequency", ours.frequency, theirs.frequency, 5e-3, source),
         ]
     except MissingError as error:
         rows.append(missing("blade, 3 N: highest peak", PYHARM, str(error)))
