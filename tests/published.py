@@ -48,3 +48,16 @@ def duffing(stiffness: float, cubic: float, amplitude: np.ndarray) -> np.ndarray
     """
     square = stiffness + cubic * amplitude**2
     return np.pi * np.sqrt(square) / (2 * ellipk(cubic * amplitude**2 / (2 * square)))
+
+
+def blisk_sector() -> sh.Sector:
+    """Disk, lower and upper mass of a blade, and the disk of the next sector."""
+    stiffness = np.zeros((4, 4))
+    for i, j, k in ((0, None, 6e5), (0, 1, 1e6), (1, 2, 2e6), (0, 3, 5e7)):
+        way = np.zeros(4)
+        way[i] = 1
+        if j is not None:
+            way[j] = -1
+        stiffness += k * np.outer(way, way)
+    mass = np.diag([1.2, 0.35, 0.25, 0])
+    return sh.Sector(sh.Model(mass, 0 * mass, stiffness), left=[0], right=[3], n_sectors=24)

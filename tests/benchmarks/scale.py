@@ -33,7 +33,7 @@ FEW, MORE = 4, 12
 IN_PART, PARTS = 250, (2, 4, 8)
 NARROW = (210.0, 211.0)
 """Band of disks that cost little [Hz], where archives and not responses are measured."""
-WHOLE = (1_000, 10_000, 100_000)
+WHOLE = (1_000, 100_000, 400_000)
 ALONE = """
 import resource, sys
 import symhbm as sh
@@ -54,12 +54,14 @@ class Measured(NamedTuple):
     compiled: float
     """CPU time of a disk, as machine code [s]."""
     interpreted: float
-    kept: dict[str, float]
-    """Bytes of a disk by what is kept."""
-    merging: float
-    """CPU time of merging, for each disk [s]."""
+    kept: dict[str, tuple[float, float]]
+    """Bytes of a disk by what is kept, in an archive and in memory."""
+    merging: dict[str, float]
+    """CPU time of merging by what is kept, for each disk [s]."""
     parameters: float
     """Bytes of a part for each disk of the whole."""
+    memory: float
+    """Bytes of memory of a job for each disk of the whole."""
     statistics: float
     """CPU time of statistics, for each disk [s]."""
 
@@ -70,9 +72,9 @@ def scale() -> list[Table]:
         disk, compiled, interpreted = _disk()
         kept_table, kept = _kept(Path(folder))
         parts, merging = _merging(Path(folder))
-        whole, parameters = _wholes(Path(folder))
+        whole, parameters, memory = _wholes(Path(folder))
         told, of_statistics = _statistics()
-    measured = Measured(compiled, interpreted, kept, merging, parameters, of_statistics)
+    measured = Measured(compiled, interpreted, kept, merging, parameters, memory, of_statistics)
     return [disk, kept_table, parts, whole, told, _projected(measured)]
 
 
@@ -99,13 +101,13 @@ def _disk() -> tuple[Table, float, float]:
     return Table(caption, header, [row]), each["with"], each["without"]
 
 
-def _kept(folder: Path) -> tuple[Table, dict[str, float]]:
+def _kept(folder: Path) -> tuple[Table, dict[str, tuple[float, float]]]:
     problem, bytes_of = ring((1,), 10), {}
     caption = (
-        "**Archives**: bytes of each further disk by what is kept, and how many times the CPU time "
-        "of the cheapest it takes to compute and write."
+        "**Archives**: bytes of each further disk by what is kept, in the file and loaded, and how "
+        "many times the CPU time of the cheapest it takes to compute and write."
     )
-    table = Table(caption, ["kept", "bytes per disk", "CPU time over the least"])
+    table = Table(caption, ["kept", "in the file", "loaded", "CPU time over the least"])
     times = {}
     for number, (name, options) in enumerate(KEPT.items()):
         sizes = []
@@ -114,46 +116,51 @@ def _kept(folder: Path) -> tuple[Table, dict[str, float]]:
             given = dict(over=draws(problem, n), archive=path, progress=False, **options)
             timed = cpu(lambda given=given: sh.frf(problem, ENSEMBLE_BAND, **given).close())
             sizes.append(path.stat().st_size)
-        times[name], bytes_of[name] = timed.seconds, (sizes[1] - sizes[0]) / (MORE - FEW)
-    for name, value in bytes_of.items():
-        table.rows.append([name, size(value), ratio(times[name] / min(times.values()))])
+        # Loaded, all disks are as wide as the widest: a difference of two widths is no size.
+        loaded = sh.load(path).nbytes / MORE
+        times[name], bytes_of[name] = timed.seconds, ((sizes[1] - sizes[0]) / (MORE - FEW), loaded)
+    for name, (stored, loaded) in bytes_of.items():
+        row = [name, size(stored), size(loaded), ratio(times[name] / min(times.values()))]
+        table.rows.append(row)
     return table, bytes_of
 
 
-def _merging(folder: Path) -> tuple[Table, float]:
+def _merging(folder: Path) -> tuple[Table, dict[str, float]]:
     problem = ring((1,), 10)
     caption = (
-        f"**Merging** parts of {IN_PART} disks each, of which peaks alone are kept in a narrow "
-        "band: CPU time."
+        "**Merging** parts: peaks alone of disks in a narrow band, where archives and not "
+        "responses take the time, and everything of disks over the whole band. CPU time."
     )
-    table = Table(caption, ["parts", "disks", "merging", "per part", "per disk"])
-    counts, times = [], []
-    for n_parts in PARTS:
-        n = IN_PART * n_parts
+    table = Table(caption, ["kept", "parts", "disks", "merging", "per part", "per disk"])
+    cases = [("peaks alone", NARROW, CHEAP, IN_PART, n_parts) for n_parts in PARTS]
+    cases += [("everything", ENSEMBLE_BAND, {}, 10, n_parts) for n_parts in PARTS[:2]]
+    measured: dict[str, list[tuple[int, float]]] = {}
+    for name, band, options, in_part, n_parts in cases:
+        n = in_part * n_parts
         over, paths = draws(problem, n), []
         for k in range(n_parts):
-            paths.append(folder / f"part-{n_parts}-{k}.nc")
+            paths.append(folder / f"{name}-{n_parts}-{k}.nc")
             given = dict(over=over, part=(k + 1, n_parts), archive=paths[-1], progress=False)
-            sh.frf(problem, NARROW, **given, **CHEAP).close()
-        whole = folder / f"whole-{n_parts}.nc"
+            sh.frf(problem, band, **given, **options).close()
+        whole = folder / f"{name}-{n_parts}.nc"
         timed = cpu(lambda p=paths, w=whole: sh.merge(p, w, progress=False).close())
-        row = [str(n_parts), str(n), seconds(timed.seconds), seconds(timed.seconds / n_parts)]
-        table.rows.append([*row, seconds(timed.seconds / n)])
-        counts.append(n)
-        times.append(timed.seconds)
-    slope = float(np.polyfit(counts, times, 1)[0])
-    table.remarks.append(f"The slope over the number of disks: {seconds(slope)} per disk.")
-    return table, slope
+        row = [name, str(n_parts), str(n), seconds(timed.seconds)]
+        table.rows.append([*row, *(seconds(timed.seconds / many) for many in (n_parts, n))])
+        measured.setdefault(name, []).append((n, timed.seconds))
+    each = {name: float(np.polyfit(*np.transpose(of), 1)[0]) for name, of in measured.items()}
+    told = ", ".join(f"{seconds(value)} with {name}" for name, value in each.items())
+    table.remarks.append(f"Each further disk takes {told}.")
+    return table, each
 
 
-def _wholes(folder: Path) -> tuple[Table, float]:
+def _wholes(folder: Path) -> tuple[Table, float, float]:
     caption = (
         "**A part of a large whole**: 8 disks computed of so many; each part holds the parameters "
         "of all. CPU time, file, and largest memory of a fresh process, before (with the draws of "
         "all) and after."
     )
     table = Table(caption, ["disks of the whole", "CPU time", "file", "memory before", "after"])
-    sizes = []
+    sizes, largest = [], []
     for n in WHOLE:
         path = folder / f"of-{n}.nc"
         command = [sys.executable, "-W", "ignore", "-c", ALONE, str(n), str(path)]
@@ -161,12 +168,16 @@ def _wholes(folder: Path) -> tuple[Table, float]:
         spent, before, after = map(float, run.stdout.split())
         sizes.append(path.stat().st_size)
         memory = [size(1024 * value) for value in (before, after)]
+        largest.append(1024 * after)
         table.rows.append([f"{n:,}", seconds(spent), size(sizes[-1]), *memory])
     slope = (sizes[-1] - sizes[0]) / (WHOLE[-1] - WHOLE[0])
+    # The import of a fresh process hides the memory of few disks.
+    memory_of_all = (largest[-1] - largest[-2]) / (WHOLE[-1] - WHOLE[-2])
     table.remarks.append(
-        f"A part grows by {slope:.0f} bytes for each disk of the whole, whatever it computes."
+        f"A part grows by {slope:.0f} bytes for each disk of the whole, whatever it computes, "
+        f"and its job by {memory_of_all:.0f} bytes of memory."
     )
-    return table, slope
+    return table, slope, memory_of_all
 
 
 def _statistics() -> tuple[Table, float]:
@@ -212,15 +223,19 @@ def _projected(measured: Measured) -> Table:
 
     add("CPU time, with a compiler", [hours(n * measured.compiled) for n in DISKS])
     add("CPU time, without", [hours(n * measured.interpreted) for n in DISKS])
-    for name, value in kept.items():
-        add(f"archive, {name}", [size(n * value) for n in DISKS])
+    for name, (stored, _) in kept.items():
+        add(f"archive, {name}", [size(n * stored) for n in DISKS])
+    for name, (_, loaded) in kept.items():
+        add(f"loaded, {name}", [size(n * loaded) for n in DISKS])
     add("parts of 1,000 disks", [f"{n:,}" for n in parts])
     add("parameters in each part", [size(n * measured.parameters) for n in DISKS])
     add(
         "parameters in all parts",
         [size(n * measured.parameters * k) for n, k in zip(DISKS, parts, strict=True)],
     )
-    add("merging, peaks alone", [hours(n * measured.merging) for n in DISKS])
+    add("memory of each job", [size(n * measured.memory) for n in DISKS])
+    for name, value in measured.merging.items():
+        add(f"merging, {name}", [hours(n * value) for n in DISKS])
     add("statistics", [hours(n * measured.statistics) for n in DISKS])
     return table
 

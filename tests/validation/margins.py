@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from pathlib import Path
+from textwrap import shorten
 from typing import NamedTuple
 
 import matplotlib as mpl
@@ -39,7 +40,8 @@ def margins(parts: Sequence[Part], path: Path) -> Drawn:
                 ax.plot(at, height, style[0], color=style[1], ms=3.5 if passed else 8, alpha=0.7)
         ax.axvline(1.0, color="black", linewidth=1)
         ax.set(xscale="log", xlim=(LEAST / 2, MOST * 2), xlabel="difference over what is allowed")
-        ax.set_yticks(range(len(shown)), [part.title.replace("$", r"\$") for part in shown])
+        titles = [shorten(part.title, 48, placeholder=" ...") for part in shown]
+        ax.set_yticks(range(len(shown)), [title.replace("$", r"\$") for title in titles])
         ax.set_ylim(len(shown) - 0.5, -0.5)
         ax.grid(axis="x", alpha=0.3)
         figure.savefig(path)

@@ -140,10 +140,10 @@ class Paper:
         self.y -= 6
 
     def picture(self, path: Path) -> None:
-        """A picture, as wide as the page or two thirds of its height."""
+        """A picture, as wide as the page or half of its height, so that tables stay beside it."""
         image = imread(path)
         tall, wide = image.shape[:2]
-        scale = min((RIGHT - LEFT) / wide, 0.72 * (TOP - BOTTOM) / tall)
+        scale = min((RIGHT - LEFT) / wide, 0.55 * (TOP - BOTTOM) / tall)
         width, height = wide * scale, tall * scale
         self.need(height + 4)
         box = (LEFT / WIDTH, (self.y - height) / HEIGHT, width / WIDTH, height / HEIGHT)

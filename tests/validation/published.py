@@ -4,11 +4,12 @@ import numpy as np
 
 import symhbm as sh
 from tests.benchmarks.programs import MissingError, by_pyharm, by_symhbm, optional
-from tests.published import ONE_BLADE, two_masses, van_der_pol
+from tests.published import ONE_BLADE, blisk_sector, two_masses, van_der_pol
 from tests.reference import STATED
 from tests.validation.comparison import Comparison, Part, compared, computed, missing
 
 NLVIB = "NLvib 1.3, example 05 (M. Krack, J. Gross), as printed"
+LAXALDE = "printed for the disk of Laxalde and others (2007)"
 CLOSED, OTHER = "closed form of one harmonic", "another program of our own"
 PYHARM = "pyHarm (package pyHarm-os)"
 SAMPLES = 4096
@@ -18,7 +19,7 @@ def parts(quick: bool) -> list[Part]:
     """Published modes and cycles, then programs of others."""
     return [
         computed(
-            "Published modes and cycles",
+            "Published frequencies, modes and cycles",
             "Motions without a force whose numbers others state.",
             published,
         ),
@@ -37,7 +38,7 @@ def parts(quick: bool) -> list[Part]:
 
 
 def published() -> list[Comparison]:
-    """Two masses on dry friction, and the oscillator of van der Pol."""
+    """Two masses on dry friction, a disk, and the oscillator of van der Pol."""
     found = sh.nonlinear_modes(two_masses(21), amplitude=(1e-2, 12.0), dof=1, progress=False)
     told = STATED["two_masses_on_dry_friction"]
     frequency = 2 * np.pi * found.frequency.values / np.sqrt(640.0)
@@ -52,6 +53,11 @@ def published() -> list[Comparison]:
     free = 2 * np.pi * found.frequency.values[-1]
     what = "two masses on dry friction: frequency where the mass is free"
     rows.append(compared(what, free, told["free"], 5e-6, NLVIB, unit="rad/s"))
+    for diameters, text in STATED["blisk"].items():
+        expected = np.array(text.split(), float)
+        at = sh.natural_modes(blisk_sector(), int(diameters)).frequency.values[: len(expected)]
+        what = f"blisk of 24 sectors, {diameters} nodal diameters: natural frequencies"
+        rows.append(compared(what, at, expected, 5e-10, LAXALDE, unit="Hz"))
     problem = sh.HarmonicBalance(van_der_pol(), harmonics=range(1, 26, 2))
     cycle = sh.limit_cycles(problem, amplitude=(1.0, 3.0), progress=False)
     told, what = STATED["van_der_pol"], "oscillator of van der Pol"
