@@ -48,6 +48,17 @@ print(after.ru_utime - before.ru_utime, before.ru_maxrss, after.ru_maxrss)
 """
 
 
+class OfWhole(NamedTuple):
+    """What a part takes for each disk of the whole, whatever it computes."""
+
+    seconds: float
+    """CPU time."""
+    stored: float
+    """Bytes of its archive."""
+    memory: float
+    """Bytes."""
+
+
 class Measured(NamedTuple):
     """What the costs of many disks are made of."""
 
@@ -58,10 +69,7 @@ class Measured(NamedTuple):
     """Bytes of a disk by what is kept, in an archive and in memory."""
     merging: dict[str, float]
     """CPU time of merging by what is kept, for each disk [s]."""
-    parameters: float
-    """Bytes of a part for each disk of the whole."""
-    memory: float
-    """Bytes of memory of a job for each disk of the whole."""
+    whole: OfWhole
     statistics: float
     """CPU time of statistics, for each disk [s]."""
 
@@ -72,9 +80,9 @@ def scale() -> list[Table]:
         disk, compiled, interpreted = _disk()
         kept_table, kept = _kept(Path(folder))
         parts, merging = _merging(Path(folder))
-        whole, parameters, memory = _wholes(Path(folder))
+        whole, of_whole = _wholes(Path(folder))
         told, of_statistics = _statistics()
-    measured = Measured(compiled, interpreted, kept, merging, parameters, memory, of_statistics)
+    measured = Measured(compiled, interpreted, kept, merging, of_whole, of_statistics)
     return [disk, kept_table, parts, whole, told, _projected(measured)]
 
 
@@ -153,14 +161,14 @@ def _merging(folder: Path) -> tuple[Table, dict[str, float]]:
     return table, each
 
 
-def _wholes(folder: Path) -> tuple[Table, float, float]:
+def _wholes(folder: Path) -> tuple[Table, OfWhole]:
     caption = (
         "**A part of a large whole**: 8 disks computed of so many; each part holds the parameters "
         "of all. CPU time, file, and largest memory of a fresh process, before (with the draws of "
         "all) and after."
     )
     table = Table(caption, ["disks of the whole", "CPU time", "file", "memory before", "after"])
-    sizes, largest = [], []
+    sizes, largest, times = [], [], []
     for n in WHOLE:
         path = folder / f"of-{n}.nc"
         command = [sys.executable, "-W", "ignore", "-c", ALONE, str(n), str(path)]
@@ -169,15 +177,18 @@ def _wholes(folder: Path) -> tuple[Table, float, float]:
         sizes.append(path.stat().st_size)
         memory = [size(1024 * value) for value in (before, after)]
         largest.append(1024 * after)
+        times.append(spent)
         table.rows.append([f"{n:,}", seconds(spent), size(sizes[-1]), *memory])
-    slope = (sizes[-1] - sizes[0]) / (WHOLE[-1] - WHOLE[0])
     # The import of a fresh process hides the memory of few disks.
-    memory_of_all = (largest[-1] - largest[-2]) / (WHOLE[-1] - WHOLE[-2])
-    table.remarks.append(
-        f"A part grows by {slope:.0f} bytes for each disk of the whole, whatever it computes, "
-        f"and its job by {memory_of_all:.0f} bytes of memory."
+    each = OfWhole(
+        *((of[-1] - of[0]) / (WHOLE[-1] - WHOLE[0]) for of in (times, sizes)),
+        (largest[-1] - largest[-2]) / (WHOLE[-1] - WHOLE[-2]),
     )
-    return table, slope, memory_of_all
+    table.remarks.append(
+        f"For each disk of the whole, whatever it computes, a part grows by {each.stored:.0f} "
+        f"bytes and its job by {each.memory:.0f} bytes of memory and {seconds(each.seconds)}."
+    )
+    return table, each
 
 
 def _statistics() -> tuple[Table, float]:
@@ -227,16 +238,23 @@ def _projected(measured: Measured) -> Table:
         add(f"archive, {name}", [size(n * stored) for n in DISKS])
     for name, (_, loaded) in kept.items():
         add(f"loaded, {name}", [size(n * loaded) for n in DISKS])
+    whole, all_parts = measured.whole, [*zip(DISKS, parts, strict=True)]
     add("parts of 1,000 disks", [f"{n:,}" for n in parts])
-    add("parameters in each part", [size(n * measured.parameters) for n in DISKS])
-    add(
-        "parameters in all parts",
-        [size(n * measured.parameters * k) for n, k in zip(DISKS, parts, strict=True)],
-    )
-    add("memory of each job", [size(n * measured.memory) for n in DISKS])
+    add("memory of each job", [size(n * whole.memory) for n in DISKS])
+    add("parameters in each part", [size(n * whole.stored) for n in DISKS])
+    add("parameters in all parts", [size(n * whole.stored * k) for n, k in all_parts])
+    add("CPU time of all parts for these", [hours(n * whole.seconds * k) for n, k in all_parts])
     for name, value in measured.merging.items():
         add(f"merging, {name}", [hours(n * value) for n in DISKS])
     add("statistics", [hours(n * measured.statistics) for n in DISKS])
+    # Ensembles of so many disks, and parts of so many: less than a whole with many parts.
+    n, most, in_part = DISKS[-1], DISKS[1], 10_000
+    copies = (n // most) * most * (most // in_part)
+    table.remarks.append(
+        f"{n:,} disks as {n // most} ensembles of {most:,}, each of a seed of its own in parts of "
+        f"{in_part:,}, hold {size(copies * whole.stored)} of parameters and spend "
+        f"{hours(copies * whole.seconds)} on them; a job takes {size(most * whole.memory)}."
+    )
     return table
 
 

@@ -39,8 +39,8 @@ NOT_COVERED = (
     "Completeness of branches. Responses that meet none of those followed are not looked for.",
     "Wear, heat, rate-dependent friction, and partial slip within one contact, unless a law of the "
     "user's own holds them.",
-    "Speed and memory, which docs/benchmarks.md and docs/guide/scale.md measure, and machines other "
-    "than the one above.",
+    "Speed and memory, which docs/benchmarks.md and docs/guide/scale.md measure, and machines "
+    "other than the one above.",
     "Structures read from files of finite-element programs, beyond those of the studies: the tests "
     "of the repository read them.",
 )
