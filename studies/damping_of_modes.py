@@ -143,9 +143,11 @@ def wave(model: Any, nodal_diameter: int | None, load: float) -> Wave:
     ratio = 1.0
     if nodal_diameter is not None:
         ratio = 2 * abs(np.sin(np.pi * nodal_diameter / model.n_dof))
-    names = "mass", "damping", "stiffness", "contact_stiffness"
+    mass, damping, stiffness, contact_stiffness = (
+        value[name] for name in ("mass", "damping", "stiffness", "contact_stiffness")
+    )
     limit = value["friction_coefficient"] * load
-    return Wave(*(value[name] for name in names), limit, ratio)
+    return Wave(mass, damping, stiffness, contact_stiffness, limit, ratio)
 
 
 def cases() -> list[Case]:

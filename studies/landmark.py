@@ -3,6 +3,7 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 from enum import StrEnum
+from math import isfinite
 
 
 class Source(StrEnum):
@@ -61,6 +62,8 @@ class Landmark:
 
 def number(value: float, digits: int = 6) -> str:
     """Return a value without zeros to count: 1e5 and not 100000."""
+    if not isfinite(value):
+        return f"{value:g}"
     mantissa, _, power = f"{value:.{digits - 1}e}".partition("e")
     if value and (abs(value) >= 1e4 or abs(value) < 1e-3):
         short = mantissa.rstrip("0").rstrip(".") if "." in mantissa else mantissa

@@ -1,17 +1,15 @@
 """Structures whose contacts have normal loads that move, for tests of motions in time."""
 
-import json
-from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 import symhbm as sh
 from symhbm.time_domain.exact_motion import ExactMotion, exact_motion
+from tests.reference import PRESSED
 
 TURN = 2 * np.pi
-FILE = Path(__file__).parent.parent / "data" / "reference" / "varying_normal_load.json"
-CASES = {case["name"]: case for case in json.loads(FILE.read_text())["cases"]}
+CASES = {case["name"]: case for case in PRESSED}
 
 
 def structure(mass, damping, stiffness, force, tangential, normal, preload="balanced", **values):

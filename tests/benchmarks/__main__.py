@@ -1,6 +1,7 @@
 """How fast symhbm is, in ratios of one run: ``python -m tests.benchmarks``."""
 
 import os
+from pathlib import Path
 
 # Before NumPy is imported.
 for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
@@ -8,8 +9,8 @@ for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
 
 import click  # noqa: E402
 
-from tests.benchmarks import comparison, contacts, own, structures  # noqa: E402
-from tests.benchmarks.table import machine, write  # noqa: E402
+from tests.benchmarks import comparison, contacts, own, scale, structures  # noqa: E402
+from tests.benchmarks.table import PAGE, SCALE, machine, write  # noqa: E402
 
 MEASUREMENTS = {
     "blade": comparison.blade,
@@ -23,22 +24,27 @@ MEASUREMENTS = {
     "processes": own.processes,
     "growth": own.growth,
     "start": own.start,
+    "scale": scale.scale,
 }
 
 
 @click.command()
 @click.argument("measurements", nargs=-1, type=click.Choice([*MEASUREMENTS]))
-@click.option("--write", "written", is_flag=True, help="Put the tables into docs/benchmarks.md.")
+@click.option("--write", "written", is_flag=True, help="Put the tables into docs.")
 def main(measurements: tuple[str, ...], written: bool) -> None:
     """Measure CPU times of MEASUREMENTS, by default all, and print them as Markdown tables."""
-    sections = [f"Measured by `python -m tests.benchmarks` on {machine()}"]
-    click.echo(sections[0])
+    click.echo(f"Measured on {machine()}")
+    pages: dict[Path, list[str]] = {}
     for measurement in measurements or MEASUREMENTS:
+        page, command = (SCALE, " scale") if measurement == "scale" else (PAGE, "")
+        first = f"Measured by `python -m tests.benchmarks{command}` on {machine()}"
+        sections = pages.setdefault(page, [first])
         for table in MEASUREMENTS[measurement]():
             sections.append(str(table))
             click.echo(f"\n{table}")
     if written:
-        write("\n\n".join(sections))
+        for page, sections in pages.items():
+            write("\n\n".join(sections), page)
 
 
 if __name__ == "__main__":

@@ -6,7 +6,8 @@ import platform
 from dataclasses import dataclass, field
 from pathlib import Path
 
-PAGE = Path(__file__).parents[2] / "docs" / "benchmarks.md"
+DOCUMENTS = Path(__file__).parents[2] / "docs"
+PAGE, SCALE = DOCUMENTS / "benchmarks.md", DOCUMENTS / "guide" / "scale.md"
 BEGIN, END = "<!-- benchmarks -->", "<!-- end of benchmarks -->"
 PACKAGES = ("symhbm", "casadi", "numpy", "scipy", "xarray", "numba", "pyHarm-os")
 
@@ -56,11 +57,11 @@ def machine() -> str:
     return f"{model}, {os.cpu_count()} cores, {platform.system()}; {', '.join(versions)}."
 
 
-def write(text: str) -> None:
-    """Replace what stands between the two markers of the page of benchmarks."""
-    whole = PAGE.read_text(encoding="utf-8")
+def write(text: str, page: Path = PAGE) -> None:
+    """Replace what stands between the two markers of a page."""
+    whole = page.read_text(encoding="utf-8")
     before, begun, rest = whole.partition(BEGIN)
     _, closed, after = rest.partition(END)
     if not (begun and closed):
-        raise SystemExit(f"{PAGE}: expected the lines {BEGIN} and {END}")
-    PAGE.write_text(f"{before}{BEGIN}\n{text}\n{END}{after}", encoding="utf-8")
+        raise SystemExit(f"{page}: expected the lines {BEGIN} and {END}")
+    page.write_text(f"{before}{BEGIN}\n{text}\n{END}{after}", encoding="utf-8")

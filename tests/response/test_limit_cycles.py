@@ -12,9 +12,10 @@ from symhbm.numerics import unknowns_of
 from symhbm.time_domain.event_march import march
 from symhbm.time_domain.linear_motion import LinearMotion
 from symhbm.time_domain.periodic_orbit import state_of
+from tests.published import van_der_pol
+from tests.reference import STATED
 
 VALUES = dict(mass=1, stiffness=1e4, contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3)
-ODD = tuple(range(1, 22, 2))
 LIMIT, STIFFNESS = 1.5, 1e4
 """Of the contact of that blade [N, N/m]."""
 
@@ -39,16 +40,11 @@ def closed_form(amplitude, limit=LIMIT):
 
 
 @pytest.mark.parametrize(
-    ("damping", "harmonics", "amplitudes", "frequencies"),
-    [
-        (-0.5, (1,), (1.508422732e-4, 3.803857572e-2), (141.3963523, 100.0209923)),
-        (-0.5, ODD, (1.508534886e-4, 3.804208183e-2), (141.3961668, 100.0207243)),
-        (-2.0, (1,), (1.534837042e-4, 9.380589451e-3), None),
-        (-2.0, ODD, (1.535626339e-4, 9.386874915e-3), None),
-    ],
+    ("damping", "highest", "amplitudes", "frequencies"),
+    [tuple(row.values()) for row in STATED["limit_cycles_of_one_blade"]],
 )
-def test_values_of_one_blade(damping, harmonics, amplitudes, frequencies):
-    found = cycles(blade(damping), harmonics=harmonics)
+def test_values_of_one_blade(damping, highest, amplitudes, frequencies):
+    found = cycles(blade(damping), harmonics=range(1, highest + 1, 2))
     assert found.status == "the end of the band was reached"
     np.testing.assert_allclose(found.amplitude, amplitudes, rtol=4e-10)
     if frequencies is not None:
@@ -151,19 +147,15 @@ def test_a_force_takes_no_part():
 
 
 def test_cycles_of_an_oscillator_of_van_der_pol():
-    air = sh.SmoothLaw(
-        lambda y, v, p: (p["b"] * y**2 + p["c"]) * v,
-        {"b": (1.0, "N s m-3"), "c": (-1.0, "N s m-1")},
-        [(0,)],
-    )
-    model = sh.Model([[1.0]], [[0.0]], [[1.0]], contacts={"air": air})
+    model = van_der_pol()
     over = cycles(model, "c", (-1, 1), amplitude=(1e-2, 5), stability=True)
     np.testing.assert_allclose(over.amplitude, 2 * np.sqrt(-over.c.values), rtol=1e-9)
     assert (over.stability == 1).all()
     assert over.amplitude[0].item() == pytest.approx(1e-2, rel=1e-6)
     found = cycles(model, harmonics=range(1, 26, 2), amplitude=(1.0, 3.0))
-    assert 1 / found.frequency.item() == pytest.approx(6.6632868593, rel=1e-9)
-    assert found.largest_displacement.item() == pytest.approx(2.0086198609, rel=1e-8)
+    told = STATED["van_der_pol"]
+    assert 1 / found.frequency.item() == pytest.approx(told["period"], rel=1e-9)
+    assert found.largest_displacement.item() == pytest.approx(told["amplitude"], rel=1e-8)
     assert found.growth_rate.item() == pytest.approx(-1.059376995, rel=1e-4)
 
 

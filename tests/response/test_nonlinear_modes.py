@@ -12,12 +12,12 @@ from symhbm.balance import SustainedMotion, unforced
 from symhbm.continuation import newton
 from symhbm.continuation.unforced import NonlinearModeProblem
 from symhbm.time_domain import exact_motion_of
+from tests.reference import STATED
 
 BLADE = dict(
     mass=1, stiffness=1e4, damping=0.5,
     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
 )  # fmt: skip
-ODD = tuple(range(1, 22, 2))
 RING = sh.bladed_disk(13, **BLADE)
 
 
@@ -47,15 +47,11 @@ def of_coefficients(problem, point):
 
 
 @pytest.mark.parametrize(
-    ("harmonics", "amplitude", "frequency", "damping_ratio"),
-    [
-        ((1,), 3e-4, 122.4744871, 0.108144537),
-        (ODD, 3e-4, 122.5968696, 0.107773337),
-        ((1,), 6e-4, 109.3389734, 0.102132638),
-        (ODD, 6e-4, 109.2761159, 0.103061696),
-    ],
+    ("highest", "amplitude", "frequency", "damping_ratio"),
+    [tuple(row.values()) for row in STATED["modes_of_one_blade"]],
 )
-def test_values_of_one_blade(harmonics, amplitude, frequency, damping_ratio):
+def test_values_of_one_blade(highest, amplitude, frequency, damping_ratio):
+    harmonics = range(1, highest + 1, 2)
     problem = sh.HarmonicBalance(sh.single_blade(**BLADE), harmonics=harmonics)
     found = at_points(modes(problem, at=[amplitude]))
     assert 2 * np.pi * found.frequency.item() == pytest.approx(frequency, abs=5e-8)

@@ -1,38 +1,13 @@
 """Nonlinear modes that others state numbers or closed forms of."""
 
-import casadi as ca
 import numpy as np
 import pytest
-from scipy.special import ellipk
 
 import symhbm as sh
+from tests.published import duffing, duffing_problem, two_masses
+from tests.reference import STATED
 
-DRY_FRICTION = dict(
-    at_small=(0.05, 0.999994),  # modal amplitude [kg^1/2 m], frequency over that of the stuck mode
-    at_one=(1.0, 0.955123),
-    at_large=(10.12138, 0.954859),
-    highest=1.001358,
-    stuck=25.2982,  # [rad/s]
-    free=24.1562,
-)
-"""Example 05 of NLvib 1.3 (M. Krack, J. Gross), two masses on regularised dry friction, H = 21.
-
-What the original printed under Octave, in examples/comparison/04_two_dof_tanh_friction.ipynb of
-github.com/julianjurai/NLvib-py at commit 64ad450. The value at the amplitude 1 is interpolated
-there; the largest amplitude is taken for that of the lowest frequency.
-"""
-
-
-def two_masses(highest):
-    """That example: masses [kg], springs [N/m], a friction force [N] and a velocity [m/s]."""
-    rubs = sh.SmoothLaw(
-        lambda y, v, p: p["limit"] * ca.tanh(v / p["reference_velocity"]),
-        {"limit": (5.0, "N"), "reference_velocity": (0.05, "m s-1")},
-        [(0,)],
-    )
-    stiffness = [[40.0, -40.0], [-40.0, 640.0]]
-    model = sh.Model(np.diag([0.02, 1.0]), np.zeros((2, 2)), stiffness, contacts={"rubs": rubs})
-    return sh.HarmonicBalance(model, harmonics=range(1, highest + 1, 2))
+DRY_FRICTION = STATED["two_masses_on_dry_friction"]
 
 
 def frequency_over_stuck(found):
@@ -67,20 +42,9 @@ def test_fold_of_two_masses_on_dry_friction_is_truncation():
     assert 1e-5 < difference < 3e-5
 
 
-def duffing(stiffness, cubic, amplitude):
-    """Angular frequency of ``x'' + k x + g x^3 = 0`` at its largest displacement, in closed form.
-
-    For example I. Kovacic, M. J. Brennan, The Duffing Equation, Wiley 2011, by the complete
-    elliptic integral of the first kind.
-    """
-    square = stiffness + cubic * amplitude**2
-    return np.pi * np.sqrt(square) / (2 * ellipk(cubic * amplitude**2 / (2 * square)))
-
-
 @pytest.mark.parametrize("cubic", [0.5, -0.5])
 def test_duffing_oscillator(cubic):
-    spring = sh.Model([[1.0]], [[0.0]], [[1.0]], contacts=[(0,)], cubic_stiffness=cubic)
-    problem = sh.HarmonicBalance(spring, harmonics=range(1, 16, 2))
+    problem = duffing_problem(cubic)
     largest = 3.0 if cubic > 0 else 1.2
     found = sh.nonlinear_modes(problem, amplitude=(1e-2, largest), progress=False)
     expected = duffing(1.0, cubic, found.largest_displacement.values[:, 0])

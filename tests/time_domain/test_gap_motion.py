@@ -13,12 +13,9 @@ from symhbm.time_domain.floquet import multipliers
 from symhbm.time_domain.linear_motion import LinearMotion
 from symhbm.time_domain.stability import growth_rate
 from tests.pressed_contact import TURN, gap_stop, solved, stop
+from tests.reference import STATED
 
-MOTIONS = {
-    "closed": (0.0, 0.0, 4.253796125e-04, (0.9546, 0.9546)),
-    "saddle": (2e-3, -4.946573564e-04, 2.335143879e-03, (1.3550, 0.6724)),
-    "open": (-4e-3, -1.980739015e-03, 6.739868186e-03, (0.9546, 0.9546)),
-}
+MOTIONS = STATED["gap_stop"]
 each_motion = pytest.mark.parametrize("name", MOTIONS)
 
 

@@ -28,6 +28,7 @@ from tests.pressed_contact import (
     two_blades,
     two_way,
 )
+from tests.reference import STATED
 
 SYSTEMS = {
     "two-way, 16 Hz": (two_way, 16.0),
@@ -60,13 +61,7 @@ def is_as_given(value, text):
     return abs(value - float(text)) <= max(1e-9 * abs(float(text)), last / 2)
 
 
-TWO_WAY = {
-    16.0: "-3.998492401e-05 3.674271150e-02 3.409874388e-05 7.795083125e-06 4.465171591e-04",
-    18.0: "-9.987179539e-05 3.632012543e-03 1.422607796e-05 5.773367971e-06 5.075708575e-04",
-    22.0: "-1.446979086e-04 1.156848381e-03 1.033308484e-05 2.088340095e-06 8.408895006e-04",
-    24.0: "-2.054309655e-04 8.460516758e-04 1.326422932e-05 8.488495698e-07 1.532925347e-03",
-    27.0: "2.465003671e-04 5.968948334e-04 2.347823917e-05 4.674807206e-06 6.695183424e-03",
-}
+TWO_WAY = {float(hertz): text for hertz, text in STATED["two_way"].items()}
 
 
 @pytest.mark.parametrize("hertz", TWO_WAY)
@@ -78,11 +73,7 @@ def test_two_way(hertz):
         assert is_as_given(value, text), (value, text)
 
 
-INCLINED = {
-    18.0: "-1.017958819e-03 1.032871393e-02 3.135472180e-04 4.076246876e-05",
-    22.0: "-1.487261481e-04 1.723228773e-03 3.555874147e-05 2.990656817e-06",
-    27.0: "-8.551951685e-05 7.228087030e-04 6.499641333e-06 1.501696534e-06",
-}
+INCLINED = {float(hertz): text for hertz, text in STATED["inclined"].items()}
 
 
 @pytest.mark.parametrize("hertz", INCLINED)
@@ -104,11 +95,7 @@ def test_events_of_the_inclined_contact():
         assert is_as_given(value, text)
 
 
-TWO_BLADES = {
-    24.0: "6.776783322e-04 7.965289136e-03 9.527626428e-04 7.660482700e-03",
-    27.0: "4.895305432e-04 6.070035867e-04 6.408151716e-04 5.795608754e-04",
-    18.0: "2.978847459e-03 3.658048564e-04 4.663666485e-03 3.578433826e-04",
-}
+TWO_BLADES = {float(hertz): text for hertz, text in STATED["two_blades"].items()}
 
 
 @pytest.mark.parametrize("hertz", TWO_BLADES)

@@ -8,16 +8,12 @@ from scipy.linalg import eigh
 
 import symhbm as sh
 from symhbm.model.linear import eigenmodes
+from tests.published import blisk_sector
+from tests.reference import STATED
 
 open_sector = pytest.importorskip("studies.open_sector", reason="scikit-fem")
 
-BLISK = {
-    0: "88.26374399 249.31165161 619.34330474",
-    1: "169.3441295 335.56537939 619.82021678",
-    3: "193.0496227 615.15017797 810.0067968",
-    12: "195.67605066 617.32579659 2062.97567761",
-}
-"""Of Laxalde, Thouverez, Sinou and Lombard (2007), as printed for it [Hz]."""
+BLISK = STATED["blisk"]
 DISK = {
     open_sector.COARSE: {
         0: (904.601, 1706.458),
@@ -34,22 +30,9 @@ SIZES = {open_sector.COARSE: (1305, 135), open_sector.MIDDLE: (6321, 357)}
 SIZES[open_sector.FINE] = 18117, 675
 
 
-def blisk_sector():
-    """Disk, lower and upper mass of a blade, and the disk of the next sector."""
-    stiffness = np.zeros((4, 4))
-    for i, j, k in ((0, None, 6e5), (0, 1, 1e6), (1, 2, 2e6), (0, 3, 5e7)):
-        way = np.zeros(4)
-        way[i] = 1
-        if j is not None:
-            way[j] = -1
-        stiffness += k * np.outer(way, way)
-    mass = np.diag([1.2, 0.35, 0.25, 0])
-    return sh.Sector(sh.Model(mass, 0 * mass, stiffness), left=[0], right=[3], n_sectors=24)
-
-
 @pytest.mark.parametrize("n", BLISK)
 def test_blisk_of_three_masses_a_sector_to_every_digit(n):
-    found = sh.natural_modes(blisk_sector(), n).frequency.values
+    found = sh.natural_modes(blisk_sector(), int(n)).frequency.values
     for value, printed in zip(found, BLISK[n].split(), strict=True):
         assert f"{value:.{len(printed.partition('.')[2])}f}" == printed
 
