@@ -83,7 +83,9 @@ class Task:
         problem.model.check_frequencies("frequency", task.hull)
         moving = {*variables.names, *sweep.values}
         driven = "force_amplitude" in problem.parameters
-        warn_of_doubts(problem.model, task.hull, problem.harmonics, moving=moving, driven=driven)
+        warn_of_doubts(
+            problem.model, task.hull, problem.harmonics, moving=moving, driven=driven, depth=4
+        )
         return task
 
     @property

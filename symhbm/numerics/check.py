@@ -20,7 +20,7 @@ _MOST_NAMES, _NEAREST = 30, 5
 
 def shown(value: object) -> str:
     """Short text of a bad value."""
-    value = value.item() if isinstance(value, np.generic) else value
+    value = value.item() if isinstance(value, (np.floating, np.integer)) else value
     text = " ".join(repr(value).split())
     return text if len(text) <= 80 else text[:77] + "..."
 

@@ -320,7 +320,8 @@ def test_second_derivatives_of_condensed_structures_are_exact(motion):
 )
 def test_no_derivative_leaves_out_that_the_force_changes(motion, made_of):
     """The force of a base is one of matrices: derivatives by these are not told at all."""
-    blade = sh.single_blade(mass=1, stiffness=1e4, damping=0.5)
+    contact = dict(contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3)
+    blade = sh.single_blade(mass=1, stiffness=1e4, damping=0.5, **contact)
     problem = sh.HarmonicBalance(blade, sh.BaseMotion(acceleration=1.0, motion=motion))
     assert {"mass", "stiffness", "damping"} - {*problem.differentiable} == made_of
     for name in made_of:
