@@ -38,8 +38,9 @@ def warn_of_doubts(
     """Emit one warning if matrices or band [Hz] are hardly what was meant.
 
     Of a band of one frequency it is no matter that it lies below all resonances: responses there
-    are static ones. A problem is ``driven`` by a force that oscillates. Parameters that are ``moving`` have other values than those of the model.
-    ``depth`` is that of the user's call. Nothing is said of a structure without matrices.
+    are static ones. A problem is ``driven`` by a force that oscillates. Parameters that are
+    ``moving`` have other values than those of the model. ``depth`` is that of the user's call.
+    Nothing is said of a structure without matrices.
     """
     if not model.has_matrices:
         return

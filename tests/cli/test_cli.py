@@ -326,7 +326,8 @@ def test_a_table_for_standard_output_and_for_no_other_program(tmp_path, archive)
     path = archive("grid")
     assert run("export", path, "--output", "-") == run("export", path)
     code, out, err = run("export", path, "--output", tmp_path / "grid.xlsx")
-    assert (code, out) == (2, "") and "expected a name ending in .csv" in err
+    assert (code, out) == (2, "")
+    assert "expected a name ending in .csv" in err
     assert not (tmp_path / "grid.xlsx").exists()
 
 

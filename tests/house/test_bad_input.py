@@ -819,9 +819,9 @@ def test_what_was_meant_is_told():
         sh.Contacts(
             Worn(), [(0,)], contact_stiffness=1, friction_coefficient=1, normal_load=1, wear=0
         )
-    with pytest.raises(ValueError, match="as ca.tanh in the place of math.tanh"):
+    with pytest.raises(ValueError, match="in the place of math"):
         sh.SmoothLaw(lambda y, v, p: p["k"] * math.tanh(y), {"k": (1e3, "N/m")}, [(0,)])
     point = [(dof,) for dof in range(3)]
     whole = sh.Model(np.eye(3), np.eye(3), 1e4 * np.eye(3), contacts=point, **GIVEN)
-    with pytest.raises(ValueError, match="take all 3 degrees of freedom.*solve the structure"):
+    with pytest.raises(ValueError, match=r"take all 3 degrees of freedom.*solve the structure"):
         sh.condense(whole, sh.PointForce(), BAND)

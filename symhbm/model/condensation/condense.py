@@ -281,8 +281,8 @@ def _check_kept(model: Model | Sector, masters: NDArray[np.intp]) -> None:
         raise ValueError("dofs=(): expected at least one for a structure without contacts")
     if len(masters) == model.n_dof:
         raise ValueError(
-            f"model: contacts, outputs and dofs= take all {model.n_dof} degrees of freedom, nothing "
-            "is left to be eliminated; solve the structure as it is"
+            f"model: contacts, outputs and dofs= take all {model.n_dof} degrees of freedom, "
+            "nothing is left to be eliminated; solve the structure as it is"
         )
 
 
