@@ -1,5 +1,6 @@
 """Forced response of bladed disks with dry friction by multi-harmonic balance."""
 
+import sys
 import warnings
 from importlib import import_module
 from importlib.metadata import version
@@ -191,4 +192,6 @@ def __getattr__(name: str) -> Any:
         new = _RENAMED[name]
         warnings.warn(f"symhbm.{name} is now symhbm.{new}", DeprecationWarning, stacklevel=2)
         return globals()[new]
-    raise AttributeError(f"module 'symhbm' has no attribute {name!r}")
+    # With name and module Python tells the nearest name: "Did you mean: 'frf'?"
+    here = sys.modules[__name__]
+    raise AttributeError(f"module 'symhbm' has no attribute {name!r}", name=name, obj=here)

@@ -21,6 +21,7 @@ from symhbm.model import (
     EngineOrder,
     Excitation,
     Model,
+    ReadOnly,
     StaticLoad,
     Structure,
     Symmetry,
@@ -252,7 +253,7 @@ class HarmonicBalance:
     @property
     def parameters(self) -> dict[str, Any]:
         """The named parameters of model and excitation and their values."""
-        return self.model.parameters | self.excitation.parameters
+        return ReadOnly(self.model.parameters | self.excitation.parameters)
 
     def parameter_name(
         self, name: str, allowed: Collection[str] | None = None, what: str = "parameter"

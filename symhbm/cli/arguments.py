@@ -9,6 +9,7 @@ from typing import Any
 import click
 
 from symhbm.model.contacts import ContactLaw
+from symhbm.results.archive import working_file
 
 
 def _law(name: str) -> ContactLaw:
@@ -37,7 +38,18 @@ law_option = click.option(
     help="A contact law of your own that ARCHIVE was computed with: it is imported, from the "
     "present folder too. May be repeated.",
 )
-archive_argument = click.argument("archive", metavar="ARCHIVE", type=click.Path(path_type=Path))
+
+
+def _archive(_context: click.Context, _option: click.Parameter, path: Path) -> Path:
+    """The archive of a name that may lack its ``.nc``, as `symhbm.load` takes it."""
+    named = path.with_name(f"{path.name}.nc")
+    is_there = [each.exists() or working_file(each).exists() for each in (path, named)]
+    return named if is_there == [False, True] else path
+
+
+archive_argument = click.argument(
+    "archive", metavar="ARCHIVE", type=click.Path(path_type=Path), callback=_archive
+)
 select_option = click.option(
     "--select",
     "choices",

@@ -142,8 +142,8 @@ class Status(StrEnum):
         "followed there"
     )
     DESIGN_AT_BOUND = (
-        "the best design found lies on bounds of its variables: the largest response falls towards "
-        "them; try wider bounds"
+        "the best design found lies on bounds of its variables: the largest response, or the "
+        "objective, falls towards them; try wider bounds"
     )
     DESIGN_BESIDE_FAILURES = (
         "a minimum was found, but at other designs that were tried nearby the response "

@@ -82,7 +82,10 @@ class Task:
         task = cls(problem, sweep, variables, limits, cases, bands, named)
         problem.model.check_frequencies("frequency", task.hull)
         moving = {*variables.names, *sweep.values}
-        warn_of_doubts(problem.model, task.hull, problem.harmonics, moving=moving)
+        driven = "force_amplitude" in problem.parameters
+        warn_of_doubts(
+            problem.model, task.hull, problem.harmonics, moving=moving, driven=driven, depth=4
+        )
         return task
 
     @property

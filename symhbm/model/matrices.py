@@ -14,7 +14,7 @@ from numpy.typing import ArrayLike
 
 from symhbm.model.damping import Damping
 from symhbm.model.mass import check_semidefinite
-from symhbm.model.parameters import BLADE_PARAMETERS, CONTACT_PARAMETERS, PARAMETERS
+from symhbm.model.parameters import BLADE_PARAMETERS, CONTACT_PARAMETERS, PARAMETERS, ReadOnly
 from symhbm.model.places import check_places
 from symhbm.model.polynomial import PolynomialStructure
 from symhbm.model.records import stored
@@ -141,7 +141,7 @@ class Model(PolynomialStructure):
         named: dict[str, FloatArray] = {}
         if self.lumped:
             named |= {name: getattr(self, f"{name}_matrix").data for name in BLADE_PARAMETERS}
-        return named | super().parameters
+        return ReadOnly(named | super().parameters)
 
     def _put(self, name: str, value: ArrayLike) -> None:
         if name in BLADE_PARAMETERS:

@@ -4,6 +4,7 @@ A new parameter of a contact law is a record in the file of the law, another one
 """
 
 from collections.abc import Mapping
+from typing import Any, NoReturn
 
 from symhbm.model.contacts import Coulomb, CubicSpring, Parameter, named
 
@@ -39,6 +40,19 @@ FRICTION_PARAMETERS = tuple(Coulomb.parameters)
 """Those of dry friction."""
 CONTACT_PARAMETERS = (*FRICTION_PARAMETERS, *CubicSpring.parameters)
 """Those of contacts without a group of their own."""
+
+
+class ReadOnly(dict[str, Any]):
+    """Values of parameters by name. Setting one would change nothing, so that it raises."""
+
+    def __setitem__(self, name: str, value: Any) -> NoReturn:
+        raise TypeError(
+            f"parameters[{name!r}]: expected with_parameters({name}=...), which gives another "
+            "structure or problem with the value; this one stays as it is"
+        )
+
+    def __reduce__(self) -> tuple[type, tuple[dict[str, Any]]]:
+        return ReadOnly, (dict(self),)  # by default entries would be set one by one
 
 
 def records_by_name(

@@ -32,17 +32,19 @@ def warn_of_doubts(
     harmonics: Sequence[int] = (1,),
     *,
     moving: Collection[str] = (),
+    driven: bool = True,
     depth: int = 3,
 ) -> None:
     """Emit one warning if matrices or band [Hz] are hardly what was meant.
 
     Of a band of one frequency it is no matter that it lies below all resonances: responses there
-    are static ones. Parameters that are ``moving`` have other values than those of the model.
-    ``depth`` is that of the user's call. Nothing is said of a structure without matrices.
+    are static ones. A problem is ``driven`` by a force that oscillates. Parameters that are
+    ``moving`` have other values than those of the model. ``depth`` is that of the user's call.
+    Nothing is said of a structure without matrices.
     """
     if not model.has_matrices:
         return
-    call = band, tuple(harmonics), frozenset(moving)
+    call = band, tuple(harmonics), frozenset(moving), driven
     known, said = _LAST.get(model, (None, ""))
     if known != call:
         said = _doubts(model, *call)
@@ -60,8 +62,11 @@ def _doubts(
     band: tuple[float, float],
     harmonics: Sequence[int],
     moving: Collection[str],
+    driven: bool,
 ) -> str:
     """All doubts, an empty text without any."""
+    if not driven:
+        return "no force oscillates; HarmonicBalance(model, excitation) takes one"
     said = [_of_symmetry(model), _of_effect(model, moving), _of_harmonics(model, harmonics)]
     if not {"mass", "damping", "stiffness"} & {*moving}:
         said.append(_of_damping(model))

@@ -30,6 +30,7 @@ from symhbm.model.outputs import Output, outputs_of
 from symhbm.model.parameters import (
     CONTACT_PARAMETERS,
     PARAMETERS,
+    ReadOnly,
     records_by_name,
 )
 from symhbm.model.places import NextSector, Place, check_places, number_of
@@ -471,7 +472,7 @@ class Structure(ABC):
     @property
     def parameters(self) -> dict[str, FloatArray]:
         """Named parameters: those of the contacts, one value each."""
-        return {name: np.asarray(getattr(self, name)) for name in self.contact_parameters}
+        return ReadOnly({name: np.asarray(getattr(self, name)) for name in self.contact_parameters})
 
     def with_parameters(self, **values: ArrayLike) -> Self:
         """Return a copy with other values, one or one per blade or contact, of named parameters.

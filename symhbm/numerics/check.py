@@ -14,10 +14,13 @@ _BOUNDS = {
 }
 _MANY, _FEW = 8, 3
 """Values that are not shown all, and how many of them are."""
+_MOST_NAMES, _NEAREST = 30, 5
+"""Allowed names that are listed all, and how many of more are."""
 
 
 def shown(value: object) -> str:
     """Short text of a bad value."""
+    value = value.item() if isinstance(value, (np.floating, np.integer)) else value
     text = " ".join(repr(value).split())
     return text if len(text) <= 80 else text[:77] + "..."
 
@@ -129,9 +132,12 @@ def known(name: str, allowed: Iterable[str], what: str = "parameter") -> None:
     """Raise a KeyError that lists the allowed names and the nearest one unless ``name`` is one."""
     allowed = list(allowed)
     if name not in allowed:
-        near = get_close_matches(str(name), allowed, n=1, cutoff=0.4)
+        near = get_close_matches(str(name), allowed, n=_NEAREST, cutoff=0.4)
         hint = f"; did you mean {near[0]!r}?" if near else ""
-        raise KeyError(f"{name!r} is no {what}; allowed: {', '.join(allowed)}{hint}")
+        listed = ", ".join(allowed) or "none"
+        if len(allowed) > _MOST_NAMES:
+            listed = ", ".join([*(near or allowed[:_NEAREST]), f"... {len(allowed)} names"])
+        raise KeyError(f"{name!r} is no {what}; allowed: {listed}{hint}")
 
 
 def one_of(name: str, value: object, allowed: Iterable[str]) -> str:

@@ -170,7 +170,8 @@ class Scale(NamedTuple):
     def label(self) -> str:
         """The unit of what is drawn."""
         unit = _METRES.get(self.unit, (1.0, self.unit))[1]
-        return f"dB re 1 {unit}" if self.kind == "decibel" else unit
+        level = "dB re 1" if unit == "1" else f"dB re 1 {unit}"
+        return level if self.kind == "decibel" else unit
 
     def of(self, amplitude: Any) -> Any:
         """What is drawn of amplitudes [m]."""

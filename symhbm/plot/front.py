@@ -56,6 +56,8 @@ def pareto_front(dataset: xr.Dataset, ax: Axes | None = None) -> Figure:
     >>> sh.plot.pareto_front(front).savefig("front.png")
     """
     check_dataset("dataset", dataset)
+    if "front_aim" not in dataset.variables:
+        raise TypeError("dataset: expected a result of pareto_front")
     check_present(dataset, "front_aim", "front_value", "front_kind", "removed_aim")
     names = dataset["aim"].values
     with canvas(ax, _SIZE) as whole:

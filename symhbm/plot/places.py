@@ -77,7 +77,7 @@ def _one(dataset: xr.Dataset, place: Any) -> tuple[tuple[int, ...], str]:
     if output is not None:
         return (number := check.integer("place", place, 0, n_dof - 1),), f"{output} {number}"
     if not isinstance(place, str):
-        number = check.integer("place", place, 0, n_dof - 1)
+        number = _number(dataset, place, n_dof)
         if places is not None:
             return (number,), places.name(number)
         kept = dataset.variables.get("structure_dof")
@@ -98,6 +98,19 @@ def _one(dataset: xr.Dataset, place: Any) -> tuple[tuple[int, ...], str]:
     if number is None:
         raise KeyError(f"place={place!r}: {reason}expected {_allowed(dataset)}")
     return (number,), place
+
+
+def _number(dataset: xr.Dataset, place: Any, n_dof: int) -> int:
+    """A number along ``dof``; the error also tells other numbers that could be meant."""
+    try:
+        return check.integer("place", place, 0, n_dof - 1)
+    except ValueError as error:
+        places, kept, hint = places_of(dataset), dataset.variables.get("structure_dof"), ""
+        if kept is not None:
+            hint = f"; of the structure these are its degrees of freedom {check.brief(kept.values)}"
+        elif places is not None and place in places.nodes:
+            hint = f"; the node {place} is '{place}'"
+        raise ValueError(f"{error}{hint}") from None
 
 
 def _output(dataset: xr.Dataset) -> str | None:
@@ -127,4 +140,6 @@ def _allowed(dataset: xr.Dataset) -> str:
         more = ", ..." if len(places.labels) > _MOST_LISTED else ""
         parts.append(f"a label or a node ({', '.join(names)}{more})")
         parts.append(f"one of its directions as {places.name(0)!r}")
-    return ", ".join(parts) + ", or several of these"
+    outputs = Description(dataset).problem.get("outputs", {})
+    of_outputs = f"; outputs ({', '.join(outputs)}) are drawn by symhbm.output(result, name)"
+    return ", ".join(parts) + ", or several of these" + (of_outputs if outputs else "")

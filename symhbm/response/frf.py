@@ -325,7 +325,8 @@ def _run(
     check_mean(problem, growing=accuracy is not None)
     hertz = axis.get("frequency")
     band = axis["band"] if hertz is None else (hertz, hertz)
-    warn_of_doubts(problem.model, band, problem.harmonics, moving=moving, depth=4)
+    driven = "force_amplitude" in problem.parameters
+    warn_of_doubts(problem.model, band, problem.harmonics, moving=moving, driven=driven, depth=4)
     of_problem = [name for name in moving if name in problem.parameters]
     may_fold = problem.may_fold(of_problem, _damping_values(axis, sweep))
     accuracy = check_accuracy(problem, accuracy)

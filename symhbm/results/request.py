@@ -138,8 +138,10 @@ def check_band(name: str, band: Any, bound: str, unit: str) -> tuple[float, floa
     """Two different values within a ``bound`` of `symhbm.numerics.check`."""
     edges = check.array(name, band, bound)
     if edges.shape != (2,) or edges[0] == edges[1]:
+        grid = edges.ndim == 1 and edges.size > 2
         raise ValueError(
             f"{name}={check.shown(band)}: expected two different values (first, last){unit}"
+            f"{'; at= asks for given ones between them' if grid else ''}"
         )
     return float(edges[0]), float(edges[1])
 

@@ -317,6 +317,25 @@ def test_an_exported_path_is_the_path_to_the_last_digit(archive):
     assert found["converged"] == ["True"] * int(inside.sum())
 
 
+def test_an_archive_may_be_named_without_its_ending(archive):
+    path = archive("grid")
+    assert run("info", path.with_suffix("")) == run("info", path)
+
+
+def test_a_table_for_standard_output_and_for_no_other_program(tmp_path, archive):
+    path = archive("grid")
+    assert run("export", path, "--output", "-") == run("export", path)
+    code, out, err = run("export", path, "--output", tmp_path / "grid.xlsx")
+    assert (code, out) == (2, "")
+    assert "expected a name ending in .csv" in err
+    assert not (tmp_path / "grid.xlsx").exists()
+
+
+def test_a_verification_tells_what_is_incomplete(archive):
+    code, _, err = run("verify", archive("short"), "--exact", "none")
+    assert (code, "2 of 2 curves are incomplete" in err) == (0, True)
+
+
 def test_an_exported_table_is_read_by_pandas(tmp_path, archive):
     ds, path = dataset("grid"), tmp_path / "grid.csv"
     code, out, err = run("export", archive("grid"), "--output", path)

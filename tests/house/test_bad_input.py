@@ -1,5 +1,7 @@
 """Bad input raises at the boundary: with the argument's name, its value and what is allowed."""
 
+import math
+import pickle
 import re
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
@@ -13,6 +15,7 @@ import scipy.sparse as sp
 import xarray as xr
 
 import symhbm as sh
+from symhbm.numerics import check
 
 NAN, INF = float("nan"), float("inf")
 NOT_NUMBERS = [NAN, INF, -INF, "1", None, 1j]
@@ -35,6 +38,7 @@ RING = sh.bladed_disk(3, **PARAMETERS)
 BLADE = sh.single_blade(**PARAMETERS)
 PROBLEM = sh.HarmonicBalance(RING, sh.EngineOrder(1))
 BAND = (10.0, 11.0)
+GIVEN = dict(contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3.0)
 
 
 @contextmanager
@@ -766,3 +770,58 @@ def test_stability_is_a_flag(value):
     ):
         with pytest.raises(TypeError, match="stability"):
             call()
+
+
+def test_parameters_are_set_by_with_parameters_alone():
+    for owner in (BLADE, PROBLEM):
+        with refused("parameters['normal_load']", "with_parameters(normal_load=", kind=TypeError):
+            owner.parameters["normal_load"] = 5.0
+    assert pickle.loads(pickle.dumps(BLADE.parameters)) == BLADE.parameters
+
+
+def test_of_many_names_the_nearest_are_told():
+    names = [f"name_{i}" for i in range(40)] + ["amplitude"]
+    with refused("'amplitud'", "did you mean 'amplitude'?", "41 names") as _:
+        check.known("amplitud", names)
+    with refused("allowed: none"):
+        check.known("k", [])
+
+
+def test_other_spelling_of_a_name():
+    with pytest.raises(AttributeError) as caught:
+        _ = sh.FRF
+    assert (caught.value.name, caught.value.obj) == ("FRF", sh)  # of which Python tells the nearest
+
+
+def test_what_was_meant_is_told():
+    """Obvious wrong input whose error names the right one."""
+    with refused("frequency=", "at= asks for given ones"):
+        frf(frequency=np.linspace(10, 11, 5))
+    damper = sh.Friction(
+        tangential=[(0,)], contact_stiffness=1e4, friction_coefficient=0.5, normal_load=1
+    )
+    with refused("contacts=", 'a group has a name, as in {"damper": group}'):
+        sh.Model([[1.0]], [[1.0]], [[1e4]], contacts=damper)  # type: ignore[arg-type]
+    with refused("bounds=", "scipy.optimize.Bounds"):
+        names, bounds = ["normal_load", "stiffness"], [(1, 2), (1e4, 2e4)]
+        sh.minimise_peak(PROBLEM, names, bounds, BAND)
+    stop = sh.SmoothLaw(lambda y, v, p: p["k"] * y, {"k": (1e3, "N/m")}, [(0,)])
+    model = sh.Model([[1.0]], [[1.0]], [[1e4]], contacts={"stop": stop})
+    with refused("'k'", "designed=True"):
+        sh.minimise_peak(sh.HarmonicBalance(model, sh.PointForce()), "k", (1, 2), BAND)
+    with refused("'c' is no parameter", "has k", allowed="has k"):
+        sh.SmoothLaw(lambda y, v, p: p["c"] * y, {"k": (1e3, "N/m")}, [(0,)])
+
+    class Worn(sh.Coulomb):
+        parameters = sh.Coulomb.parameters | {"wear": "1"}
+
+    with refused("parameters['wear']='1'", "symhbm.Parameter"):
+        sh.Contacts(
+            Worn(), [(0,)], contact_stiffness=1, friction_coefficient=1, normal_load=1, wear=0
+        )
+    with pytest.raises(ValueError, match="in the place of math"):
+        sh.SmoothLaw(lambda y, v, p: p["k"] * math.tanh(y), {"k": (1e3, "N/m")}, [(0,)])
+    point = [(dof,) for dof in range(3)]
+    whole = sh.Model(np.eye(3), np.eye(3), 1e4 * np.eye(3), contacts=point, **GIVEN)
+    with pytest.raises(ValueError, match=r"take all 3 degrees of freedom.*solve the structure"):
+        sh.condense(whole, sh.PointForce(), BAND)

@@ -12,6 +12,10 @@ M, C, K = 1.3, 4.0, 2e4
 GIVEN = ("displacement", "velocity", "acceleration")
 
 
+def moved(displacement, **options):
+    return sh.BaseMotion(displacement=displacement, **options)
+
+
 def chain(n=4, places=None, **friction):
     """Masses in a row, all held by the ground, the last one rubbing on it if ``friction``."""
     stiffness = 1e4 * (3 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1))
@@ -51,7 +55,7 @@ def test_peaks_of_transmissibilities_are_where_closed_forms_have_them():
     natural, ratio = np.sqrt(K / M), C / (2 * np.sqrt(K * M))
     at = {}
     for motion in ("relative", "absolute"):
-        base = sh.BaseMotion(displacement=1e-3, motion=motion)
+        base = moved(1e-3, motion=motion)
         problem = sh.HarmonicBalance(sh.Model([[M]], [[C]], [[K]]), base)
         at[motion] = sh.frf(problem, (10, 30), progress=False)
     exact = natural / np.sqrt(1 - 2 * ratio**2) / RADIANS
@@ -68,7 +72,7 @@ def test_a_blade_with_friction_on_a_shaker_is_one_under_its_inertia_force():
     np.testing.assert_allclose(found.peak_amplitude, exact.peak_amplitude, rtol=1e-12)
     np.testing.assert_allclose(found.peak_frequency, exact.peak_frequency, rtol=1e-12)
     # One frictional blade in closed form: x = A cos, with the describing function of the slider.
-    one = sh.solve(sh.HarmonicBalance(blade, sh.BaseMotion(displacement=1e-4)), 13.0)
+    one = sh.solve(sh.HarmonicBalance(blade, moved(1e-4)), 13.0)
     omega, amplitude = RADIANS * 13.0, one.amplitude.item()
     limit, spring = 0.5 * 2.0, 5e3
     slip = np.arccos(1 - 2 * limit / (spring * amplitude))
@@ -82,8 +86,7 @@ def test_a_blade_with_friction_on_a_shaker_is_one_under_its_inertia_force():
 def test_contacts_to_a_moving_ground_see_relative_displacements():
     held = chain(**FRICTION)
     relative, absolute = (
-        sh.HarmonicBalance(held, sh.BaseMotion(displacement=2e-4, motion=motion))
-        for motion in ("relative", "absolute")
+        sh.HarmonicBalance(held, moved(2e-4, motion=motion)) for motion in ("relative", "absolute")
     )
     points = [sh.solve(problem, 11.0) for problem in (relative, absolute)]
     assert {point.contact_state.item() for point in points} == {1}
@@ -135,7 +138,7 @@ def test_translations_follow_the_directions_of_places():
 
 def test_reduced_structures_take_the_force_made_with_the_whole_one():
     whole = chain(12, **FRICTION)
-    base = sh.BaseMotion(displacement=1e-4)
+    base = moved(1e-4)
     band, watched = (4, 14), 5
     exact = sh.frf(sh.HarmonicBalance(whole, base), band, at=[6, 9, 12], progress=False)
     condensed = sh.condense(whole, base, band, dofs=[watched], progress=False)
@@ -264,12 +267,13 @@ def test_fields_come_back_from_archives(tmp_path):
         (lambda: sh.HarmonicForce({1: {}}), ValueError, r"cosine\[1\]=\{\}: expected at least"),
         (lambda: sh.HarmonicForce({0: {0: 1.0}}), TypeError, r"cosine\[0\].*StaticLoad"),
         (lambda: sh.BaseMotion(), ValueError, "expected one of them, got 0"),
-        (lambda: sh.BaseMotion(1.0, 2.0), ValueError, "expected one of them, got 2"),
-        (lambda: sh.BaseMotion("a"), TypeError, "displacement='a': expected a complex number"),
-        (lambda: sh.BaseMotion(np.inf), ValueError, "displacement=inf: expected a finite"),
-        (lambda: sh.BaseMotion(1.0, motion="moving"), ValueError, "motion='moving'.*relative"),
-        (lambda: sh.BaseMotion(1.0, influence=[1.0]), ValueError, r"expected 4 values.*got 1"),
-        (lambda: sh.BaseMotion(1.0, influence=[0.0] * 4), ValueError, "expected a motion"),
+        (lambda: sh.BaseMotion(9.81), TypeError, "positional"),  # of what would not be said
+        (lambda: moved(1.0, velocity=2.0), ValueError, "expected one of them, got 2"),
+        (lambda: moved("a"), TypeError, "displacement='a': expected a complex number"),
+        (lambda: moved(np.inf), ValueError, "displacement=inf: expected a finite"),
+        (lambda: moved(1.0, motion="moving"), ValueError, "motion='moving'.*relative"),
+        (lambda: moved(1.0, influence=[1.0]), ValueError, r"expected 4 values.*got 1"),
+        (lambda: moved(1.0, influence=[0.0] * 4), ValueError, "expected a motion"),
         (lambda: sh.FrequencyForce({}), TypeError, r"forces=\{\}: expected \{power: force\}"),
         (lambda: sh.FrequencyForce({1: sh.StaticLoad([1.0])}), ValueError, "oscillates alone"),
         (lambda: sh.FrequencyForce({0.5: sh.PointForce()}), ValueError, "power of forces=0.5"),
@@ -319,7 +323,8 @@ def test_second_derivatives_of_condensed_structures_are_exact(motion):
 )
 def test_no_derivative_leaves_out_that_the_force_changes(motion, made_of):
     """The force of a base is one of matrices: derivatives by these are not told at all."""
-    blade = sh.single_blade(mass=1, stiffness=1e4, damping=0.5)
+    contact = dict(contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3)
+    blade = sh.single_blade(mass=1, stiffness=1e4, damping=0.5, **contact)
     problem = sh.HarmonicBalance(blade, sh.BaseMotion(acceleration=1.0, motion=motion))
     assert {"mass", "stiffness", "damping"} - {*problem.differentiable} == made_of
     for name in made_of:

@@ -227,6 +227,13 @@ def test_of_other_front_doors():
         assert "at least 5 times the critical one" in said(call)
 
 
+def test_a_response_without_a_force_is_doubted():
+    problem = sh.HarmonicBalance(sh.single_blade(**BLADE), harmonics=(1,))
+    assert "no force oscillates" in said(lambda: frf(problem, (10, 30)))
+    driven = problem.with_excitation(sh.PointForce())
+    assert not said(lambda: frf(driven, (10, 30)))
+
+
 def test_natural_frequencies_of_a_large_structure():
     """A chain against its closed form; the bounds are on the right side."""
     n = 400

@@ -128,6 +128,28 @@ def test_errors_name_nodes(nodes):
         sh.plot.response(nodes, place="9:z")
 
 
+def test_errors_name_other_numbers(nodes):
+    """Of a node, of the whole structure, and outputs."""
+    with pytest.raises(ValueError, match="from 0 to 4; the node 9 is '9'"):
+        sh.plot.response(nodes, place=9)
+    chain = sh.Model(
+        np.eye(5),
+        np.eye(5),
+        1e4 * (2 * np.eye(5) - np.eye(5, k=1) - np.eye(5, k=-1)),
+        contacts=[(3,)],
+        contact_stiffness=1e4,
+        friction_coefficient=0.5,
+        normal_load=10,
+    ).with_outputs({"stress": {0: 1e11}}, units="Pa")
+    force = sh.PointForce(4)
+    small = sh.condense(chain, force, (10, 20))
+    response = sh.frf(sh.HarmonicBalance(small, force), (10, 20), at=[15])
+    with pytest.raises(ValueError, match=r"of the structure these are .* \[0, 3\]"):
+        sh.plot.response(response, place=4)
+    with pytest.raises(KeyError, match=r"outputs \(stress\) are drawn by symhbm.output"):
+        sh.plot.response(response, place="stress")
+
+
 def test_peaks_of_a_place_are_where_it_is_largest():
     """Of two blades, those peaks at which one of them is the larger."""
     disk = sh.bladed_disk(

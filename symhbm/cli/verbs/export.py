@@ -14,6 +14,9 @@ from symhbm.cli.terminal import check_place, opened, say
 from symhbm.results.archive import draft_of
 from symhbm.results.reading import KINDS, completeness
 
+_OTHER = (".xlsx", ".xls", ".ods", ".nc", ".h5", ".mat", ".json", ".parquet", ".png")
+"""Endings of files that are no text of comma-separated values."""
+
 
 @click.command()
 @archive_argument
@@ -31,7 +34,7 @@ from symhbm.results.reading import KINDS, completeness
     help="Variables to write. By default all that belong to the rows but the Fourier "
     "coefficients; all means these as well.",
 )
-@output_option("File to write, whole or not at all; by default standard output.")
+@output_option("File to write, whole or not at all; by default, or as -, standard output.")
 def export(
     archive: Path,
     table: str,
@@ -53,7 +56,14 @@ def export(
       symhbm export disk.nc --select sample=0 --select frequency=200:220 --variables amplitude
     """
     wanted = None if variables is None else [name.strip() for name in variables.split(",")]
+    if str(output) == "-":
+        output = None
     check_place(output)
+    if output is not None and output.suffix in _OTHER:
+        raise ValueError(
+            f"--output {output}: expected a name ending in .csv, what is written is "
+            "comma-separated values"
+        )
     with opened(archive) as dataset:
         selection = select(dataset, choices)
         lines: Iterator[Any] = rows(selection, table, wanted)

@@ -7,10 +7,11 @@ import click
 
 import symhbm as sh
 from symhbm.cli.arguments import archive_argument, law_option, output_option
-from symhbm.cli.terminal import BROKEN, bound, check_place, number, opened
+from symhbm.cli.terminal import BROKEN, bound, check_place, number, opened, say
 from symhbm.model.contacts import ContactLaw
 from symhbm.response import FIGURES, summary
 from symhbm.results import Description
+from symhbm.results.reading import completeness
 
 
 @click.command()
@@ -75,5 +76,13 @@ def verify(
         )
         if output is not None:
             sh.save(verified, output, overwrite=overwrite)
+        complete, waiting, failed = completeness(dataset)
     click.echo(summary(verified))
+    incomplete = waiting + failed.total()
+    if incomplete:
+        total = complete + incomplete
+        say(
+            f"symhbm verify: {incomplete} of {total} curves are incomplete, what there is of them "
+            "was checked; symhbm info says why"
+        )
     return 0 if (Description(verified).verification or {})["passed"] else BROKEN

@@ -34,10 +34,7 @@ def read_variables(
             )
     allowed = [name for name in problem.parameters if problem.model.about(name).designed]
     groups: list[Group] = []
-    given, names = (
-        names,
-        [problem.parameter_name(name, allowed, "parameter that can be designed") for name in names],
-    )
+    given, names = names, [_designed(problem, name, allowed) for name in names]
     for said, name in zip(given, names, strict=True):
         where = "bounds" if len(names) == 1 else f"bounds[{said!r}]"
         lower, upper = _ANY
@@ -67,6 +64,14 @@ def read_start(variables: DesignVariables, start: Any) -> FloatArray | None:
     return np.log(np.broadcast_to(values, variables.n_variables))
 
 
+def _designed(problem: HarmonicBalance, name: str, allowed: list[str]) -> str:
+    """The name in the problem of a parameter that designs may vary; raises KeyError."""
+    what = "parameter that can be designed"
+    if name in problem.parameters and name not in allowed:
+        what += ", as its record does not say designed=True"
+    return problem.parameter_name(name, allowed, what)
+
+
 def _entry_of(argument: str, value: Any, name: str, n_names: int) -> Any:
     """The entry of an argument for one parameter."""
     if isinstance(value, Mapping):
@@ -76,6 +81,7 @@ def _entry_of(argument: str, value: Any, name: str, n_names: int) -> Any:
     if n_names > 1:
         raise TypeError(
             f"{argument}={check.shown(value)}: expected a mapping with an entry for each parameter"
+            f"{', or scipy.optimize.Bounds' if argument == 'bounds' else ''}"
         )
     return value
 

@@ -280,7 +280,10 @@ def _check_kept(model: Model | Sector, masters: NDArray[np.intp]) -> None:
     if not len(masters):
         raise ValueError("dofs=(): expected at least one for a structure without contacts")
     if len(masters) == model.n_dof:
-        raise ValueError("dofs: expected fewer, nothing is left to be eliminated")
+        raise ValueError(
+            f"model: contacts, outputs and dofs= take all {model.n_dof} degrees of freedom, "
+            "nothing is left to be eliminated; solve the structure as it is"
+        )
 
 
 def _excitations(model: Model | Sector, excitation: Any) -> Sequence[Excitation]:

@@ -78,7 +78,11 @@ def check_directions(name: str, given: Any, alone: bool = False) -> Directions:
     ):
         return Directions((_one(name, given),))
     if isinstance(given, (str, bytes)) or not isinstance(given, Iterable):
-        raise TypeError(f"{name}={check.shown(given)}: expected a sequence of DOF pairs or weights")
+        # A group is no sequence: without a name it would be taken for places.
+        hint = '; a group has a name, as in {"damper": group}' if hasattr(given, "law") else ""
+        raise TypeError(
+            f"{name}={check.shown(given)}: expected a sequence of DOF pairs or weights{hint}"
+        )
     return Directions(tuple(_one(f"{name}[{j}]", ends) for j, ends in enumerate(given)))
 
 

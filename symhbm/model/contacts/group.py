@@ -9,6 +9,7 @@ from numpy.typing import NDArray
 
 from symhbm.model.contacts.directions import Directions, check_directions
 from symhbm.model.contacts.law import ContactLaw
+from symhbm.model.contacts.parameter import Parameter
 from symhbm.numerics import check
 
 
@@ -64,10 +65,15 @@ class Contacts:
     def __init__(self, law: ContactLaw, /, *directions: Any, **values: Any):
         if not isinstance(law, ContactLaw):
             raise TypeError(f"law={check.shown(law)}: expected a contact law, as symhbm.Coulomb()")
-        for name in law.parameters:
+        for name, about in law.parameters.items():
             if not is_name(name):
                 raise ValueError(
                     f"law={law!r}: {name!r} is no name of a parameter; letters, digits and single _"
+                )
+            if not isinstance(about, Parameter):
+                raise TypeError(
+                    f"parameters[{name!r}]={check.shown(about)} of {law!r}: expected a "
+                    'symhbm.Parameter, as Parameter("N m-1", "what it is")'
                 )
         law.check()
         given = _by_name(law, directions, values)
@@ -90,7 +96,7 @@ class Contacts:
 
     def __repr__(self) -> str:
         values = "".join(f", {name}={check.brief(value)}" for name, value in self.values.items())
-        return f"Contacts({self.law!r}, {len(self)} contacts{values})"
+        return f"Contacts({self.law!r}, {len(self)} contact{'s' * (len(self) != 1)}{values})"
 
 
 class Group(NamedTuple):

@@ -23,7 +23,7 @@ _ROUND_OFF = 1e-12
 """Change of a translation by a turn of the disk, relative, that is round-off."""
 
 
-@dataclass(frozen=True, repr=False)
+@dataclass(frozen=True, repr=False, kw_only=True)
 class BaseMotion(Excitation):
     """Motion ``Re(u exp(i harmonic omega t))`` of the base that all springs to the ground stand on.
 

@@ -164,10 +164,14 @@ def _called(what: str, function: Expression, size: int, *arguments: Any) -> Any:
     """What a function returns, a column of so many CasADi values."""
     try:
         result = function(*arguments)
+    except KeyError as error:
+        known = ", ".join(arguments[-1])
+        raise ValueError(f"{what}: {error} is no parameter; parameters= has {known}") from error
     except Exception as error:
         raise ValueError(
             f"{what}: it failed with {type(error).__name__}: {error}; expected operations that "
-            "CasADi knows, ca.if_else(condition, a, b) for a choice"
+            "CasADi knows, ca.if_else(condition, a, b) for a choice, of the three arguments "
+            "displacement, velocity and parameters"
         ) from error
     symbols = isinstance(arguments[0], ca.SX)
     if symbols and not isinstance(result, ca.SX):
@@ -202,7 +206,10 @@ def _written(
     try:
         return graph.written(symbols, [e for r in results for e in ca.vertsplit(ca.densify(r))])
     except ValueError as error:
-        raise ValueError(f"expression: holds {error}") from None
+        raise ValueError(
+            f"expression: holds {error}; expected operations that CasADi knows, as ca.tanh in the "
+            "place of math.tanh"
+        ) from None
 
 
 def _numbers(
