@@ -94,7 +94,7 @@ def march(linear: LinearMotion, state: FloatArray, length: float) -> March:
     _follow_walls(linear, of_contact, np.flatnonzero(slipped), variation)
     ended_slip = np.zeros(count)
     tau, cells, events = 0.0, [], []
-    while tau < length:
+    while length - tau > SHORTEST:
         flow = linear.flow(of_contact)
         powers = linear.expand(flow, tau, x, slope, linear.constant(x, friction, of_contact))
         if not np.all(np.isfinite(powers)):

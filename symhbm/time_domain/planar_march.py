@@ -54,7 +54,7 @@ def planar_march(linear: PlanarMotion, state: FloatArray, length: float) -> Plan
     closes = np.zeros(count, dtype=bool)
     slipped = (at.state != STICK) | ~linear.rubs
     cells, events = [], []
-    while at.tau < length:
+    while length - at.tau > SHORTEST:
         step = linear.step(at, length - at.tau)
         powers, directions = linear.polynomials(at, step)
         if not np.all(np.isfinite(powers)):

@@ -413,7 +413,7 @@ def test_interrupted_sweep_is_resumed(tmp_path, monkeypatch):
 
 def test_other_verbs_refuse_modes():
     path = modes(sh.HarmonicBalance(sh.single_blade(**BLADE)))
-    for verb in (sh.verify, sh.plot.response, sh.statistics.envelope):
+    for verb in (sh.plot.response, sh.statistics.envelope):
         with pytest.raises(ValueError, match="responses to a force"):
             verb(path)
 

@@ -671,3 +671,19 @@ def test_extremes_of_polynomials():
     high, low = extremes(powers)
     np.testing.assert_allclose(high, values.max(axis=0), atol=1e-9)
     np.testing.assert_allclose(low, values.min(axis=0), atol=1e-9)
+
+
+def test_a_march_ends_where_less_than_an_instant_is_left():
+    """An event within round-off of the end leaves an interval that no cell is made of."""
+    values = dict(mass=1, stiffness=1e4, damping=0.5, contact_stiffness=1e4)
+    values |= dict(friction_coefficient=0.5, normal_load=3)
+    problem = sh.HarmonicBalance(sh.single_blade(**values), sh.PointForce(), (1, 3))
+    linear = LinearMotion(problem, 120.0)
+    state = np.array([3e-4, 0.0, 1.0])
+    last = march(linear, state, 2 * np.pi).event_angle[-1]
+    for steps in (0, 1, 2):
+        length = last
+        for _ in range(steps):
+            length = np.nextafter(length, 10)
+        run = march(linear, state, length)
+        assert abs(run.cells.start[-1] + run.cells.width[-1] - length) < 3e-15
