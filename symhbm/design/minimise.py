@@ -153,7 +153,6 @@ def minimise_peak(
     (array([2.845496]), array([0.00031046]))
     """
     check_executor(executor)
-    throw = check.flag("throw", throw)
     task = Task.of(
         *(problem, parameters, bounds, frequency, over),
         vary=vary,
@@ -162,6 +161,7 @@ def minimise_peak(
         constraint=constraint,
         peaks=peaks,
     )
+    throw = check.flag("throw", throw)
     fixed_start = arguments.read_start(task.variables, start)
     given = objective is not None or peaks is not None
     program = task.program(*([task.read_aim("objective", objective)] if given else []))

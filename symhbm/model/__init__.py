@@ -33,7 +33,6 @@ from symhbm.model.sectors import Symmetry, find_symmetry
 from symhbm.model.structure import (
     Matrices,
     SliderContacts,
-    SpringSliderContacts,
     Structure,
     weighted,
 )
@@ -59,7 +58,6 @@ __all__ = [
     "RayleighDamping",
     "ReadOnly",
     "SliderContacts",
-    "SpringSliderContacts",
     "StaticLoad",
     "StructuralDamping",
     "Structure",

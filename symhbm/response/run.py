@@ -198,7 +198,8 @@ def _resume(
         return complete
     with Store(file) as store:
         call = call_of(store)
-        problem, (sweep, request) = rebuild(call, laws), schema.recall(call)
+        problem = rebuild(call, laws)
+        sweep, request = schema.recall(call, problem)
         request = prepared(problem, sweep, request, progress)
         blank = _blank(problem, request)
         return _finished(store, target, call, problem, request, blank, executor, progress)

@@ -2,6 +2,7 @@
 
 import json
 from collections.abc import Iterable, Sequence
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -12,7 +13,7 @@ from symhbm.model import PARAMETERS
 from symhbm.numerics import Table, check
 from symhbm.results.description import Description, records_of, records_of_problem
 from symhbm.results.parts import PART
-from symhbm.results.provenance import DatasetParts, evaluated_by, with_provenance
+from symhbm.results.provenance import OF_STRUCTURE, DatasetParts, evaluated_by, with_provenance
 from symhbm.results.request import Request
 from symhbm.results.sweep import RESERVED, Sweep
 from symhbm.results.tables import NO_VARIABLES, name_of
@@ -53,8 +54,12 @@ def _own(request: Request) -> dict[str, Variable]:
     return OF_UNFORCED.get(request.unforced or "", {})
 
 
-def recall(dataset: xr.Dataset) -> tuple[Sweep, Request]:
-    """The sweep and the request that a dataset was computed from."""
+def recall(dataset: xr.Dataset, rebuilt: HarmonicBalance | None = None) -> tuple[Sweep, Request]:
+    """The sweep and the request that a dataset was computed from.
+
+    Of a ``rebuilt`` problem with its number of the degree of freedom that tells amplitudes: one
+    that keeps some of a structure may number them anew.
+    """
     description = Description(dataset)
     at = dataset[description.moving].values if description.on_grid else None
     values = {}
@@ -62,7 +67,13 @@ def recall(dataset: xr.Dataset) -> tuple[Sweep, Request]:
         value = dataset[name]
         of_result = [label for label in value.coords if label in RESERVED - {*value.dims}]
         values[name] = value.drop_vars(of_result)
-    return Sweep.of(values), Request.of(description.request, at)
+    request = Request.of(description.request, at)
+    if rebuilt is not None and request.dof is not None and OF_STRUCTURE in dataset.variables:
+        kept = dataset[OF_STRUCTURE].values.tolist()
+        if request.dof in kept and rebuilt.model.kept is not None:
+            place = kept.index(request.dof)
+            request = replace(request, dof=int(rebuilt.model.kept[place]))
+    return Sweep.of(values), request
 
 
 def without(dataset: xr.Dataset, names: Iterable[str]) -> str:

@@ -100,7 +100,7 @@ def test_errors_of_interpolation(seed):
     ends = (PathState(states[k], directions[k]) for k in (1, 2))
     measured = measure(False, *ends, scale)
     around = states, directions, measured.normal, measured.length, scale
-    own = (tuple(array[:, :-1] for array in each) for each in (states, directions))
+    own = [tuple(np.ascontiguousarray(a[:, :-1]) for a in each) for each in (states, directions)]
     components = 8 * 0.0962 * extrapolated(states, directions, *own, *around[2:])
     expected = np.linalg.norm(components.reshape(5, 2, 2), axis=-1)
     values, rates = (tuple(rng.normal(size=(5, 3)) for _ in range(4)) for _ in range(2))
@@ -108,7 +108,7 @@ def test_errors_of_interpolation(seed):
     of_values = of_values * extrapolated(states, directions, values, rates, *around[2:])
     for kind in (lambda loop: loop, plain):
         error = np.empty((5, 2))
-        kind(slope_errors)(*around, error)
+        kind(slope_errors)(states, directions, *own, *around[2:], error)
         np.testing.assert_allclose(error, expected, rtol=1e-8)
         error = np.empty((5, 3))
         kind(value_errors)(states, directions, values, rates, *around[2:], error)

@@ -273,7 +273,7 @@ def test_its_picture_has_all_points(front):
     assert np.sort(drawn, axis=0) == pytest.approx(np.sort(expected, axis=0))
     assert (above.get_ylabel(), figure.axes[0].child_axes[1].get_xlabel()) == ("peak", "load")
     plt.close(figure)
-    with pytest.raises(KeyError, match="front_aim"):
+    with pytest.raises(TypeError, match="expected a result of pareto_front"):
         sh.plot.pareto_front(front.drop_vars("front_aim"))
 
 

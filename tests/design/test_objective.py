@@ -148,6 +148,7 @@ class TestGrid:
         beside = self.LOADS[[best - 1, best + 1]]
         assert beside[0] < optimum.design_value.item() < beside[1]
 
+    @pytest.mark.slow
     def test_two_values_under_a_constraint(self):
         """Friction and load with a bound on their product, the load weighs."""
         frictions = np.linspace(0.2, 0.8, 7)

@@ -264,23 +264,29 @@ def pair():
     return design(blade(), bounds=NEAR, over=PAIR)
 
 
+def same(*optima):
+    """Whether they are the same to the bit, whatever evaluated the equations."""
+    one, other = (optimum.drop_attrs(deep=False) for optimum in optima)
+    return one.identical(other)
+
+
 class TestExecutors:
     @pytest.mark.parametrize("kind", [ProcessPoolExecutor, ThreadPoolExecutor])
     def test_executors_change_no_digit(self, pair, kind):
         with kind(2) as executor:
-            assert design(blade(), bounds=NEAR, over=PAIR, executor=executor).identical(pair)
+            assert same(design(blade(), bounds=NEAR, over=PAIR, executor=executor), pair)
 
     @pytest.mark.parametrize("executor", [Refusing(4), Failing(1)], ids=["refusing", "failing"])
     def test_one_that_fails_is_done_without(self, pair, executor):
         with pytest.warns(RuntimeWarning, match=r"the executor failed \((OS|Memory)Error:? no m"):
             optimum = design(blade(), bounds=NEAR, over=PAIR, executor=executor)
-        assert optimum.identical(pair)
+        assert same(optimum, pair)
 
     def test_a_closed_executor_is_not_needed(self, pair):
         with ThreadPoolExecutor(1) as executor:
             pass
         with pytest.warns(RuntimeWarning, match="cannot schedule new futures after shutdown"):
-            assert design(blade(), bounds=NEAR, over=PAIR, executor=executor).identical(pair)
+            assert same(design(blade(), bounds=NEAR, over=PAIR, executor=executor), pair)
 
 
 @pytest.fixture(scope="module")

@@ -40,6 +40,7 @@ def run(tmp_path_factory):
             folder = str(tmp_path_factory.mktemp(name))
             with pytest.MonkeyPatch.context() as patch:
                 patch.setenv("PYTHONPATH", str(ROOT))
+                patch.delenv("MPLBACKEND", raising=False)  # which the command line sets
                 client = NotebookClient(notebook, timeout=300, kernel_name="python3")
                 client.resources = {"metadata": {"path": folder}}
                 client.execute()

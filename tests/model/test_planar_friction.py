@@ -71,6 +71,7 @@ def returned(law, basis, motion, values, samples, periods=10):
     return (2 * np.pi / samples * (functions * basis.norm).T @ force).T
 
 
+@pytest.mark.slow
 def test_explicit_motion():
     basis, law = FourierBasis((0, 1, 2)), sh.PlanarFriction()
     motion = [[0, 2, 0, 0, 0.3], [0, 0, 1.2, 0.2, 0], [0, 0.3, 0.2, 0, 0]]

@@ -426,7 +426,7 @@ STRANGE = ca.SX.sym("strange")
         (remembering_numbers, K, (), ValueError, "without memory or chance"),
         (drawn, K, (), ValueError, "without memory or chance"),
         (lambda y, v, p: y * STRANGE, K, (), ValueError, "holds strange, expected nothing but"),
-        (lambda y, v, p: p["kk"] * y, K, (), ValueError, "failed with KeyError: 'kk'"),
+        (lambda y, v, p: p["kk"] * y, K, (), ValueError, "expression: 'kk' is no parameter"),
         (lambda y, v, p: y if y > 0 else 0, K, (), ValueError, "failed with RuntimeError"),
         (lambda y: y, K, (), ValueError, "failed with TypeError"),
         (lambda y, v, p: 1.0, K, (), TypeError, "expected a CasADi expression .* got 1.0"),
@@ -446,7 +446,13 @@ STRANGE = ca.SX.sym("strange")
         (lambda y, v, p: y, {"k": (np.nan, "N")}, (), ValueError, "expected values finite"),
         (lambda y, v, p: y, K, lambda y, v, p: 2.0, TypeError, r"breakpoints\[0\]: expected a"),
         (lambda y, v, p: y, K, [3], TypeError, r"breakpoints\[0\]=3: expected a function"),
-        (lambda y, v, p: y, K, lambda y, v, p: p["q"], ValueError, r"breakpoints\[0\]: it failed"),
+        (
+            lambda y, v, p: y,
+            K,
+            lambda y, v, p: p["q"],
+            ValueError,
+            r"breakpoints\[0\]: 'q' is no p",
+        ),
     ],
 )
 def test_wrong_laws_are_refused_in_one_sentence(expression, parameters, breakpoints, error, text):

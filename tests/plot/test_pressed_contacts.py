@@ -303,6 +303,7 @@ def planar(normal_load):
 
 
 @pytest.mark.parametrize("normal_load", [3.0, 20.0, 500.0])
+@pytest.mark.slow
 def test_histories_of_planar_friction(normal_load):
     response = sh.solve(planar(normal_load), 18.5)
     contact = contact_of(response, 0)

@@ -418,8 +418,7 @@ def test_sweeps_and_archives(tmp_path):
     assert sh.rebuild(folds.isel(normal_load=0)).parameters["normal_load"] == 1.0
     # The damping that friction can balance does not depend on the load, the amplitude does.
     np.testing.assert_allclose(*folds.fold_damping, rtol=1e-9)
-    with pytest.raises(ValueError, match="limit cycle"):
-        sh.verify(folds)
+    assert sh.verify(folds, exact="none", progress=False).fold_mismatch.max() < 1e-6
 
 
 def test_several_modes():

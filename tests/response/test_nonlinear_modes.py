@@ -449,3 +449,21 @@ def test_reduced_structure_is_told_by_the_numbers_of_the_whole():
     gone = next(dof for dof in range(12) if dof not in small.model.kept)
     with pytest.raises(ValueError, match=f"dof={gone}: expected a degree of freedom that is kept"):
         modes(small, dof=gone)
+
+
+def test_archives_of_a_reduced_sector_know_its_degree_of_freedom():
+    """They number anew what is kept; the request tells the number of the whole sector."""
+    n = 6
+    chain = 3e4 * np.eye(n) - 1e4 * (np.eye(n, k=1) + np.eye(n, k=-1))
+    sector = sh.Model(np.eye(n), 0.5 * np.eye(n), chain)
+    rubs = sh.Friction(
+        tangential=(4,), contact_stiffness=5e3, friction_coefficient=0.5, normal_load=3
+    )
+    disk = sh.Sector(sector, left=[0], right=[5], n_sectors=8).with_contacts(root=rubs)
+    small = sh.craig_bampton(disk, 2, (1, 60), dofs=[4])
+    problem = sh.HarmonicBalance(small, harmonics=(1,))
+    path = modes(problem, amplitude=(1e-5, 1e-3), dof=4, nodal_diameter=2)
+    assert sh.rebuild(path).model.kept.tolist() != small.kept.tolist()
+    verified = sh.verify(path, exact="none", progress=False)
+    assert verified.residual_stored.max() < 1e-9
+    assert verified.amplitude_mismatch.max() < 1e-12

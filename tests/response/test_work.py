@@ -48,10 +48,10 @@ def compiled(monkeypatch):
     made = []
 
     class Counted(Equations):
-        def __init__(self, model, basis, groups, symmetry=None):
+        def __init__(self, model, basis, groups, symmetry=None, powers=(0,)):
             names = tuple(group.name for group in groups)
             made.append((basis.harmonics, names, symmetry is not None))
-            super().__init__(model, basis, groups, symmetry)
+            super().__init__(model, basis, groups, symmetry, powers)
 
     monkeypatch.setattr(harmonic_balance, "Equations", Counted)
     return made

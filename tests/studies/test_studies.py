@@ -47,7 +47,8 @@ from studies import (
     pareto_damper_mass,
     switching_angles,
 )
-from studies.__main__ import STUDIES, main, statements
+from studies.__main__ import STUDIES as ALL
+from studies.__main__ import main, statements
 from studies.claim import Claim, Finding
 from studies.claim import unmet as unmet_statements
 from studies.claims_table import PAGE
@@ -59,6 +60,9 @@ from studies.readings import READINGS
 from studies.run import REFERENCE
 
 ROOT = Path(__file__).parent.parent.parent
+LONG = "damping_of_modes", "flutter", "flutter_limits"
+"""Studies that are run apart, in full."""
+STUDIES = {name: seconds for name, seconds in ALL.items() if name not in LONG}
 EXACT = json.loads(REFERENCE.read_text())
 CLAIMS = PAGE.read_text(encoding="utf-8")
 WHOLE = tuple(
@@ -181,6 +185,13 @@ def test_claims_and_findings_come_out_as_they_are_told(name, datasets):
     if name in WHOLE:
         assert [one.words for one in findings if not one.met] == []
         assert len(rows) == len(claims) + len(findings)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", LONG)
+def test_long_study_meets_its_landmarks(name, tmp_path):
+    assert main({name: ALL[name]}, tmp_path) == 0
+    assert (tmp_path / f"{name}.nc").exists()
 
 
 def test_claims_are_not_taken_on_trust():

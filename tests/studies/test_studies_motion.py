@@ -49,7 +49,8 @@ def wave_from_one_harmonic(order, load, frequency):
 def check_archive(study, dataset, tmp_path, capsys):
     """What is computed survives the archive, is drawn, and says what it is."""
     archive, picture = run(study.NAME, lambda: dataset, study.draw, results=tmp_path)
-    assert capsys.readouterr().out.split() == [str(archive), str(picture)]
+    scalable = picture.with_suffix(".svg")
+    assert capsys.readouterr().out.split() == [str(archive), str(picture), str(scalable)]
     assert picture.stat().st_size > 10_000
     loaded = sh.load(archive)
     assert loaded.identical(dataset.assign_coords({k: loaded[k] for k in loaded.coords}))

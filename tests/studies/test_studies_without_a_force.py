@@ -28,6 +28,7 @@ def in_time(value):
     return InTime(mass, value, *others)
 
 
+@pytest.mark.slow
 def test_known_cycles_and_fold():
     """Those of T12 by two other programs: one harmonic, and harmonics up to 21."""
     assert wave(-0.5).cycles(1.0) == pytest.approx([1.508422732e-4, 3.803857572e-2], rel=1e-9)

@@ -492,6 +492,7 @@ def test_dataset():
     assert "normal_force" not in sh.periodic_motion(fig03.problem(), 18.0)
 
 
+@pytest.mark.slow
 def test_a_start_far_away():
     """Newton's method comes to the only motion at this frequency from random states."""
     problem, motion = found("two-way, 18 Hz")

@@ -107,7 +107,7 @@ def synthesised_response(
     if force is not None:
         check_excitation("force", force)
         problem = problem.with_excitation(force)
-    curve, _ = mode_problem(problem, recall(modes)[1])
+    curve, _ = mode_problem(problem, recall(modes, problem)[1])
     synthesis = _Synthesis(curve, _driven(problem, curve.problem))
     return _dataset(modes, synthesis, check.flag("errors", errors))
 

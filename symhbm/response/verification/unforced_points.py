@@ -50,7 +50,7 @@ class UnforcedPoints(StoredPoints):
     def __init__(
         self, dataset: xr.Dataset, problem: HarmonicBalance, laws: Iterable[ContactLaw] = ()
     ):
-        self.request = recall(dataset)[1]
+        self.request = recall(dataset, problem)[1]
         # All points of a nonlinear mode are of one problem.
         self._last: tuple[HarmonicBalance, HarmonicBalance] | None = None
         self._larger_of: dict[tuple[int, ...], tuple[HarmonicBalance, HarmonicBalance]] = {}
