@@ -70,9 +70,9 @@ def recall(dataset: xr.Dataset, rebuilt: HarmonicBalance | None = None) -> tuple
     request = Request.of(description.request, at)
     if rebuilt is not None and request.dof is not None and OF_STRUCTURE in dataset.variables:
         kept = dataset[OF_STRUCTURE].values.tolist()
-        if request.dof in kept and rebuilt.model.kept is not None:
-            place = kept.index(request.dof)
-            request = replace(request, dof=int(rebuilt.model.kept[place]))
+        if request.dof in kept:
+            place, anew = kept.index(request.dof), rebuilt.model.kept
+            request = replace(request, dof=place if anew is None else int(anew[place]))
     return Sweep.of(values), request
 
 

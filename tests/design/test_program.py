@@ -266,7 +266,7 @@ def pair():
 
 def same(*optima):
     """Whether they are the same to the bit, whatever evaluated the equations."""
-    one, other = (optimum.drop_attrs(deep=False) for optimum in optima)
+    one, other = (optimum.assign_attrs(equations_evaluated_by="any") for optimum in optima)
     return one.identical(other)
 
 
