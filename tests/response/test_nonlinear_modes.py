@@ -451,7 +451,7 @@ def test_reduced_structure_is_told_by_the_numbers_of_the_whole():
         modes(small, dof=gone)
 
 
-def test_archives_of_a_reduced_sector_know_its_degree_of_freedom():
+def test_archives_of_a_reduced_sector_know_its_degree_of_freedom(tmp_path, monkeypatch):
     """They number anew what is kept; the request tells the number of the whole sector."""
     n = 6
     chain = 3e4 * np.eye(n) - 1e4 * (np.eye(n, k=1) + np.eye(n, k=-1))
@@ -467,3 +467,16 @@ def test_archives_of_a_reduced_sector_know_its_degree_of_freedom():
     verified = sh.verify(path, exact="none", progress=False)
     assert verified.residual_stored.max() < 1e-9
     assert verified.amplitude_mismatch.max() < 1e-12
+    force = sh.EngineOrder(2, pattern={4: 1.0})
+    assert sh.synthesised_response(path, force, errors=False).sizes["point"] == path.sizes["point"]
+
+    def interrupted(*given):
+        raise KeyboardInterrupt
+
+    target = tmp_path / "modes.nc"
+    with monkeypatch.context() as patch:
+        patch.setattr("symhbm.response.ensemble._outcome", interrupted)
+        with pytest.raises(KeyboardInterrupt):
+            modes(problem, amplitude=(1e-5, 1e-3), dof=4, nodal_diameter=2, archive=target)
+    found = sh.resume(target, progress=False)
+    np.testing.assert_array_equal(found.damping_ratio, path.damping_ratio)
