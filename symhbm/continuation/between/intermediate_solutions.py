@@ -249,7 +249,10 @@ def _solution(
 def _solution_at_value(
     segment: _Ends, corrector: Corrector, switches: NDArray[np.bool_], share: float
 ) -> tuple[PathState | None, bool]:
-    """The solution at a share of the parameter interval, contacts free where one changes."""
+    """The solution at a share of the parameter interval, contacts free where one changes.
+
+    It may be one of the arc length where the path bends too sharply for that.
+    """
     curve, left, right = corrector.curve, segment.left, segment.right
     width = right.state[-1] - left.state[-1]
     value = float(left.state[-1] + share * width)
@@ -264,6 +267,8 @@ def _solution_at_value(
         if near is not None:
             start = near.state + (value - near.state[-1]) / near.direction[-1] * near.direction
             corrected = corrector.correct(start, scale, plane, switches)
+            if corrected is None and 0 < (near.state[-1] - left.state[-1]) / width < 1:
+                return near, False
     if corrected is not None and corrected.crosses:
         flipped = switches ^ crossed(corrected.margins, switches)
         corrected = corrector.correct(corrected.point, scale, plane, flipped)
