@@ -35,17 +35,25 @@ NARROW = (210.0, 211.0)
 """Band of disks that cost little [Hz], where archives and not responses are measured."""
 WHOLE = (1_000, 100_000, 400_000)
 ALONE = """
-import resource, sys
+import sys, time
 import symhbm as sh
-from tests.benchmarks.scale import CHEAP, NARROW
 from tests.benchmarks.problems import draws, ring
+from tests.benchmarks.scale import CHEAP, NARROW, largest_memory
 problem, n = ring((1,), 10), int(sys.argv[1])
 over = draws(problem, n)
-before = resource.getrusage(resource.RUSAGE_SELF)
+before, start = largest_memory(), time.process_time()
 sh.frf(problem, NARROW, over=over, part=range(8), archive=sys.argv[2], progress=False, **CHEAP)
-after = resource.getrusage(resource.RUSAGE_SELF)
-print(after.ru_utime - before.ru_utime, before.ru_maxrss, after.ru_maxrss)
+print(time.process_time() - start, before, largest_memory())
 """
+
+
+def largest_memory() -> int:
+    """The largest memory of this process so far [bytes].
+
+    That of `resource` would be no less than what the process that started this one has.
+    """
+    status = Path("/proc/self/status").read_text()
+    return 1024 * int(status.partition("VmHWM:")[2].split()[0])
 
 
 class OfWhole(NamedTuple):
@@ -175,8 +183,8 @@ def _wholes(folder: Path) -> tuple[Table, OfWhole]:
         run = subprocess.run(command, capture_output=True, text=True, check=True)
         spent, before, after = map(float, run.stdout.split())
         sizes.append(path.stat().st_size)
-        memory = [size(1024 * value) for value in (before, after)]
-        largest.append(1024 * after)
+        memory = [size(value) for value in (before, after)]
+        largest.append(after)
         times.append(spent)
         table.rows.append([f"{n:,}", seconds(spent), size(sizes[-1]), *memory])
     # The import of a fresh process hides the memory of few disks.

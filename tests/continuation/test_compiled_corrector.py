@@ -177,6 +177,35 @@ def test_outside_the_band_of_a_condensation_there_is_no_solution():
     assert corrector_of(curve).correct(guess, scale, plane, slip) is None
 
 
+def test_large_rings_are_compiled_in_an_order_that_stays_sparse():
+    """In any other order they are solved step by step: the same peaks and events."""
+    n = 260
+    draw = np.random.default_rng(2)
+    loads, order = draw.uniform(5, 15, n), draw.permutation(n)
+    angle = TURN * 60 / n * np.arange(n)
+    curves = []
+    for numbers in (np.arange(n), order):
+        contact = sh.Friction(
+            tangential=list(zip(numbers, np.roll(numbers, -1), strict=True)),
+            contact_stiffness=1e6,
+            friction_coefficient=0.5,
+            normal_load=loads,
+        )
+        parts = (factor * sp.eye_array(n) for factor in (1.0, 0.5, 1e4))
+        model = sh.Model(*parts, contacts={"friction": contact})
+        cosine, sine = np.empty((2, n))
+        cosine[numbers], sine[numbers] = np.cos(angle), np.sin(angle)
+        force = sh.HarmonicForce(cosine={1: cosine}, sine={1: sine}, amplitude=1.0)
+        problem = sh.HarmonicBalance(model, force, (1,))
+        corrector = corrector_of(FrequencyProblem(problem))
+        assert isinstance(corrector, StepwiseCorrector) == (numbers is order)
+        curves.append(sh.frf(problem, (206, 217)))
+    for name in ("event_frequency", "peak_frequency", "peak_amplitude"):
+        natural, shuffled = (np.sort(curve[name].values.ravel()) for curve in curves)
+        assert len(natural) > 0, name
+        np.testing.assert_allclose(shuffled, natural, rtol=1e-9)
+
+
 def test_a_mean_beside_one_harmonic_is_compiled_too():
     problem = with_a_mean()
     curve = sh.frf(problem, (10, 30), throw=True)

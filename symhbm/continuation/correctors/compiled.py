@@ -129,14 +129,16 @@ class CompiledCorrector(Corrector):
 def is_compiled(curve: ContinuationProblem) -> bool:
     """Whether a curve has a `CompiledCorrector`.
 
-    Large sparse matrices are factorised faster in Python, as CasADi does not reorder the unknowns.
+    CasADi does not reorder the unknowns: large matrices that fill are factorised faster in Python.
     """
     if not isinstance(curve, FrequencyProblem) or not curve.single_valued:
         return False
-    part = curve.problem.structure
-    if part is None:
-        return curve.problem.in_closed_form and curve.problem.n_unknowns <= DENSE_LIMIT
-    return curve.problem.in_closed_form and part.band_functions is not None
+    problem, part = curve.problem, curve.problem.structure
+    if not problem.in_closed_form:
+        return False
+    if part is not None:
+        return part.band_functions is not None
+    return problem.n_unknowns <= DENSE_LIMIT or _stays_sparse(problem.compiled[0])
 
 
 def corrector_of(curve: ContinuationProblem) -> Corrector:
@@ -169,6 +171,21 @@ def by_machine_code(curve: ContinuationProblem) -> bool:
         return False
     programs = _programs(curve.problem.compiled[0], curve.problem.structure)
     return programs.functions(curve.machine_code) is not programs.interpreted
+
+
+@lru_cache(maxsize=32)
+def _stays_sparse(equations: Equations) -> bool:
+    """Whether elimination in the order of the unknowns fills no more entries than there are.
+
+    It fills none outside the envelope: from the first entry of a row, or of a column, to the
+    diagonal.
+    """
+    jacobian = equations.closed_form.sparsity_out(2)
+    rows, columns = jacobian.get_triplet()
+    first = np.arange(jacobian.size1())
+    np.minimum.at(first, rows, columns)
+    np.minimum.at(first, columns, rows)
+    return np.sum(np.arange(len(first)) - first) <= jacobian.nnz()
 
 
 @lru_cache(maxsize=32)
