@@ -179,6 +179,7 @@ def test_limit_that_nothing_changes():
     assert (whole.design_from.item(), whole.design_to.item()) == (0.1, 2)
 
 
+@pytest.mark.slow
 def test_range_of_a_ring_ends_where_the_allowed_amplitude_is_damped_most():
     ring = sh.HarmonicBalance(sh.bladed_disk(13, **BLADE), harmonics=(1, 3, 5))
     wave = dict(nodal_diameter=3)
@@ -190,6 +191,7 @@ def test_range_of_a_ring_ends_where_the_allowed_amplitude_is_damped_most():
         assert ratio == pytest.approx(best.design_damping_ratio.item(), rel=1e-11)
 
 
+@pytest.mark.slow
 def test_second_damper_holds_most_where_both_slip_alike():
     problem = two_dampers()
     best = most_held(problem, "normal_load", (0.1, 10), contact=1)

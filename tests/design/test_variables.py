@@ -345,6 +345,7 @@ class TestByHand:
         directions = [[0.02, 0, 0], [0, -0.02, 0.0], [0.01, 0.01, -0.01]]
         assert_lowest_by_hand(each, np.array(directions), (50, 115))
 
+    @pytest.mark.slow
     def test_a_ring_with_a_fixed_mean(self, fixed):
         assert fixed.design_value.mean().item() == pytest.approx(3.0, rel=1e-9)
         directions = [[0.02, -0.02, 0], [-0.01, 0, 0.01], [0, 0.01, -0.01]]

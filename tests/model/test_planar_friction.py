@@ -20,6 +20,7 @@ KINDS = {
     "load": sh.PlanarFriction(),
     "gap": sh.PlanarFriction("gap"),
 }
+MOST = "constant", "load", pytest.param("gap", marks=pytest.mark.slow)
 
 
 def values_of(law, stiffness=1.0, normal=1.0, friction=0.5, load=1.5):
@@ -526,7 +527,7 @@ def problem_of(law, harmonics=(0, 1, 2, 3), **changed):
     return sh.HarmonicBalance(body, force, harmonics)
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", MOST)
 def test_from_response_to_archive(kind, tmp_path):
     law = KINDS[kind]
     problem = problem_of(law)
@@ -586,7 +587,7 @@ def test_path_in_a_parameter():
         np.testing.assert_allclose(point.amplitude.values, expected, rtol=1e-8)
 
 
-@pytest.mark.parametrize("kind", KINDS)
+@pytest.mark.parametrize("kind", MOST)
 def test_sensitivities_of_peaks(kind):
     problem = problem_of(KINDS[kind], (0, 1, 2))
     found = sh.sensitivity(sh.frf(problem, (13, 24), progress=False))

@@ -347,6 +347,7 @@ def folding_ring():
     return sh.HarmonicBalance(disk, sh.EngineOrder(1))
 
 
+@pytest.mark.slow
 def test_corner_at_a_fold():
     """With a cubic spring a contact may stick and slip on the same side of a corner."""
     problem, band = folding_ring(), (10, 17.2)

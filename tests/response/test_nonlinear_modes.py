@@ -90,6 +90,7 @@ def test_closed_form_of_one_blade_at_all_amplitudes(damping, load):
         np.testing.assert_allclose(drawn, column, atol=3e-3 * column.max())
 
 
+@pytest.mark.slow
 def test_mode_of_many_harmonics_is_the_exact_motion():
     problem = sh.HarmonicBalance(sh.single_blade(**BLADE), harmonics=(1, 3, 5))
     assert exact_difference(problem, range(1, 182, 2), 3e-4) < 1e-9

@@ -262,6 +262,7 @@ def test_branch_points_over_the_force():
     assert branches.amplitude.isel(branch=1).diff("dof").max() > 0.1
 
 
+@pytest.mark.slow
 def test_branch_points_over_the_stiffening():
     """The same over a parameter of the contacts, by which second derivatives are not zero."""
     omega, coupling, force = 1.3, 0.02, 0.3

@@ -4,6 +4,8 @@ import os
 import subprocess
 import sys
 
+import pytest
+
 PROGRAM = """
 import hashlib
 import numpy as np
@@ -33,6 +35,7 @@ for problem, band in cases:
 """
 
 
+@pytest.mark.slow
 def test_digits_do_not_depend_on_the_number_of_threads():
     """Of rings and of a structure with full matrices, up to some hundred unknowns."""
     digits = []

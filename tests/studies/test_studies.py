@@ -39,7 +39,6 @@ from studies import (
     index,
     laws_and_solvers,
     one_harmonic_validity,
-    open_sector_contacts,
     open_sector_mistuned,
     optimal_normal_load_engine_orders,
     optimal_normal_load_robust,
@@ -60,7 +59,14 @@ from studies.readings import READINGS
 from studies.run import REFERENCE
 
 ROOT = Path(__file__).parent.parent.parent
-LONG = "damping_of_modes", "flutter", "flutter_limits"
+LONG = (
+    "underplatform_damper",
+    "open_sector_modes",
+    "open_sector_contacts",
+    "damping_of_modes",
+    "flutter",
+    "flutter_limits",
+)
 """Studies that are run apart, in full."""
 STUDIES = {name: seconds for name, seconds in ALL.items() if name not in LONG}
 EXACT = json.loads(REFERENCE.read_text())
@@ -121,9 +127,6 @@ def outcome(tmp_path_factory):
         patch.setattr(laws_and_solvers, "REPEATS", 1)
         patch.setattr(damping_and_localisation, "N_SAMPLES", 3)
         patch.setattr(damping_and_localisation, "NORMAL_LOADS", (1.0, 100.0, 300.0))
-        patch.setattr(open_sector_contacts, "MASSES", open_sector_contacts.MASSES[[0, 4, 8]])
-        patch.setattr(open_sector_contacts, "PRELOADS", (160.0, 1000.0))
-        patch.setattr(open_sector_contacts, "SHROUD_HARMONICS", (0, 1))
         for name, value in dict(MODES=2, INTERFACE_MODES=4, N_SAMPLES=2).items():
             patch.setattr(open_sector_mistuned, name, value)
         # A few disks and engine orders do not tell what the claims are weighed by.

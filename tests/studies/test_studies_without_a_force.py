@@ -104,6 +104,7 @@ def test_march_of_blades_that_move_against_each_other():
 
 
 @pytest.mark.parametrize("wind", [False, True])
+@pytest.mark.slow
 def test_equations_of_a_whole_sector_have_its_modes(wind):
     """One harmonic: a damper as a complex stiffness, and as the library has it."""
     found = damping.disk((1, 3, 1, 2))

@@ -128,6 +128,7 @@ def test_a_rounded_motor_starts_to_grow_where_it_should():
     assert float(rate) == pytest.approx(-(0.2 + amplitude**2 / 2e-6 - 1) / 2, rel=0.05)
 
 
+@pytest.mark.slow
 def test_kinks_without_break_points_keep_the_tolerance():
     problem = problem_of("gap")
     expression, parameters, *_ = LAWS["gap"]

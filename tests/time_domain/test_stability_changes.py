@@ -114,6 +114,7 @@ def test_period_doubling():
     assert np.abs(at + 1).min() < 1e-6
 
 
+@pytest.mark.slow
 def test_neimark_sacker():
     """On the motions of two equal Duffing oscillators that differ."""
     path = followed(pair(0.3, 0.1, harmonics=(1, 3, 5, 7, 9)), (1.0, 1.5))

@@ -41,6 +41,7 @@ def test_cold_starts_come_from_frequencies_beside(hertz, changes):
     np.testing.assert_allclose(point.amplitude, motion.amplitude, rtol=5e-3)
 
 
+@pytest.mark.slow
 def test_constant_planar_friction_beside_a_coupled_stop():
     pad = sh.Friction(
         tangential=(0,), across=(1,),

@@ -247,6 +247,7 @@ def test_peaks_are_followed_over_the_load():
         assert peak == pytest.approx(expected.peak_amplitude.max().item(), rel=1e-8)
 
 
+@pytest.mark.slow
 def test_load_stiffness_and_friction_are_designed_together():
     problem, names = problem_of(3), ["normal_load", "friction_coefficient", "normal_stiffness"]
     bounds = dict(zip(names, [(1.0, 40.0), (0.1, 0.8), (5e3, 2e4)], strict=False))

@@ -131,7 +131,7 @@ def test_a_tuned_ring_responds_as_its_sector(make):
     ("added", "deviations"),
     [
         pytest.param(stiffer, {"stiffness_deviation": DEVIATIONS}, marks=pytest.mark.slow),
-        (stiffer_modes, OF_MODES),
+        pytest.param(stiffer_modes, OF_MODES, marks=pytest.mark.slow),
     ],
 )
 def test_a_mistuned_ring_against_the_unreduced_one(disk, reduced, added, deviations):
