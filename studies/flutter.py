@@ -277,14 +277,14 @@ def _disk(found: damping.Disk) -> xr.Dataset:
     """Cycles of the disk by nodal diameters, and by all equations."""
     half = found.whole.n_sectors // 2
     waves = np.arange(1 - half, half + 1)
-    wind = sh.Influence({found.reduced_tip: 1.0}, disk_air(), frequency=DISK_FREQUENCY)
+    wind = sh.Influence({found.tip: 1.0}, disk_air(), frequency=DISK_FREQUENCY)
     model = found.reduced.with_influences(wind)
     many, single = (sh.HarmonicBalance(model, harmonics=one) for one in ((1, 3), (1,)))
     span: dict[str, Any] = dict(amplitude=(1e-7, DISK_WIDEST))
     ratios, stuck = np.zeros((2, len(waves)))
     whole_ratio = np.zeros(len(waves))
     cycles = np.full((len(waves), 2), np.nan)
-    options: dict[str, Any] = dict(dof=found.reduced_tip, progress=False, throw=True)
+    options: dict[str, Any] = dict(dof=found.tip, progress=False, throw=True)
     for i, n in enumerate(waves.tolist()):
         small = sh.nonlinear_modes(
             single, at=[STUCK], amplitude=(STUCK, 1e-8), nodal_diameter=n, **options

@@ -192,6 +192,10 @@ class Sector(PolynomialStructure):
         return 2 * self.n_whole
 
     @property
+    def _n_numbered(self) -> int:
+        return self.structure.n_whole
+
+    @property
     def n_sectors(self) -> int:
         """Number of sectors of the disk."""
         return self.interfaces.n_sectors
@@ -279,8 +283,12 @@ class Sector(PolynomialStructure):
         for influence in influences:
             if not isinstance(influence, Influence):
                 raise TypeError(f"influences={check.shown(influence)}: expected symhbm.Influence")
-        couplings = tuple(each.along(self.number_of, self.n_whole) for each in influences)
-        return self._changed(influences=couplings, _waves={})
+        couplings = (each.along(self.number_of, self._n_numbered) for each in influences)
+        return self._changed(influences=tuple(map(self.felt, couplings)), _waves={})
+
+    def felt(self, coupling: Coupling) -> Coupling:
+        """Forces on all degrees of freedom that have a number, as those of the sector feel them."""
+        return coupling
 
     def along_contacts(self, relative: RelativeCoordinates) -> Sector:
         """The same with displacements of contacts in place of some degrees of freedom."""

@@ -9,7 +9,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from symhbm.model.contacts import Contacts
-from symhbm.model.cyclic import Blade, Sector
+from symhbm.model.cyclic import Blade, Coupling, Sector
 from symhbm.model.linear import lowest_modes, natural_modes_of
 from symhbm.model.matrices import Model
 from symhbm.model.outputs import Output
@@ -43,6 +43,11 @@ class ReducedSector(Sector):
     def with_contacts(self, **groups: Any) -> NoReturn:
         """Raise TypeError: it is reduced to the contacts that it has."""
         self.structure.with_contacts(**groups)
+
+    def felt(self, coupling: Coupling) -> Coupling:
+        """Forces on the whole sector as what is kept feels them."""
+        column = self.structure.basis.T @ coupling.column.toarray()
+        return coupling._replace(column=sp.csc_array(column))
 
 
 def craig_bampton(
@@ -237,8 +242,7 @@ def _sector(
     reduced._store(places=None)  # right is told in the axes of the next sector
     result = ReducedSector(reduced, np.arange(n), np.arange(n, 2 * n), sector.n_sectors)
     result._set_contacts(_contacts(sector, component.basis))
-    felt = [(component.basis.T @ each.column.toarray(), each) for each in sector.influences]
-    result._store(influences=tuple(e._replace(column=sp.csc_array(c)) for c, e in felt))
+    result._store(influences=tuple(map(result.felt, sector.influences)))
     reduced._store(places=places)
     result._store(outputs={n: _seen(sector, result, out) for n, out in sector.outputs.items()})
     n_waves = sector.n_sectors // 2

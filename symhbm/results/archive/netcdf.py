@@ -244,7 +244,8 @@ def rebuild(dataset: xr.Dataset, laws: Iterable[ContactLaw] = ()) -> HarmonicBal
 
     Swept parameters have their nominal values; select one set first to get its values, as in
     ``rebuild(dataset.sel(normal_load=3))``. ``laws`` are the contact laws of your own: a dataset
-    holds their names alone.
+    holds their names alone. Degrees of freedom of a structure that was condensed or reduced have
+    the numbers they have along ``dof`` of the dataset; names of places stay.
 
     Raises
     ------

@@ -35,7 +35,8 @@ def seen_from(
     Returns
     -------
     Dataset with ``coefficient`` and ``amplitude`` [m] of these displacements, the frequency, and
-    all coordinates of the result; the attribute ``displacements`` tells which they are.
+    all coordinates of the result; the attribute ``displacements`` tells which they are. Linear
+    outputs are left out: they are those of the displacements that were solved for.
 
     Raises
     ------

@@ -133,6 +133,22 @@ def test_the_ring_of_a_sector_takes_them_along():
         np.testing.assert_allclose(every.coefficient[:2], one.coefficient, rtol=1e-9, atol=1e-14)
 
 
+@pytest.mark.parametrize("place", [77, 16])
+def test_influences_and_outputs_of_a_reduced_sector_number_places_of_the_whole(place):
+    """Given before or after it was reduced."""
+    whole, kept = plate_sector(6, sh.RayleighDamping(2.0, 1e-5)), [77, place]
+    wind = sh.Influence({place: 1.0}, {-1: 4e3j, 0: 3e4 + 9e3j}, 20.0)
+    rows = {"bending": {place: 3e9, 77: -1e9}}
+    before = whole.with_influences(wind).with_outputs(rows, units="Pa")
+    before = sh.craig_bampton(before, 12, (5, 40), dofs=kept)
+    after = sh.craig_bampton(whole, 12, (5, 40), dofs=kept)
+    after = after.with_influences(wind).with_outputs(rows, units="Pa")
+    force = sh.EngineOrder(2, pattern={77: 1.0}, amplitude=0.01)
+    one, other = (sh.solve(sh.HarmonicBalance(each, force), 17.0) for each in (before, after))
+    for name in ("coefficient", "bending_coefficient"):
+        np.testing.assert_allclose(one[name], other[name], rtol=1e-12, atol=1e-20)
+
+
 @pytest.mark.parametrize("damping", [sh.RayleighDamping(2.0, 1e-5), sh.ModalDamping(0.01)])
 def test_a_reduced_sector_and_its_ring_take_them_along(damping):
     tip, blade = 77, range(40, 80)
