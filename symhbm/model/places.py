@@ -6,7 +6,7 @@ A place is one degree of freedom: a number, or a text of a label or a node and a
 
 from __future__ import annotations
 
-from collections.abc import Mapping
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass, replace
 from difflib import get_close_matches
 from functools import cached_property
@@ -281,6 +281,36 @@ def number_of(places: Places | None, place: Place, n_dof: int) -> int:
     if places is None:
         raise KeyError(f"{place!r} is no place, the structure has none; give it places=")
     return places.number(place)
+
+
+def own_numbers(name: str, structure: Any, dofs: Any) -> NDArray[np.intp]:
+    """Degrees of freedom of a structure by number or by name, ascending.
+
+    Of a disk of mistuned sectors the numbers are its own; names are those of the whole disk.
+    """
+    if isinstance(dofs, (str, bytes)) or not isinstance(dofs, Iterable):
+        raise TypeError(f"{name}={check.shown(dofs)}: expected a sequence of degrees of freedom")
+    n_sectors = getattr(structure, "n_sectors", None)
+    count = structure.n_whole if n_sectors is not None else structure.n_dof
+
+    def number(place: Any) -> int:
+        if not isinstance(place, str):
+            return check.integer(name, place, 0, count - 1)
+        number = structure.number_of(place)
+        if n_sectors is not None or structure.kept is None:
+            return number
+        return int(np.flatnonzero(structure.kept == number)[0])
+
+    return np.array(sorted({number(place) for place in dofs}), dtype=np.intp)
+
+
+def check_whole(name: str, structure: Any) -> None:
+    """Raise ValueError for a structure that is reduced already: its modes are no places."""
+    if structure.reduced_from is not None:
+        raise ValueError(
+            f"{name}: expected a whole structure, this one is reduced from "
+            f"{structure.reduced_from} degrees of freedom; give that one, with all dofs= to keep"
+        )
 
 
 def check_name(name: str, place: str) -> str:

@@ -559,6 +559,11 @@ class Structure(ABC):
         return None
 
     @property
+    def reduced_from(self) -> int | None:
+        """Number of degrees of freedom of the whole one that it is reduced from by its modes."""
+        return None
+
+    @property
     def numbers(self) -> FloatArray | None:
         """What archives hold of a structure beside its description, (n,)."""
         return None

@@ -20,7 +20,7 @@ from symhbm.model.condensation.reduced_basis import MOST, Certificate, reduce
 from symhbm.model.cyclic import Sector
 from symhbm.model.excitation import Excitation, check_excitation
 from symhbm.model.matrices import Model
-from symhbm.model.places import Place
+from symhbm.model.places import Place, check_whole, own_numbers
 from symhbm.model.plausibility import warn_of_doubts
 from symhbm.model.rotation import check_at_one_speed
 from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics
@@ -67,7 +67,7 @@ def condense(
         Harmonics that responses may have: those of `HarmonicBalance` are some of these.
     dofs
         Degrees of freedom to keep beside those that contacts touch, blade tips for example, by
-        number or by name.
+        number or by name. Those of a mistuned ring have their numbers along ``dof`` of its results.
     keep
         ``"touched"`` keeps all degrees of freedom that contacts touch; ``"displacements"`` keeps
         ``dofs`` and one unknown for each displacement of a contact ``w^T x``, in place of both
@@ -144,6 +144,7 @@ def condense(
         raise TypeError(
             f"model={check.shown(model)}: expected a Model or a Sector that is not condensed"
         )
+    check_whole("model", model)
     check_at_one_speed("model", model.structure if isinstance(model, Sector) else model)
     basis = FourierBasis(check_harmonics(harmonics))
     edges = check.array("frequency", frequency, "positive")
@@ -263,16 +264,13 @@ def _check_error(certificate: Certificate, tolerance: float | None) -> None:
 
 def _watched(model: Model | Sector, dofs: Iterable[Place]) -> NDArray[np.intp]:
     """The degrees of freedom ``dofs``, ascending."""
-    if isinstance(dofs, (str, bytes)) or not isinstance(dofs, Iterable):
-        raise TypeError(f"dofs={check.shown(dofs)}: expected a sequence of degrees of freedom")
-    numbers = (model.number_of(dof) if isinstance(dof, str) else dof for dof in dofs)
-    kept = {check.integer("dofs", dof, 0, model.n_whole - 1) for dof in numbers}
-    if isinstance(model, Sector) and (right := kept - {*model.kept.tolist()}):
+    kept = own_numbers("dofs", model, dofs)
+    if isinstance(model, Sector) and (right := np.setdiff1d(kept, model.kept)).size:
         raise ValueError(
-            f"dofs: expected degrees of freedom that are not right, {min(right)} is; keep that of "
+            f"dofs: expected degrees of freedom that are not right, {right[0]} is; keep that of "
             "left at the same place, which is its of the next sector"
         )
-    return np.array(sorted(kept), dtype=np.intp)
+    return kept
 
 
 def _check_kept(model: Model | Sector, masters: NDArray[np.intp]) -> None:

@@ -174,6 +174,11 @@ class Sector(PolynomialStructure):
         return self.structure.number_of(place)
 
     @property
+    def reduced_from(self) -> int | None:
+        """That of its structure."""
+        return self.structure.reduced_from
+
+    @property
     def contact_coordinates(self) -> FloatArray:
         """Where contacts are, amid their nodes in this sector, (n_contacts, 3) [m]."""
         rows = self._directions_as_named.tolil().rows
@@ -284,9 +289,9 @@ class Sector(PolynomialStructure):
             if not isinstance(influence, Influence):
                 raise TypeError(f"influences={check.shown(influence)}: expected symhbm.Influence")
         couplings = (each.along(self.number_of, self._n_numbered) for each in influences)
-        return self._changed(influences=tuple(map(self.felt, couplings)), _waves={})
+        return self._changed(influences=tuple(map(self.coupling_felt, couplings)), _waves={})
 
-    def felt(self, coupling: Coupling) -> Coupling:
+    def coupling_felt(self, coupling: Coupling) -> Coupling:
         """Forces on all degrees of freedom that have a number, as those of the sector feel them."""
         return coupling
 

@@ -13,7 +13,7 @@ from symhbm.model.cyclic import Blade, Coupling, Sector
 from symhbm.model.linear import lowest_modes, natural_modes_of
 from symhbm.model.matrices import Model
 from symhbm.model.outputs import Output
-from symhbm.model.places import next_sector
+from symhbm.model.places import check_whole, next_sector, own_numbers
 from symhbm.model.reduction.certificate import certified
 from symhbm.model.reduction.component import (
     Component,
@@ -24,7 +24,6 @@ from symhbm.model.reduction.component import (
 )
 from symhbm.model.reduction.reduced_model import ReducedModel
 from symhbm.model.rotation import check_at_one_speed
-from symhbm.model.structure import Structure
 from symhbm.numerics import FloatArray, check
 
 _NOTHING = 1e-12
@@ -44,7 +43,7 @@ class ReducedSector(Sector):
         """Raise TypeError: it is reduced to the contacts that it has."""
         self.structure.with_contacts(**groups)
 
-    def felt(self, coupling: Coupling) -> Coupling:
+    def coupling_felt(self, coupling: Coupling) -> Coupling:
         """Forces on the whole sector as what is kept feels them."""
         column = self.structure.basis.T @ coupling.column.toarray()
         return coupling._replace(column=sp.csc_array(column))
@@ -98,8 +97,8 @@ def craig_bampton(
     Raises
     ------
     TypeError, ValueError
-        For bad arguments, for a structure that moves freely once its boundary is held, and for more
-        modes than there are.
+        For bad arguments, for a structure that moves freely once its boundary is held or is reduced
+        already, and for more modes than there are.
 
     Notes
     -----
@@ -134,11 +133,13 @@ def craig_bampton(
     blade_modes = check.integer("blade_modes", blade_modes, minimum=0)
     if blade_modes and blade is None:
         raise ValueError(f"blade_modes={blade_modes}: expected 0, or a blade that has modes")
+    if isinstance(structure, (Model, Sector)):
+        check_whole("structure", structure)
     if isinstance(structure, Sector):
         check_at_one_speed("structure", structure.structure)
         reduced = _sector(structure, modes, band, interface_modes, dofs)
         if blade is not None:
-            of_blade = _watched(structure, blade, "blade")
+            of_blade = own_numbers("blade", structure, blade)
             parts = _blade(structure.structure, reduced.structure, of_blade, blade_modes)
             reduced._store(blade=parts)
         return reduced
@@ -149,7 +150,7 @@ def craig_bampton(
         raise ValueError("blade: expected None, only a sector has one")
     if interface_modes is not None:
         raise ValueError(f"interface_modes={interface_modes}: expected None, only a sector has any")
-    watched = _watched(structure, dofs)
+    watched = own_numbers("dofs", structure, dofs)
     boundary = np.unique([*structure.touched, *watched]).astype(np.intp)
     component = _component(structure, boundary, sp.eye_array(len(boundary), format="csr"), modes)
     kept = np.concatenate([boundary, component.representatives])
@@ -165,14 +166,6 @@ def _component(model: Model, boundary: NDArray[np.intp], motion: Any, modes: int
     if len(boundary) == model.n_dof:
         raise ValueError("dofs: expected fewer, nothing is left to be reduced")
     return Component(model.mass_matrix, model.stiffness_matrix, boundary, motion, modes)
-
-
-def _watched(structure: Structure, dofs: Iterable[Any], name: str = "dofs") -> NDArray[np.intp]:
-    if isinstance(dofs, (str, bytes)) or not isinstance(dofs, Iterable):
-        raise TypeError(f"{name}={check.shown(dofs)}: expected a sequence of degrees of freedom")
-    places = (structure.number_of(dof) if isinstance(dof, str) else dof for dof in dofs)
-    numbers = {check.integer(name, dof, 0, structure.n_whole - 1) for dof in places}
-    return np.array(sorted(numbers), dtype=np.intp)
 
 
 def _blade(structure: Model, reduced: ReducedModel, blade: NDArray[np.intp], n_modes: int) -> Blade:
@@ -223,7 +216,7 @@ def _sector(
 ) -> ReducedSector:
     """A sector on its interfaces or their motions, what contacts touch, and some of its inside."""
     left, right = sector.interfaces.left, sector.interfaces.right
-    watched = _watched(sector, dofs)
+    watched = own_numbers("dofs", sector, dofs)
     for dof in watched[np.isin(watched, right)]:
         raise ValueError(f"dofs: expected none on the right, {dof} is one of the next sector")
     touched = np.unique([*sector.touched, *watched]).astype(np.intp)
@@ -242,7 +235,7 @@ def _sector(
     reduced._store(places=None)  # right is told in the axes of the next sector
     result = ReducedSector(reduced, np.arange(n), np.arange(n, 2 * n), sector.n_sectors)
     result._set_contacts(_contacts(sector, component.basis))
-    result._store(influences=tuple(map(result.felt, sector.influences)))
+    result._store(influences=tuple(map(result.coupling_felt, sector.influences)))
     reduced._store(places=places)
     result._store(outputs={n: _seen(sector, result, out) for n, out in sector.outputs.items()})
     n_waves = sector.n_sectors // 2

@@ -82,6 +82,11 @@ class ReducedModel(Model):
         """The degrees of freedom that are kept, as the whole structure numbers them."""
         return self.dofs
 
+    @property
+    def reduced_from(self) -> int:
+        """The number of those of the whole structure."""
+        return self.n_whole
+
     def expanded(self, motion: Any, nodal_diameter: int | None = None) -> Any:
         """Motion (n_whole, n) of the whole structure from that (n_dof, n) of what is kept."""
         return self.basis @ motion

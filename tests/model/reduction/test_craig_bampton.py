@@ -158,3 +158,14 @@ def test_what_moves_freely_is_told():
     free = sh.Model(np.eye(3), np.zeros((3, 3)), np.diag([1.0, 1.0, 0.0]))
     with pytest.raises(ValueError, match="moves freely"):
         sh.craig_bampton(free, 1, (1, 2), dofs=[0])
+
+
+@pytest.mark.parametrize("reduce", [sh.craig_bampton, sh.condense])
+def test_what_is_reduced_is_not_reduced_again(chain, reduce):
+    """A number would be one of the whole structure, or one of its modes."""
+    small = sh.craig_bampton(chain, 4, (0.5, 3), dofs=[9])
+    sector = sh.craig_bampton(plate_sector(4, sh.RayleighDamping(2.0, 1e-5)), 4, (5, 40))
+    for given, force in ((small, sh.PointForce(dof=9)), (sector, sh.EngineOrder(1))):
+        arguments = (4, (1, 2)) if reduce is sh.craig_bampton else (force, (1, 2))
+        with pytest.raises(ValueError, match="expected a whole structure, this one is reduced"):
+            reduce(given, *arguments, dofs=[9])
