@@ -185,7 +185,7 @@ def _stays_sparse(equations: Equations) -> bool:
     first = np.arange(jacobian.size1())
     np.minimum.at(first, rows, columns)
     np.minimum.at(first, columns, rows)
-    return np.sum(np.arange(len(first)) - first) <= jacobian.nnz()
+    return bool(np.sum(np.arange(len(first)) - first) <= jacobian.nnz())
 
 
 @lru_cache(maxsize=32)
