@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 
 from symhbm.balance import ContactStates, HarmonicBalance, check_each, values_at_each
-from symhbm.continuation import ACCEPTED
+from symhbm.continuation import ACCEPTED, newton
 from symhbm.numerics import (
     RADIANS,
     Factorisation,
@@ -26,6 +26,8 @@ _OF_CONTACTS = dict(
     reversals=-1,
 )
 """Results of contacts, and what those have whose law does not tell."""
+_BESIDE = 1e-6
+"""Relative distance of a solution that differs by the round-off of a root."""
 _COUNTS = ("contact_state", "reversals")
 _BATCH = 4000
 """Degrees of freedom and contacts described at once: few calls, bounded memory."""
@@ -50,7 +52,7 @@ def describe_each(
     point, 0 of the parameter at folds, add the slopes of amplitudes by the parameter. ``norms``
     (n_points,) are those of the equations where these are not the balance alone.
     """
-    first, omegas = problems[0], RADIANS * frequencies
+    first, omegas, unknowns = problems[0], RADIANS * frequencies, unknowns.copy()
     size = max(1, _BATCH // (first.n_dof + first.n_contacts))
     batches = [slice(i, i + size) for i in range(0, len(problems), size)]
     parts = [
@@ -129,10 +131,18 @@ def _described(
     machine_code: bool,
     norms: FloatArray | None,
 ) -> Table:
-    """Results at points but the iterations; ``frequencies`` in rad/s."""
+    """Results at points but the iterations; ``frequencies`` in rad/s.
+
+    Solutions at events are corrected where their contacts, once free, do not balance.
+    """
     first, basis = problems[0], problems[0].basis
     norm, located = check_each(problems, unknowns, frequencies, machine_code)
-    norm = norm if norms is None else norms
+    if norms is not None:
+        norm = norms
+    elif (norm > ACCEPTED).any():
+        for i in np.flatnonzero(norm > ACCEPTED):
+            unknowns[i] = _freed(problems[i], unknowns[i], float(frequencies[i]))
+        norm, located = check_each(problems, unknowns, frequencies, machine_code)
     converged = norm <= ACCEPTED
     contacts = results_of_contacts(problems, unknowns, frequencies, located)
     table: Table = dict(
@@ -159,6 +169,13 @@ def _described(
         table[name] = _where(converged, contacts[name], -1)
     flags = dict(converged=converged, contact_model_valid=converged)
     return _of_all_contacts(first, table) | flags | dict(residual_norm=norm)
+
+
+def _freed(problem: HarmonicBalance, unknowns: FloatArray, omega: float) -> FloatArray:
+    """The solution with free contacts beside one whose contacts were held, or that itself."""
+    result = newton(lambda at: problem.evaluate(at, omega), unknowns)
+    beside = np.linalg.norm(result.unknowns - unknowns) <= _BESIDE * np.linalg.norm(unknowns)
+    return result.unknowns if result.converged and beside else unknowns
 
 
 def results_of_contacts(
