@@ -49,6 +49,8 @@ MANY = tuple(range(1, 22, 2))
 """Harmonics of the mode that is compared with the exact one."""
 CHECKED = 9
 """Number of amplitudes at which modes are compared."""
+DRAWN = 181
+"""Number of frequencies at which responses are drawn, beside the points of their paths."""
 ROUND_OFF = 1e-9
 OPTIMUM = 1e-5
 """Of the best load: half of the digits, as damping hardly changes there."""
@@ -254,13 +256,16 @@ def _responses(case: Case, modes: xr.Dataset) -> xr.Dataset:
     for size in case.forces:
         problem = sh.HarmonicBalance(case.model, case.force(size), case.harmonics)
         found = sh.frf(problem, case.band, phase_resonances=True, progress=False, throw=True)
+        # Lines between the points of a path are chords.
+        dense = np.union1d(found.frequency.values, np.linspace(*case.band, DRAWN))
+        drawn = sh.frf(problem, case.band, at=dense, progress=False, throw=True)
         told = sh.synthesised_response(modes, case.force(size))
         at, level = first_peak(found, case.place)
         resonance = found.event_frequency.values[found.event_kind.values == "phase resonance"]
         curve = xr.Dataset(
             {
-                "swept_frequency": ("swept", found.frequency.values),
-                "response": ("swept", first_harmonic(found.coefficient, case.place)),
+                "swept_frequency": ("swept", drawn.frequency.values),
+                "response": ("swept", first_harmonic(drawn.coefficient, case.place)),
                 "peak_frequency": at,
                 "peak_amplitude": level,
                 "told_frequency": told.peak_frequency.item(),
