@@ -78,7 +78,8 @@ def blades(values: xr.DataArray, *, ax: Axes | None = None) -> Figure:
         ax.set_xlabel("contact" if dim == "contact" else "blade")
         step = -(-len(x) // 26)
         labels = values[dim].values if dim in values.coords else x
-        ax.set_xticks(x[::step], labels[::step])
+        size = "medium" if len(x) <= 10 else "small"
+        ax.set_xticks(x[::step], labels[::step], fontsize=size)
         ax.grid(axis="x", visible=False)
         if table[complete].min() < 0 < table[complete].max():
             ax.axhline(0, color="0.3", linewidth=0.8)
