@@ -140,7 +140,7 @@ def _described(
     if norms is not None:
         norm = norms
     elif (norm > ACCEPTED).any():
-        for i in np.flatnonzero(norm > ACCEPTED):
+        for i in np.flatnonzero(norm > ACCEPTED).tolist():
             unknowns[i] = _freed(problems[i], unknowns[i], float(frequencies[i]))
         norm, located = check_each(problems, unknowns, frequencies, machine_code)
     converged = norm <= ACCEPTED

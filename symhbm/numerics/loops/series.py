@@ -255,7 +255,24 @@ def sign_changes_in(
     while count > most:
         noise = max(8 * noise, 1e-16 * size)
         count = _scan(cosine, sine, bound, noise, half, ends, most, angles, rises)
-    return count
+    return _without_pairs(math.pi if half else 2 * math.pi, count, angles, rises)
+
+
+@Loop
+def _without_pairs(period: float, count: int, angles: Any, rises: Any) -> int:
+    """Leave out neighbours closer than counts, whose order is that of round-off."""
+    kept = 0
+    for i in range(count):
+        if kept and angles[i] - angles[kept - 1] <= _CLOSEST:
+            kept -= 1
+        else:
+            angles[kept], rises[kept] = angles[i], rises[i]
+            kept += 1
+    if kept > 1 and angles[0] + period - angles[kept - 1] <= _CLOSEST:
+        kept -= 2
+        for i in range(kept):
+            angles[i], rises[i] = angles[i + 1], rises[i + 1]
+    return kept
 
 
 @Loop

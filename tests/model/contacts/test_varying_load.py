@@ -126,6 +126,25 @@ def test_a_later_start_of_the_period_turns_the_force(motion, shift, load):
     np.testing.assert_allclose(force(basis, both @ motion, values), expected, atol=1e-7)
 
 
+def test_a_contact_that_just_touches_is_not_open():
+    """Two zeros of its load are one but for round-off, in any order."""
+    rng, basis, values = (
+        np.random.default_rng(0),
+        FourierBasis((0, 1, 2)),
+        values_of(1.3, 0.8, 0.4, 0),
+    )
+    for k in range(300):
+        angle = k * np.pi / 2 if k % 2 else rng.uniform(0, 2 * np.pi)
+        noise = 10.0 ** rng.uniform(-200, -9, 2) * rng.choice([-1, 0, 1], 2)
+        tangential = rng.normal(size=5) * (k % 3)
+        touching = [1.0, np.cos(angle), np.sin(angle) + noise[0], noise[1], 0.0]
+        pressed = [1.0 + 1e-7, np.cos(angle), np.sin(angle), 0.0, 0.0]
+        found, near = (
+            force(basis, np.array([*tangential, *normal]), values) for normal in (touching, pressed)
+        )
+        np.testing.assert_allclose(found, near, atol=1e-4)
+
+
 @settings(max_examples=150, deadline=None)
 @given(motion=motions, load=st.floats(-2, 4), friction=st.floats(0, 1))
 def test_friction_dissipates_and_normal_forces_push(motion, load, friction):
