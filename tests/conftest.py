@@ -10,7 +10,6 @@ os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
 
 LONG = (
     "studies/test_studies.py",
-    "docs/test_site.py",
     "house/test_style.py",
     "model/test_planar_friction.py",
     "response/test_random_contacts.py",

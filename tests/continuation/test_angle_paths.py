@@ -150,10 +150,8 @@ def test_no_path_begins_with_located_friction(monkeypatch):
     assert np.all(response.status == str(Status.REACHED_END))
 
 
-@pytest.mark.parametrize(
-    ("band", "n"),
-    [((65, 67), 9), pytest.param((60, 80), 121, marks=pytest.mark.slow)],
-)
+@pytest.mark.slow
+@pytest.mark.parametrize(("band", "n"), [((65, 67), 9), ((60, 80), 121)])
 def test_a_band_in_which_a_contact_reverses_while_it_slips(band, n):
     problem = ring((1, 3)).with_parameters(normal_load=10)
     with pytest.warns(RuntimeWarning, match="reverses while it slips.*followed over"):

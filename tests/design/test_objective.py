@@ -138,6 +138,7 @@ class TestGrid:
     FREQUENCIES = np.linspace(15.0, 23.0, 1601)
     LOADS = np.geomspace(1.0, 10.0, 61)
 
+    @pytest.mark.slow
     def test_no_load_of_a_grid_is_better(self):
         optimum = design(blade(), bounds=NEAR, objective=weighted)
         value = on_a_grid(blade(), self.LOADS, self.FREQUENCIES) + WEIGHT * self.LOADS

@@ -375,6 +375,7 @@ class TestByHand:
 
 
 class TestConstraint:
+    @pytest.mark.slow
     def test_a_mean_that_is_fixed_holds(self, each, fixed):
         assert fixed.design_status.item() == Status.DESIGN_OPTIMAL
         assert fixed.design_value.mean() == pytest.approx(3.0, rel=1e-9)  # required

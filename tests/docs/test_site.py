@@ -15,6 +15,8 @@ import pytest
 import symhbm as sh
 from studies.__main__ import STUDIES, study
 
+pytestmark = pytest.mark.slow
+
 ROOT = Path(__file__).parent.parent.parent
 QUICK = "fig04_hysteresis_loop"
 """A study that takes a second."""

@@ -11,6 +11,7 @@ import xarray as xr
 from closed_forms import OneBlade
 from hypothesis import given
 from hypothesis import strategies as st
+from quick import quick_first
 
 import symhbm as sh
 from studies import fig03_single_blade as fig03
@@ -90,7 +91,7 @@ def test_work_of_the_figures(figure_3, figure_8):
 
 
 @pytest.mark.parametrize("engine_order", range(7))
-@pytest.mark.parametrize("load", [0, 0.5, 1, 2, 10, 100, 1e5])
+@pytest.mark.parametrize("load", quick_first([0, 1, 10, 100, 0.5, 2, 1e5], 4))
 def test_every_resonance_of_the_ring_from_any_start(engine_order, load):
     blade = ring_equivalent(engine_order, load)
     expected = blade.peaks()

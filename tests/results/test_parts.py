@@ -8,6 +8,7 @@ from functools import cache
 import numpy as np
 import pytest
 import xarray as xr
+from quick import quick_first
 
 import symhbm as sh
 from symhbm.continuation.correctors import compiled
@@ -127,7 +128,7 @@ def interrupted(tmp_path):
     return tmp_path / "two.nc"
 
 
-@pytest.mark.parametrize("name", CALLS)
+@pytest.mark.parametrize("name", quick_first(CALLS, 4))
 def test_merged_parts_are_the_archive_of_one_job(name, made, tmp_path):
     parts = [made(name, (k, 2)) for k in (2, 1)]
     with merge(parts, tmp_path / "all") as result:
@@ -195,7 +196,7 @@ DRAWN = {
 
 
 @pytest.mark.parametrize("sampling", ["random", "sobol", "latin_hypercube"])
-@pytest.mark.parametrize("law", DRAWN)
+@pytest.mark.parametrize("law", quick_first(DRAWN, 1))
 def test_samples_are_the_same_whatever_the_parts(law, sampling, tmp_path):
     """Each job draws anew, as it would alone: with correlations, and by every kind of sampling."""
 

@@ -39,11 +39,9 @@ from studies import (
     index,
     laws_and_solvers,
     one_harmonic_validity,
-    open_sector_mistuned,
     optimal_normal_load_engine_orders,
     optimal_normal_load_robust,
     optimal_normal_load_single_blade,
-    pareto_damper_mass,
     switching_angles,
 )
 from studies.__main__ import STUDIES as ALL
@@ -63,6 +61,8 @@ LONG = (
     "underplatform_damper",
     "open_sector_modes",
     "open_sector_contacts",
+    "open_sector_mistuned",
+    "pareto_damper_mass",
     "damping_of_modes",
     "flutter",
     "flutter_limits",
@@ -104,7 +104,6 @@ SMALL = {
             (1,),
         ),
     ),
-    pareto_damper_mass: dict(n_points=3, n_sector=0),
 }
 """Arguments of studies that are run at a part of their points."""
 
@@ -127,8 +126,6 @@ def outcome(tmp_path_factory):
         patch.setattr(laws_and_solvers, "REPEATS", 1)
         patch.setattr(damping_and_localisation, "N_SAMPLES", 3)
         patch.setattr(damping_and_localisation, "NORMAL_LOADS", (1.0, 100.0, 300.0))
-        for name, value in dict(MODES=2, INTERFACE_MODES=4, N_SAMPLES=2).items():
-            patch.setattr(open_sector_mistuned, name, value)
         # A few disks and engine orders do not tell what the claims are weighed by.
         patch.setattr("studies.__main__.unmet_statements", lambda _: [])
         patch.setattr(laws_and_solvers, "cases", lambda: laws()[5:10])

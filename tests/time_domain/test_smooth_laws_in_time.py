@@ -3,6 +3,7 @@
 import casadi as ca
 import numpy as np
 import pytest
+from quick import quick_first
 
 import symhbm as sh
 from symhbm.numerics import RADIANS, unknowns_of
@@ -59,7 +60,7 @@ def unknowns_at(problem, response):
     return unknowns_of(problem.basis, problem.harmonics, coefficient)
 
 
-@pytest.mark.parametrize("name", LAWS)
+@pytest.mark.parametrize("name", quick_first(LAWS, 3))
 def test_the_exact_motion_is_that_of_many_harmonics(name):
     """By shooting; its multipliers are the exponents of Hill's method and those of Floquet."""
     problem, precision = problem_of(name), LAWS[name][-1]

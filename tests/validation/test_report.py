@@ -39,6 +39,7 @@ def outcome(tmp_path_factory):
     return done, folder, pages
 
 
+@pytest.mark.slow
 def test_one_wrong_landmark_is_told_first(outcome):
     done, folder, pages = outcome
     assert done.exit_code == 1
@@ -59,6 +60,7 @@ def test_one_wrong_landmark_is_told_first(outcome):
     assert "comparisons FAILED" in texts[0]
 
 
+@pytest.mark.slow
 def test_pages_are_numbered_and_nothing_leaves_them(outcome):
     _, folder, pages = outcome
     assert (folder / "validation.pdf").read_bytes().startswith(b"%PDF")
@@ -71,6 +73,7 @@ def test_pages_are_numbered_and_nothing_leaves_them(outcome):
             assert box.y1 <= sheet.y1, text
 
 
+@pytest.mark.slow
 def test_what_the_quick_report_holds(outcome):
     done, folder, _ = outcome
     html = (folder / "validation.html").read_text(encoding="utf-8")
@@ -103,6 +106,7 @@ def test_verdicts(found, expected, verdict):
     assert compared("x", found, expected, 1e-6, "s").verdict is verdict
 
 
+@pytest.mark.slow
 def test_errors_fail_and_missing_programs_do_not():
     def wrong():
         raise ArithmeticError("no number")

@@ -222,6 +222,7 @@ def test_archives_and_loops_of_contacts(tmp_path):
 
 
 @pytest.mark.parametrize("condensed", [True, pytest.param(False, marks=pytest.mark.slow)])
+@pytest.mark.slow
 def test_peaks_are_followed_over_parameters(condensed):
     """By second derivatives, which the contacts' phases from wave to wave enter."""
     disk = with_friction(random_disk(6, True))
