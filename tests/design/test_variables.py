@@ -384,6 +384,7 @@ class TestConstraint:
         assert "Held by the constraint" in fixed.certificate.item()
         assert fixed.design_optimality < 1e-8
 
+    @pytest.mark.slow
     def test_no_other_loads_of_that_mean_are_better(self, mistuned, fixed):
         directions = np.array([[1, -1, 0], [1, 0, -1], [0, 1, -1]])
         loads = fixed.design_value.values + 0.03 * np.concatenate([directions, -directions])

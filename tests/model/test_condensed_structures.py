@@ -5,12 +5,12 @@ import time
 import numpy as np
 import pytest
 import scipy.sparse as sp
-from quick import quick_first
 from scipy.linalg import eigh
 from scipy.sparse.linalg import eigsh
 from whole_structure import NEEDS_LONG, whole_response
 
 import symhbm as sh
+from tests.quick import quick_first
 
 EXACT = 1e-8
 needs_long = pytest.mark.skipif(

@@ -7,10 +7,10 @@ import pytest
 from closed_forms import slider_coefficients
 from hypothesis import assume, given, settings
 from hypothesis import strategies as st
-from quick import quick_first
 from scipy.optimize import brentq
 
 import symhbm as sh
+from tests.quick import quick_first
 
 TWO_PI = 2 * np.pi
 PUBLISHED_FOLDS = (1.11558592718198, 1.26753695951261)

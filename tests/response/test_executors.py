@@ -17,6 +17,7 @@ import symhbm as sh
 from symhbm.continuation.correctors import compiled as compiled_corrector
 from symhbm.numerics import machine_code
 from symhbm.response import ensemble
+from tests.quick import quick_first
 
 DISK = sh.bladed_disk(
     3,
@@ -380,7 +381,7 @@ def often(monkeypatch, tmp_path):
     compiled_corrector._programs.cache_clear()
 
 
-@pytest.mark.parametrize("compiler", ["with", "without"])
+@pytest.mark.parametrize("compiler", quick_first(["with", "without"], 1))
 @pytest.mark.parametrize(
     "pool",
     [nullcontext, lambda: ThreadPoolExecutor(3), lambda: processes("spawn")],

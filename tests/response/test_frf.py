@@ -11,13 +11,13 @@ import xarray as xr
 from closed_forms import OneBlade
 from hypothesis import given
 from hypothesis import strategies as st
-from quick import quick_first
 
 import symhbm as sh
 from studies import fig03_single_blade as fig03
 from studies import fig08_engine_orders as fig08
 from symhbm.numerics import check
 from symhbm.results.request import check_grid
+from tests.quick import quick_first
 
 EXACT = json.loads(
     (Path(__file__).parent.parent.parent / "data" / "reference" / "exact_values.json").read_text()
@@ -91,7 +91,7 @@ def test_work_of_the_figures(figure_3, figure_8):
 
 
 @pytest.mark.parametrize("engine_order", range(7))
-@pytest.mark.parametrize("load", quick_first([0, 1, 10, 100, 0.5, 2, 1e5], 4))
+@pytest.mark.parametrize("load", quick_first([1, 10, 0, 100, 0.5, 2, 1e5], 2))
 def test_every_resonance_of_the_ring_from_any_start(engine_order, load):
     blade = ring_equivalent(engine_order, load)
     expected = blade.peaks()

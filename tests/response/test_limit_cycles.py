@@ -4,7 +4,6 @@ import json
 
 import numpy as np
 import pytest
-from quick import quick_first
 from scipy.optimize import brentq, minimize_scalar
 
 import symhbm as sh
@@ -16,6 +15,7 @@ from symhbm.time_domain.event_march import march
 from symhbm.time_domain.linear_motion import LinearMotion
 from symhbm.time_domain.periodic_orbit import state_of
 from tests.published import van_der_pol
+from tests.quick import quick_first
 from tests.reference import STATED
 
 VALUES = dict(mass=1, stiffness=1e4, contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3)

@@ -8,7 +8,6 @@ import warnings
 
 import numpy as np
 import pytest
-from quick import quick_first
 from scipy.optimize import root
 
 import symhbm as sh
@@ -23,6 +22,7 @@ from tests.continuation.test_branch_points import (
     pair,
     pitchforks,
 )
+from tests.quick import quick_first
 
 STIFFENING = 0.06
 """Of the springs between three masses."""

@@ -6,7 +6,7 @@ from random_contacts import random_system
 
 import symhbm as sh
 
-FEW, EXACT, MANY = range(10), range(2), range(200)
+FEW, EXACT, MANY = range(6), range(2), range(200)
 TRUE = (
     sh.Status.REACHED_END,
     sh.Status.OTHER_SOLUTIONS,

@@ -10,7 +10,6 @@ import numpy as np
 import pytest
 import xarray as xr
 from click.testing import CliRunner
-from quick import quick_first
 
 import symhbm as sh
 from studies import fig03_single_blade as fig03
@@ -18,6 +17,7 @@ from studies import fig08_engine_orders as fig08
 from symhbm.cli import main
 from symhbm.response.verification.verify import FIGURES, summary, verify
 from tests.pressed_contact import two_way
+from tests.quick import quick_first
 
 ROOT = Path(__file__).parent.parent.parent
 BLADE = fig03.problem((1, 3)).with_parameters(normal_load=3)

@@ -23,6 +23,7 @@ from symhbm.response import ensemble
 from symhbm.results.archive import from_working_file
 from symhbm.results.archive.working_files import Store, working_file
 from symhbm.results.blocks import consecutive_blocks
+from tests.quick import quick_first
 
 VALUES = dict(
     mass=1.0,
@@ -144,7 +145,7 @@ def assert_archive_of(name, path):
         assert loaded[variable].dtype == saved[variable].dtype, variable
 
 
-@pytest.mark.parametrize("name", CALLS)
+@pytest.mark.parametrize("name", quick_first(CALLS, 6))
 def test_an_interrupted_archive_goes_on(name, tmp_path, monkeypatch):
     """From the file alone it ends as what is computed in memory, and nothing is computed twice."""
     path, size = tmp_path / "x.nc", in_memory(name).status.size

@@ -8,7 +8,6 @@ from functools import cache
 import numpy as np
 import pytest
 import xarray as xr
-from quick import quick_first
 
 import symhbm as sh
 from symhbm.continuation.correctors import compiled
@@ -16,6 +15,7 @@ from symhbm.numerics.machine_code import COMPILER
 from symhbm.response import ensemble
 from symhbm.results.archive import merging, pieces
 from symhbm.results.archive.working_files import working_file
+from tests.quick import quick_first
 
 VALUES = dict(mass=1.0, stiffness=1e4, damping=0.5, friction_coefficient=0.5)
 RING = sh.HarmonicBalance(

@@ -4,12 +4,12 @@ import pickle
 
 import numpy as np
 import pytest
-from quick import quick_first
 from sectors import random_disk, wave, with_friction, with_opening
 from sectors_to_reduce import plate_sector
 
 import symhbm as sh
 from symhbm.response import ensemble
+from tests.quick import quick_first
 
 HARMONICS, BAND, ORDER = (0, 1, 2, 3), (20.0, 28.0), 2
 WIND = {-1: 60 + 30j, 0: 100 + 50j, 1: 30 - 25j}
@@ -80,7 +80,7 @@ def lossy():
 PROBLEMS = [sector, moved, of_two, condensed, turning_sector, turning, reduced, lossy]
 
 
-@pytest.mark.parametrize("make", quick_first(PROBLEMS, 4))
+@pytest.mark.parametrize("make", quick_first(PROBLEMS, 2))
 def test_a_rebuilt_problem_is_the_same_to_the_bit(make, tmp_path):
     problem = make()
     over = {"normal_load": [2.0, 3.0]} if len(problem.model.groups) == 1 else None

@@ -4,9 +4,9 @@ from pathlib import Path
 
 import numpy as np
 import pytest
-from quick import quick_first
 
 from studies import synthesis_error as study
+from tests.quick import quick_first
 
 PAGE = Path(__file__).parent.parent.parent / "docs" / "guide" / "nonlinear-modes.md"
 CASES = {case.name: case for case in study.cases()}

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from quick import quick_first
 
 import symhbm as sh
 from symhbm.continuation import solve_point
@@ -11,6 +10,7 @@ from symhbm.time_domain.floquet import multipliers
 from symhbm.time_domain.motion import exact_motion_of
 from symhbm.time_domain.planar_march import planar_march
 from symhbm.time_domain.planar_motion import PlanarMotion
+from tests.quick import quick_first
 
 MATRICES = np.eye(3), np.diag([2.0, 2.5, 3.0]), np.diag([1e4, 1.21e4, 2.25e4])
 ELLIPSE = sh.HarmonicForce(cosine={1: [10, 0, 6]}, sine={1: [0, 7, 0]})

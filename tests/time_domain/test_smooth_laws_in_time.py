@@ -3,12 +3,12 @@
 import casadi as ca
 import numpy as np
 import pytest
-from quick import quick_first
 
 import symhbm as sh
 from symhbm.numerics import RADIANS, unknowns_of
 from symhbm.time_domain.floquet import multipliers
 from symhbm.time_domain.shooting import shoot
+from tests.quick import quick_first
 
 ALL, ODD = tuple(range(30)), tuple(range(1, 30, 2))
 GAP = {"k": (3e4, "N/m"), "g": (3e-4, "m")}

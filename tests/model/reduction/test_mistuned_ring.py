@@ -5,10 +5,10 @@ import pickle
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
-from quick import quick_first
 from scipy.linalg import eigh
 
 import symhbm as sh
+from tests.quick import quick_first
 from tests.sectors_to_reduce import chain_sector, plane_sector, plate_sector
 
 N = 12
