@@ -49,6 +49,7 @@ PUBLIC = {
     "concurrent.futures._base.Executor": "concurrent.futures.Executor",
     "matplotlib.axes._axes.Axes": "matplotlib.axes.Axes",
     "scipy.sparse._csr.csr_array": "scipy.sparse.csr_array",
+    "pandas.core.frame.DataFrame": "pandas.DataFrame",
     "xarray.core.dataarray.DataArray": "xarray.DataArray",
     "xarray.core.dataset.Dataset": "xarray.Dataset",
     "xr.Dataset": "xarray.Dataset",
