@@ -72,7 +72,19 @@ html_math_renderer = "mathml"
 html_static_path = ["static"]
 html_css_files = ["site.css"]
 html_copy_source = False
-html_sidebars = {page: [] for page in ("theory", "trust", "extending", "architecture")}
+ALONE = (
+    "theory",
+    "trust",
+    "extending",
+    "architecture",
+    "benchmarks",
+    "changelog",
+    "glossary",
+    "validation",
+    "getting-started",
+    "contributing",
+)
+html_sidebars = {page: [] for page in ALONE}
 html_theme_options = {
     "header_links_before_dropdown": 7,
     "navigation_with_keys": False,
