@@ -299,7 +299,13 @@ def own_numbers(name: str, structure: Any, dofs: Any) -> NDArray[np.intp]:
         number = structure.number_of(place)
         if n_sectors is not None or structure.kept is None:
             return number
-        return int(np.flatnonzero(structure.kept == number)[0])
+        own = np.flatnonzero(structure.kept == number)
+        if not own.size:
+            raise ValueError(
+                f"{name}: expected degrees of freedom that are kept, {place!r} is not; those at "
+                "the right interface of a sector have twins at the left one"
+            )
+        return int(own[0])
 
     return np.array(sorted({number(place) for place in dofs}), dtype=np.intp)
 

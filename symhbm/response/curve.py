@@ -293,7 +293,10 @@ class Curve:
         frequencies, solves = np.array(omegas) / RADIANS, [s.solves for s in solutions]
         tangents = np.array([solution.tangents for solution in solutions])
         options = self.request.tells_stability, self.request.machine_code, tangents
-        table = describe_each(problems, unknowns, frequencies, solves, *options)
+        # Angles that another solver found are not to be mended by this one.
+        alone = self.request.angles is not None
+        held = np.array([bool(solution.events) and not alone for solution in solutions])
+        table = describe_each(problems, unknowns, frequencies, solves, *options, held=held)
         slopes = {name: table.pop(name) * self.request.unit for name in SLOPES}
         if self.request.angles is not None:
             for i, pair in enumerate(zip(problems, unknowns, strict=True)):

@@ -3,6 +3,7 @@
 from collections.abc import Sequence
 
 import numpy as np
+from numpy.typing import NDArray
 
 from symhbm.balance import ContactStates, HarmonicBalance, check_each, values_at_each
 from symhbm.continuation import ACCEPTED, newton
@@ -42,6 +43,7 @@ def describe_each(
     machine_code: bool = False,
     tangents: FloatArray | None = None,
     norms: FloatArray | None = None,
+    held: NDArray[np.bool_] | None = None,
 ) -> Table:
     """All results at points with ``unknowns`` (n_points, n_unknowns) [m], one problem each.
 
@@ -50,7 +52,9 @@ def describe_each(
     ``machine_code`` evaluates the equations where there is some. ``tangents`` (n_points, 2,
     n_unknowns + 1), derivatives of unknowns and parameter along the path before and after each
     point, 0 of the parameter at folds, add the slopes of amplitudes by the parameter. ``norms``
-    (n_points,) are those of the equations where these are not the balance alone.
+    (n_points,) are those of the equations where these are not the balance alone. ``held``
+    (n_points,) tells points that were solved with the states of their contacts held: they are
+    corrected where their contacts, once free, do not balance.
     """
     first, omegas, unknowns = problems[0], RADIANS * frequencies, unknowns.copy()
     size = max(1, _BATCH // (first.n_dof + first.n_contacts))
@@ -63,6 +67,7 @@ def describe_each(
             stability,
             machine_code,
             None if norms is None else norms[b],
+            None if held is None else held[b],
         )
         for b in batches
     ]
@@ -130,17 +135,14 @@ def _described(
     stability: bool,
     machine_code: bool,
     norms: FloatArray | None,
+    held: NDArray[np.bool_] | None,
 ) -> Table:
-    """Results at points but the iterations; ``frequencies`` in rad/s.
-
-    Solutions at events are corrected where their contacts, once free, do not balance.
-    """
+    """Results at points but the iterations; ``frequencies`` in rad/s."""
     first, basis = problems[0], problems[0].basis
     norm, located = check_each(problems, unknowns, frequencies, machine_code)
-    if norms is not None:
-        norm = norms
-    elif (norm > ACCEPTED).any():
-        for i in np.flatnonzero(norm > ACCEPTED).tolist():
+    norm = norm if norms is None else norms
+    if held is not None and (off := held & (norm > ACCEPTED)).any():
+        for i in np.flatnonzero(off).tolist():
             unknowns[i] = _freed(problems[i], unknowns[i], float(frequencies[i]))
         norm, located = check_each(problems, unknowns, frequencies, machine_code)
     converged = norm <= ACCEPTED

@@ -316,6 +316,24 @@ def test_a_condensed_ring_agrees(reduced, keep):
     assert_allclose(of_tips, whole.coefficient.values[tips], atol=1e-8 * scale)
 
 
+def test_places_of_a_ring_are_kept_by_name():
+    """Those of the first sector; what is at its right interface moves as the next one's left."""
+    disk = plane_sector(6)
+    ring, force = sh.mistuned_ring(disk), sh.EngineOrder(1, pattern={"4:x": 1.0})
+    small = sh.condense(ring, force, (20, 80), (1,), dofs=["4:x"], progress=False)
+    [place] = np.flatnonzero(ring.kept == disk.number_of("4:x"))
+    assert place in small.dofs
+    right = disk.interfaces.right[0]
+    name = next(
+        f"{node}:{way}"
+        for node in set(disk.structure.places.node)
+        for way in "xy"
+        if disk.number_of(f"{node}:{way}") == right
+    )
+    with pytest.raises(ValueError, match="twins at the left"):
+        sh.condense(ring, force, (20, 80), (1,), dofs=[name], progress=False)
+
+
 def test_structural_damping_of_a_ring():
     disk = plate_sector(4, sh.StructuralDamping(0.02))
     force = sh.EngineOrder(1, pattern={TIP: 1.0}, amplitude=30.0)
