@@ -95,13 +95,17 @@ def _is_semidefinite(scaled: Any) -> bool:
 
 
 def positive_definite(mass: FloatArray) -> FloatArray:
-    """Lower Cholesky factor of a mass matrix; ValueError unless it is positive definite."""
+    """Lower Cholesky factor of a mass matrix.
+
+    LinAlgError, a ValueError, unless it is positive definite: where stability is told unasked, it
+    is unknown, and all else goes on.
+    """
     try:
         factor = np.asarray(np.linalg.cholesky(mass), dtype=float)
     except np.linalg.LinAlgError:
         factor = np.zeros(mass.shape)
     if np.any(factor.diagonal() ** 2 <= _NO_PIVOT * mass.diagonal()):
-        raise ValueError(
+        raise np.linalg.LinAlgError(
             "mass_matrix: expected a positive definite matrix, as every motion needs inertia here; "
             "frf, follow and solve take degrees of freedom without"
         )

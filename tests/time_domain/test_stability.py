@@ -239,3 +239,54 @@ def test_instability_beside_odd_harmonics():
     assert rate > 0.06
     assert float(point.growth_rate) == pytest.approx(rate, rel=1e-2)
     assert int(point.stability) == 0
+
+
+OPENING = {
+    "gap": sh.Gap(normal=(1,), normal_stiffness=2e4, gap=1e-3),
+    "friction": sh.Friction(
+        tangential=(1,),
+        normal=(2,),
+        contact_stiffness=1e4,
+        normal_stiffness=2e4,
+        friction_coefficient=0.4,
+        normal_load=2.0,
+    ),
+    "planar friction": sh.Friction(
+        tangential=(1,),
+        across=(3,),
+        normal=(2,),
+        contact_stiffness=1e4,
+        normal_stiffness=2e4,
+        friction_coefficient=0.4,
+        normal_load=2.0,
+    ),
+}
+
+
+@pytest.mark.parametrize("name", OPENING)
+def test_without_mass_responses_are_the_limit_of_small_masses_and_stability_is_unknown(name):
+    stiffness = np.array(
+        [[2e4, -1e4, -5e3, 0], [-1e4, 1.1e4, 0, 500], [-5e3, 0, 6e3, 0], [0, 500, 0, 8e3]]
+    )
+
+    def problem(mass):
+        structure = np.diag([1, mass, mass, 1]), np.diag([2.0, 0, 0, 2]), stiffness
+        model = sh.Model(*structure, contacts={"contact": OPENING[name]})
+        force = sh.HarmonicForce(cosine={1: [20.0, 0, 0, 5]})
+        return sh.HarmonicBalance(model, force, (0, 1, 2, 3))
+
+    at = np.linspace(14, 18, 9)
+    without = sh.frf(problem(0.0), (14, 18), at=at, throw=True, progress=False)
+    only = ["amplitude"]  # exponents of so small masses take minutes
+    small = sh.frf(problem(1e-9), (14, 18), at=at, keep=only, throw=True, progress=False)
+    assert without.open_fraction.values.max() > 0.01
+    np.testing.assert_allclose(without.amplitude, small.amplitude, rtol=1e-6)
+    assert np.all(without.stability == -1)
+    assert np.all(np.isnan(without.growth_rate))
+    assert sh.solve(problem(0.0), 15.0).converged.all()
+    followed = sh.follow(
+        problem(0.0), "force_amplitude", (0.5, 1), frequency=15.0, throw=True, progress=False
+    )
+    assert followed.force_amplitude[-1] == 1
+    with pytest.raises(ValueError, match="frf, follow and solve take"):
+        sh.periodic_motion(problem(0.0), 15.0)
