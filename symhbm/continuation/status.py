@@ -231,6 +231,11 @@ class Status(StrEnum):
         "followed there, and peaks may be missing; the points are valid; try a narrower band, or "
         "values close to each other in at"
     )
+    PEAK_ON_ISLAND = (
+        "at some values the highest peak is on an island of responses, which frf does not reach "
+        "(peak_on_island tells where); the points are valid; symhbm.follow over the parameter at "
+        "that frequency shows both responses"
+    )
     SURVEY_INCOMPLETE = (
         "some surveys did not reach the end of the band of frequencies, so that peaks may be "
         "missing; try a narrower frequency band, or frf at such a value"

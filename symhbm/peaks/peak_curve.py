@@ -16,6 +16,7 @@ from symhbm.continuation import SolveError, Status
 from symhbm.model import warn_of_doubts
 from symhbm.model.linear import natural_band
 from symhbm.numerics import check
+from symhbm.peaks.islands import Islands
 from symhbm.peaks.peak_rows import results_of, rows_of, status_of
 from symhbm.peaks.survey import Surveyor, sector_of
 from symhbm.peaks.tracking import LeadingBranches, Parameter, UpperEnvelope, upper_envelope
@@ -51,8 +52,10 @@ def peak_curve(
     Parameters
     ----------
     problem
-        What to solve, with located events. Where responses need not be unique, its peaks are those
-        of the branch that starts at the low end of each band, as of `frf`.
+        What to solve, with located events. Where responses need not be unique, surveys see the
+        branch that starts at the low end of each band, as `frf` does. A followed peak may come off
+        it with an island of responses: it is on the curve for as long as it is the highest, and
+        ``peak_on_island`` and ``status`` tell. Islands at all values of ``band`` are not found.
     parameter
         The name of the parameter that moves, for example ``"normal_load"``.
     band
@@ -78,7 +81,8 @@ def peak_curve(
     Dataset along the parameter, ascending: ``peak_amplitude`` [m], ``peak_frequency`` [Hz],
     ``peak_kind`` (smooth, corner, edge, unbounded), ``peak_dof``, ``peak_amplitude_slope`` (its
     exact derivative by the parameter, at an event that of one side, which points right below and
-    above tell apart), ``peak_residual_norm``, ``peak_coefficient`` [m] and ``surveyed``; along
+    above tell apart), ``peak_residual_norm``, ``peak_coefficient`` [m], ``surveyed`` and
+    ``peak_on_island`` (whether `frf` from the low end of the band does not reach it); along
     ``minimum`` the local minima of the curve and what makes them (smooth, exchange, kink, end);
     along ``event`` where another peak takes the lead or the leading one changes its kind.
     ``status`` tells whether surveys agree, and whether the peak is at an end of the band of
@@ -131,10 +135,12 @@ def peak_curve(
         leading.follow([] if grid is None else grid.tolist())
         envelope = _verified_envelope(leading)
         rows = rows_of(leading, envelope, grid)
+        islands = Islands.of(leading, [row.value for row in rows])
     request = Request(
         name=parameter, band=ends, at=np.array([row.value for row in rows]), index=index
     )
-    results, status = results_of(leading, envelope, rows), status_of(leading, envelope, rows)
+    results = results_of(leading, envelope, rows, islands)
+    status = status_of(leading, envelope, rows, islands)
     result = schema.label_peak_curve(problem, request, bands, results, status)
     if throw and result["status"].item() != Status.REACHED_END:
         raise SolveError(result["status"].item(), result)

@@ -8,6 +8,7 @@ from symhbm.continuation import Status
 from symhbm.continuation.between import Peak, PeakKind
 from symhbm.numerics import RADIANS, FloatArray, Table, by_harmonic
 from symhbm.peaks.conditions import Conditions
+from symhbm.peaks.islands import Islands
 from symhbm.peaks.maximum import Maximum, MaximumKind
 from symhbm.peaks.tracking import (
     EnvelopePoint,
@@ -92,7 +93,9 @@ def _surveyed(leading: LeadingBranches, surveyed: SurveyedValue) -> Row:
     return Row.of(value, survey.maxima[0], np.nan)
 
 
-def results_of(leading: LeadingBranches, envelope: UpperEnvelope, rows: list[Row]) -> Table:
+def results_of(
+    leading: LeadingBranches, envelope: UpperEnvelope, rows: list[Row], islands: Islands
+) -> Table:
     """All results by the names of the dataset."""
     problem, name = leading.parameter.problem, leading.parameter.name
     responses = [problem.layout.everywhere(row.unknowns) for row in rows]
@@ -113,18 +116,23 @@ def results_of(leading: LeadingBranches, envelope: UpperEnvelope, rows: list[Row
         "minimum_kind": _kinds(envelope.minima),
         f"event_{name}": _values(envelope.events),
         "event_kind": _kinds(envelope.events),
+        "peak_on_island": islands.at(np.array([row.value for row in rows])),
         "surveyed": np.array([row.value in leading.surveyed for row in rows]),
         "n_sectors": np.int32(1 if symmetry is None else symmetry.n_sectors),
         "n_surveys": np.int32(leading.surveyor.count),
     }
 
 
-def status_of(leading: LeadingBranches, envelope: UpperEnvelope, rows: list[Row]) -> str:
+def status_of(
+    leading: LeadingBranches, envelope: UpperEnvelope, rows: list[Row], islands: Islands
+) -> str:
     """Status sentences for the user."""
     kinds = {row.kind for row in rows}
+    missed = [value for value in envelope.unresolved if not islands.begin_or_end(value)]
     said = {
         Status.SURVEY_INCOMPLETE: leading.incomplete,
-        Status.PEAK_NOT_FOLLOWED: leading.unresolved or envelope.unresolved,
+        Status.PEAK_NOT_FOLLOWED: leading.unresolved or missed,
+        Status.PEAK_ON_ISLAND: islands.there.any(),
         Status.PEAK_UNBOUNDED: PeakKind.UNBOUNDED in kinds or leading.unbounded,
         Status.PEAK_AT_EDGE: MaximumKind.EDGE in kinds,
     } | {s: s in leading.statuses for s in (Status.OTHER_SOLUTIONS, Status.BRANCH_POINTS)}

@@ -60,7 +60,9 @@ def frf(
     Parameters
     ----------
     problem
-        What to solve.
+        What to solve. Where contacts open, normal loads move, springs are cubic or laws are your
+        own, responses need not be unique: islands of them, on no branch from an end of the band,
+        are possible, and not looked for. `symhbm.follow` over a parameter leads onto them.
     frequency
         First and last frequency of the band [Hz]. The response is followed from the first to the
         last, so downwards where the first is the larger.

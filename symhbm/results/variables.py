@@ -118,6 +118,9 @@ VARIABLES = {
     "peak_truncation_error": Variable(
         (), "1", "estimated error of the peak by the harmonics left out, relative"
     ),
+    "peak_on_island": Variable(
+        (), "1", "whether the peak is on an island of responses, off the branch that frf follows"
+    ),
     "peaking_dof": Variable((), "1", "degree of freedom whose peak it is"),
     "sensitivity_status": Variable(
         (), "1", "whether the derivatives of the peak are exact, or why there are none"

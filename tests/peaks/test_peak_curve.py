@@ -336,3 +336,48 @@ def test_friction_over_samples_is_refused():
     sampled = sh.HarmonicBalance(SINGLE.model, SINGLE.excitation, samples=64)
     with pytest.raises(ValueError, match="samples=64: expected a problem with located"):
         curve(sampled)
+
+
+def opening():
+    """A blade whose largest response lies on an island under loads from some 1.631 to 1.665 N."""
+    contact = sh.Friction(
+        tangential=(0,),
+        normal=(1,),
+        contact_stiffness=1e4,
+        normal_stiffness=1.5e4,
+        friction_coefficient=0.5,
+        normal_load=1.64,
+    )
+    stiffness = [[1e4, 3e3], [3e3, 2e4]]
+    blade = sh.Model(np.eye(2), np.diag([2.0, 3]), stiffness, contacts={"contact": contact})
+    force = sh.HarmonicForce(cosine={1: [1, 0]}, sine={1: [0, -0.5]})
+    return sh.HarmonicBalance(blade, force, (0, 1, 2, 3))
+
+
+@pytest.mark.parametrize("at", [None, [1.6, 1.64, 1.66, 1.67, 1.7]])
+def test_peaks_on_islands_are_told(at):
+    problem = opening()
+    peaks = curve(problem, band=(1.5, 1.75), frequency=(10, 25), at=at)
+    assert peaks.status == Status.PEAK_ON_ISLAND
+    there = peaks.normal_load.values[peaks.peak_on_island]
+    assert there.min() > 1.62
+    assert there.max() < 1.6648
+    # Independent of it: what frf reaches at each value, and the island by another parameter.
+    for load in (1.6, 1.64, 1.66, 1.67):
+        at_load = problem.with_parameters(normal_load=load)
+        reached = sh.frf(at_load, (10, 25), progress=False).amplitude.max().item()
+        row = peaks.sel(normal_load=load, method="nearest", tolerance=5e-3)
+        assert bool(row.peak_on_island) == (1.63 < load < 1.6648)
+        assert bool(row.peak_on_island) == (row.peak_amplitude > 1.5 * reached)
+    row = peaks.sel(normal_load=1.64, method="nearest")
+    followed = sh.follow(
+        problem, "normal_load", (1.5, 1.75), frequency=row.peak_frequency.item(), progress=False
+    )
+    crossed = np.abs(followed.normal_load - row.normal_load) < 0.03
+    assert followed.amplitude.values[crossed].max() > 0.97 * row.peak_amplitude
+
+
+def test_between_values_off_an_island_its_ends_are_no_missed_peaks():
+    peaks = curve(opening(), band=(1.5, 1.75), frequency=(10, 25), at=[1.5, 1.75])
+    assert not peaks.peak_on_island.any()
+    assert peaks.status == Status.PEAK_ON_ISLAND
