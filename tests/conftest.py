@@ -3,10 +3,15 @@
 import os
 import sys
 
+import hypothesis
 import pytest
 
 # Before NumPy is imported.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+
+# No test depends on how busy the machine is.
+hypothesis.settings.register_profile("without deadlines", deadline=None)
+hypothesis.settings.load_profile("without deadlines")
 
 LONG = (
     "studies/test_studies.py",

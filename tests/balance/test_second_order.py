@@ -112,7 +112,7 @@ def compiled():
 
 @pytest.mark.parametrize("springs", [False, True], ids=["friction", "cubic"])
 @pytest.mark.parametrize("harmonics", SETS)
-@settings(max_examples=5, deadline=None)
+@settings(max_examples=5)
 @given(seed=st.integers(0, 10**6), share=st.floats(0.02, 0.95))
 def test_hessian_is_the_derivative_of_the_gradient(compiled, harmonics, springs, seed, share):
     problem, second_order = compiled[harmonics, springs]
@@ -202,7 +202,7 @@ def test_contact_without_a_spring():
     assert np.isfinite(found.hessian).all()
 
 
-@settings(max_examples=20, deadline=None)
+@settings(max_examples=20)
 @given(seed=st.integers(0, 10**6), lowest=st.booleans())
 def test_extremes_of_motions(seed, lowest):
     problem = ring((0, 1, 2, 3))

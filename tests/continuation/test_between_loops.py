@@ -12,7 +12,7 @@ from symhbm.continuation.segment import PathState, _measure, measure
 from symhbm.numerics import amplitude_between, cubic_slope
 
 SEEDS = st.integers(0, 2**32 - 1)
-FEW = settings(max_examples=40, deadline=None)
+FEW = settings(max_examples=40)
 
 
 def plain(loop):

@@ -165,7 +165,7 @@ class TestOneBlade:
 
 class TestHomogeneity:
     @given(st.floats(-3, 3).map(lambda power: 10.0**power))
-    @settings(max_examples=4, deadline=None)
+    @settings(max_examples=4)
     def test_load_and_response_go_with_the_force(self, scale):
         bounds = (BEST_LOAD * scale / 3, BEST_LOAD * scale * 3)
         optimum = design(blade(force=scale), bounds=bounds)

@@ -138,7 +138,7 @@ def test_correlation_by_matrix_and_between_parameters():
     assert abs(np.corrcoef(one[:, 3], other[:, 4])[0, 1]) < 5 * 0.0071
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(st.integers(1, 60), st.floats(0.0, 1e6))
 def test_every_correlation_length_is_one(n_blades, length):
     """The kernel is positive semidefinite on every ring: no length is refused."""

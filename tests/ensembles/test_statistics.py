@@ -504,7 +504,7 @@ def test_both_peaks_of_a_split_pair():
 PROBLEMS = {n: sh.HarmonicBalance(ring(n), sh.EngineOrder(1)) for n in (3, 5, 13)}
 
 
-@settings(max_examples=30, deadline=None)
+@settings(max_examples=30)
 @given(
     st.sampled_from(list(PROBLEMS)),
     st.integers(0, 2**32),

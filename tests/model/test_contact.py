@@ -56,7 +56,7 @@ def test_minor_loop():
     assert 1 - found.stick_fraction[0] == pytest.approx(case["slip_fraction"], abs=1e-12)
 
 
-@settings(deadline=None, max_examples=300)
+@settings(max_examples=300)
 @given(
     seed=st.integers(0, 2**32 - 1),
     harmonics=st.sampled_from(HARMONICS),

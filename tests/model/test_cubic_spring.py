@@ -298,7 +298,7 @@ def test_a_cusp(cubic, share, down):
         np.testing.assert_allclose(np.sort(folds_of(curve, "force_amplitude")), expected, rtol=1e-9)
 
 
-@settings(max_examples=25, deadline=None)
+@settings(max_examples=25)
 @given(
     damping_ratio=st.floats(0.003, 0.2),
     bend=st.floats(-0.2, 4).filter(lambda bend: abs(bend) > 1e-3),

@@ -65,7 +65,7 @@ def drawn(basis, rng, kind):
     return wave
 
 
-@settings(deadline=None, max_examples=80)
+@settings(max_examples=80)
 @given(
     seed=st.integers(0, 2**32 - 1),
     harmonics=st.sampled_from(SETS),
@@ -97,7 +97,7 @@ def test_agrees_with_dense_samples(seed, harmonics, kind, share):
         assert found.reversals[0] == reversals
 
 
-@settings(deadline=None, max_examples=60)
+@settings(max_examples=60)
 @given(st.floats(-17, -0.01), st.floats(0, 2 * np.pi), st.sampled_from([(1, 3), (0, 1, 2)]))
 def test_one_harmonic_among_others_has_its_closed_form(decades, phase, harmonics):
     """Down to stretches of stick that differences of displacements no longer resolve."""

@@ -14,7 +14,7 @@ from symhbm.numerics import FourierBasis
 from tests.stored.problems import case
 
 # Every first use compiles the loops for a minute; the examples of a property are not to blame.
-QUIET = settings(max_examples=30, deadline=None, derandomize=True)
+QUIET = settings(max_examples=30, derandomize=True)
 KINDS = {
     "constant": sh.PlanarFriction("constant"),
     "load": sh.PlanarFriction(),

@@ -371,7 +371,7 @@ def test_the_least_number_of_samples(harmonics):
             locate_sampled(basis, bad * wave, one, one, samples=64)
 
 
-@settings(deadline=None, max_examples=200)
+@settings(max_examples=200)
 @given(
     seed=st.integers(0, 2**32 - 1),
     order=st.integers(1, 20),

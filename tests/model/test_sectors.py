@@ -199,7 +199,7 @@ TUNED_BLADE = dict(
 )
 
 
-@settings(max_examples=40, deadline=None)
+@settings(max_examples=40)
 @given(
     n_sectors=st.integers(3, 9),
     order=st.integers(-20, 20),

@@ -76,7 +76,7 @@ def test_many_pairs_at_once():
         np.testing.assert_allclose(rates, cubic_slope(*ends)[..., :4], rtol=1e-13, atol=1e-14)
 
 
-@settings(max_examples=60, deadline=None)
+@settings(max_examples=60)
 @example(seed=2920)
 @given(seed=st.integers(0, 2**32 - 1))
 def test_amplitudes_between_two_points(seed):

@@ -274,7 +274,7 @@ blades = st.builds(
 )
 
 
-@settings(deadline=None, max_examples=25)
+@settings(max_examples=25)
 @given(blades)
 def test_closed_form_optimum_is_the_lowest_peak(blade):
     """It is the peak at its slip limit, and a search over slip limits ends there."""
@@ -292,7 +292,7 @@ def test_closed_form_optimum_is_the_lowest_peak(blade):
     assert np.exp(found.x) == pytest.approx(limit, rel=1e-5)
 
 
-@settings(deadline=None, max_examples=25)
+@settings(max_examples=25)
 @given(blades)
 def test_closed_form_optimum_without_damping(blade):
     none = replace(blade, damping=0.0)

@@ -637,7 +637,7 @@ def polynomial(roots):
 
 
 @given(st.lists(st.floats(0.01, 0.99), min_size=0, max_size=5), st.floats(1.1, 3.0))
-@settings(max_examples=200, deadline=None)
+@settings(max_examples=200)
 def test_every_change_of_sign_is_found(roots, outside):
     """A root of a cluster of five is known to a fifth root of round-off, 1e-3."""
     powers = polynomial([*sorted(roots), outside])

@@ -113,7 +113,7 @@ numbers = st.floats(-3, 3, allow_subnormal=False)
 motions = st.lists(numbers, min_size=10, max_size=10).map(np.array)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(motion=motions, shift=st.floats(0, 6.28), load=st.floats(-2, 4))
 def test_a_later_start_of_the_period_turns_the_force(motion, shift, load):
     basis, values = FourierBasis((0, 1, 2)), values_of(1.3, 0.8, 0.4, load)
@@ -145,7 +145,7 @@ def test_a_contact_that_just_touches_is_not_open():
         np.testing.assert_allclose(found, near, atol=1e-4)
 
 
-@settings(max_examples=150, deadline=None)
+@settings(max_examples=150)
 @given(motion=motions, load=st.floats(-2, 4), friction=st.floats(0, 1))
 def test_friction_dissipates_and_normal_forces_push(motion, load, friction):
     basis, values = FourierBasis((0, 1, 2)), values_of(1.3, 0.8, friction, load)
