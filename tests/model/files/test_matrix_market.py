@@ -101,3 +101,60 @@ def test_other_formats_say_what_to_do(tmp_path, name, words):
         sh.read_structure(tmp_path / name)
     with pytest.raises(TypeError, match="path=3"):
         sh.read_structure(3)
+
+
+def scalar(folder, stiffness, field="real", symmetry="general"):
+    """A mass of 2.5 kg on a spring, whose file is written by hand."""
+    head = f"%%MatrixMarket matrix coordinate {field} {symmetry}\n% by hand\n"
+    (folder / "one_stiffness.mtx").write_text(f"{head}1 1 1\n{stiffness}\n")
+    mmwrite(folder / "one_mass.mtx", sp.coo_array([[2.5]]))
+    return folder / "one_stiffness.mtx"
+
+
+@pytest.mark.parametrize("written", ["3.0D+08", "3.0d8", "3.0+008", "  3.E8 "])
+def test_exponents_as_fortran_writes_them(tmp_path, written):
+    model = sh.read_structure(scalar(tmp_path, f"1 1 {written}"))
+    assert model.stiffness_matrix.toarray().tolist() == [[3e8]]
+    small = sh.read_structure(scalar(tmp_path, "1 1 300000.0D-003"))
+    assert small.stiffness_matrix.toarray().tolist() == [[300.0]]
+
+
+@pytest.mark.parametrize(
+    ("line", "field", "words"),
+    [
+        (
+            "1 1 12345,678",
+            "real",
+            r"line 4: expected two places and one number, got '1 1 12345,678'",
+        ),
+        ("1 1 3.0 4.0", "real", "line 4: expected two places and one number"),
+        ("1 1 1.2.3", "real", "line 4"),
+        ("1 1 1e5e3", "real", "line 4"),
+        ("1 1 nan", "real", "line 4"),
+        ("1 1", "real", "line 4"),
+        ("1.5 1 2.0", "real", "line 4"),
+        ("1 1", "pattern", "line 1: expected .* got 'matrix coordinate pattern general'"),
+        ("1 1 3.0 0.0", "complex", "line 1: .* export real numbers"),
+    ],
+)
+def test_lines_that_are_no_real_entries(tmp_path, line, field, words):
+    with pytest.raises(ValueError, match=words):
+        sh.read_structure(scalar(tmp_path, line, field))
+
+
+@pytest.mark.parametrize("symmetry", ["symmetric", "skew-symmetric"])
+def test_symmetric_files_hold_one_half(tmp_path, symmetry):
+    path = write(tmp_path)
+    for kind in KINDS:
+        whole = tmp_path / f"rod_{kind}.mtx"
+        whole.write_text(whole.read_text().replace("general", symmetry, 1))
+    with pytest.raises(ValueError, match="entries on both sides of the diagonal"):
+        sh.read_structure(path)
+
+
+def test_upper_halves_are_mirrored(tmp_path):
+    for kind, matrix in zip(KINDS, rods.matrices(), strict=True):
+        path = tmp_path / f"rod_{kind}.mtx"
+        mmwrite(path, sp.triu(matrix), symmetry="general")
+        path.write_text(path.read_text().replace("general", "symmetric", 1))
+    assert rods.same(rods.read(tmp_path / "rod_mass.mtx"))
