@@ -18,7 +18,7 @@ from symhbm.model.files.contents import Contents, sparse, told
 HEAD = b"%%MatrixMarket"
 _NUMBER = rb"-?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
 _FORTRAN = re.compile(rb"(?<=[\d.])(?:[dD]([+-]?)|([+-]))(?=\d)")
-"""An exponent as Fortran writes it: ``3.0D+08``, or ``3.0+108`` where three digits need the room."""
+"""Exponents as Fortran writes them: ``3.0D+08``, and ``3.0+108``, three digits without a letter."""
 _PLACE = rb"\d+[ \t]+\d+[ \t]+"
 
 
@@ -55,7 +55,7 @@ def _matrix(content: bytes) -> Any:
             f"{other.group().decode(errors='replace').strip()!r}"
         )
     if words[4] != "general" and place:
-        every = mmread(BytesIO(b" ".join([*head.split()[:4], b"general\n"]) + sizes + entries))
+        every: Any = mmread(BytesIO(b" ".join([*head.split()[:4], b"general\n"]) + sizes + entries))
         beyond = np.sign(every.row - every.col)
         if {-1, 1} <= {*beyond.tolist()}:
             raise ValueError(
