@@ -64,23 +64,37 @@ class Influence:
         self.distances = np.array(distances, dtype=np.intp)
         self.stiffness: Any = values.real
         self.damping: Any = values.imag / omega
+        self._n_waves: int | None = None
 
     @classmethod
     def by_nodal_diameter(cls, shape: Any, coefficients: Any, frequency: float) -> Self:
         """The same from ``sum_k L_k exp(-i k n phi)`` of the waves n = 0 to N - 1, (N,) [N/m].
 
-        Waves above N / 2 are those of the other sense.
+        Waves above N / 2 are those of the other sense. ValueError by `symhbm.Sector` where N is
+        not its number of sectors.
         """
         waves = _complex("coefficients", coefficients)
         if waves.ndim != 1:
             raise ValueError("coefficients: expected one per nodal diameter, 0 to N - 1")
-        return cls(shape, dict(enumerate(np.fft.ifft(waves))), frequency)
+        influence = cls(shape, dict(enumerate(np.fft.ifft(waves))), frequency)
+        influence._n_waves = len(waves)
+        return influence
 
-    def along(self, number_of: Any, n_dof: int) -> Coupling:
-        """The forces by numbers of the ``n_dof`` degrees of freedom of a sector."""
+    def along(self, number_of: Any, n_dof: int, n_sectors: int) -> Coupling:
+        """The forces by numbers of the ``n_dof`` degrees of freedom of one of ``n_sectors``."""
+        if self._n_waves not in (None, n_sectors):
+            raise ValueError(
+                f"coefficients: expected one for each of the waves 0 to {n_sectors - 1} of "
+                f"{n_sectors} sectors, got {self._n_waves}"
+            )
         if isinstance(self.shape, dict):
             dofs = [number_of(place) for place in self.shape]
             weights = np.array([*self.shape.values()])
+        elif len(self.shape) != n_dof:
+            raise ValueError(
+                f"shape: expected one weight for each of the {n_dof} degrees of freedom of the "
+                f"sector, got {len(self.shape)}; {{place: weight}} tells a few"
+            )
         else:
             dofs, weights = np.flatnonzero(self.shape).tolist(), self.shape[self.shape != 0]
         if len(dofs) > LARGEST:

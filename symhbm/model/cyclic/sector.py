@@ -288,7 +288,8 @@ class Sector(PolynomialStructure):
         for influence in influences:
             if not isinstance(influence, Influence):
                 raise TypeError(f"influences={check.shown(influence)}: expected symhbm.Influence")
-        couplings = (each.along(self.number_of, self._n_numbered) for each in influences)
+        whole = self.number_of, self._n_numbered, self.n_sectors
+        couplings = (each.along(*whole) for each in influences)
         return self._changed(influences=tuple(map(self.coupling_felt, couplings)), _waves={})
 
     def coupling_felt(self, coupling: Coupling) -> Coupling:

@@ -116,8 +116,19 @@ def test_what_is_no_influence_is_refused(arguments, error, words):
 def test_a_shape_is_one_of_the_sector():
     with pytest.raises(ValueError, match="shape"):
         disk().with_influences(sh.Influence(np.ones(4), {0: 1.0}, 30))
+    # Short and long ones, of zeros as well, are of another sector.
+    for shape in ([1.0, 0.5], [1.0, 0.5, 0.0, 0.0], [1.0]):
+        with pytest.raises(ValueError, match=f"each of the 3 .* got {len(shape)}; {{place"):
+            disk().with_influences(sh.Influence(shape, {0: 1.0}, 30))
     with pytest.raises(TypeError, match="influences"):
         disk().with_influences({0: 1.0})
+
+
+@pytest.mark.parametrize("count", [N - 1, N + 1, 2 * N, 1])
+def test_waves_are_as_many_as_sectors(count):
+    influence = sh.Influence.by_nodal_diameter(SHAPE, np.ones(count), FREQUENCY)
+    with pytest.raises(ValueError, match=f"waves 0 to {N - 1} of {N} sectors, got {count}"):
+        disk().with_influences(influence)
 
 
 @pytest.mark.filterwarnings("ignore:is this what was meant")
