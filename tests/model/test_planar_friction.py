@@ -9,6 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import symhbm as sh
+from symhbm.model.contacts import marched
 from symhbm.model.contacts.planar import batch
 from symhbm.numerics import FourierBasis
 from tests.stored.problems import case
@@ -644,3 +645,29 @@ def test_many_contacts_are_each_their_own():
     parts = located.details.split(2)
     np.testing.assert_array_equal(parts[1].figures, located.details.figures[3:])
     assert parts[0].figures.shape[1] == batch.SLIP_DISTANCE + 1
+
+
+@pytest.mark.parametrize("kind", ["constant", "load"])
+def test_marches_beside_the_onset_of_slip_know_their_error(kind):
+    """Laps settle slowly there: a hundred of them leave half of a slip that is not there."""
+    law, basis, rng = KINDS[kind], FourierBasis((0, 1, 2, 3)), np.random.default_rng(1)
+    tight = 0
+    for _ in range(8):
+        motion = random_motion(rng, basis, len(law.directions))
+        motion[2:] *= 0.3
+        ends = np.array([1e-2, 2e2])
+        for _ in range(40):
+            middle = np.sqrt(ends.prod())
+            slips = force_of(law, basis, motion, values_of(law, load=middle))[1].states[0, 0]
+            ends[0 if slips else 1] = middle
+        for share in (1e-8, 1e-5, 1e-3, 3e-2):
+            values = values_of(law, load=ends[1] * (1 - share))
+            both = marched(law, basis, motion.reshape(1, -1), 1.0, values)
+            assert both is not None
+            found, error = both
+            known = figures_of(law, basis, motion, values)["dissipation"]
+            scale = ends[1] * np.abs(motion[:2]).sum()
+            # Within the bound of `verify`: samples miss a slip that is shorter than their spacing.
+            assert abs(found.dissipation[0] - known) <= error.dissipation[0] + 1e-6 * scale
+            tight += error.dissipation[0] < 1e-3 * scale
+    assert tight > 24

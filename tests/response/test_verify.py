@@ -18,6 +18,7 @@ from symhbm.cli import main
 from symhbm.response.verification.verify import FIGURES, summary, verify
 from tests.pressed_contact import two_way
 from tests.quick import quick_first
+from tests.random_contacts import random_system
 
 ROOT = Path(__file__).parent.parent.parent
 BLADE = fig03.problem((1, 3)).with_parameters(normal_load=3)
@@ -405,3 +406,18 @@ def test_contacts_that_open_are_marched():
         damaged[name] *= 1.01
         wrong = verify(damaged, points=3, exact="none", progress=False)
         assert wrong.contact_mismatch.max() > 1e-3
+
+
+def test_structures_without_contacts_pass():
+    linear = sh.HarmonicBalance(sh.Model([[1.0]], [[0.5]], [[1e4]]), sh.PointForce())
+    verified = verify(sh.frf(linear, (10, 15), progress=False), exact="none", progress=False)
+    assert report(verified)["passed"]
+    assert verified.energy_error.max() < 1e-9
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [4, 5, 6, 17, 23, 28, 38])
+def test_contacts_that_begin_to_touch_pass(seed):
+    problem, band = random_system(seed)
+    response = sh.frf(problem, band, progress=False)
+    assert report(verify(response, exact="none", progress=False))["passed"]

@@ -264,7 +264,8 @@ def _work_of_contacts(
         at = motion, frequency, problem.contacts.values_of(group)
         force = group.law.forces(problem.basis, states.groups[group.name], *at)
         turned = problem.basis.derivative_matrix.T / problem.basis.norm
-        rate = motion.reshape(group.n, -1, problem.basis.n_components) @ turned
+        shape = group.n, len(group.law.directions), problem.basis.n_components
+        rate = motion.reshape(shape) @ turned
         result[group.contacts] += np.abs(force.reshape(rate.shape) * rate).sum(axis=(1, 2))
     return result
 
