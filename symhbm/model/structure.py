@@ -380,11 +380,20 @@ class Structure(ABC):
         return all(np.isfinite(values).all() for values in self._over_groups("stiffest"))
 
     @property
+    def stiffest_springs(self) -> FloatArray:
+        """Largest stiffness that contacts may have, where that has a bound, (n_rows,) [N/m]."""
+        return self._along_rows([each[:, None] for each in self._over_groups("stiffest")])
+
+    @property
     def stuck_springs(self) -> FloatArray:
-        """Largest stiffness of the contacts that have one, (n_rows,) [N/m]."""
+        """Stiffness along displacements with contacts stuck and closed, (n_rows,) [N/m]."""
+        return self._along_rows(self._over_groups("stuck_stiffness"))
+
+    def _along_rows(self, of_groups: Sequence[FloatArray]) -> FloatArray:
         result = np.zeros(len(self.row_ends))
-        for group, stiffest in zip(self.groups, self._over_groups("stiffest"), strict=True):
-            np.add.at(result, group.rows, np.where(np.isfinite(stiffest), stiffest, 0.0)[:, None])
+        for group, stiffness in zip(self.groups, of_groups, strict=True):
+            finite = np.where(np.isfinite(stiffness), stiffness, 0.0)
+            np.add.at(result, group.rows, np.broadcast_to(finite, group.rows.shape))
         return result
 
     @property

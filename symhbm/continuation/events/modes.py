@@ -136,7 +136,7 @@ class Reduced:
     """Matrices, contact directions and force in coordinates of unit mass.
 
     ``inverse`` transforms to these coordinates: ``inverse @ mass @ inverse^H`` is the unit matrix.
-    ``bounded`` tells whether contacts have a largest stiffness, ``stuck_springs``. ``rows`` are
+    ``bounded`` tells whether contacts have a largest stiffness, ``stiffest_springs``. ``rows`` are
     those of all other matrices, one below the other: damping, adjoints of directions, of
     ``inverse`` and of the force.
     """
@@ -145,7 +145,7 @@ class Reduced:
     damping: NDArray
     springs: NDArray
     force: NDArray
-    stuck_springs: FloatArray
+    stiffest_springs: FloatArray
     inverse: NDArray
     bounded: bool
     rows: NDArray
@@ -155,7 +155,7 @@ class Reduced:
         """The highest natural frequency with all contacts stuck [rad/s]; infinite without bound."""
         if not self.bounded:
             return np.inf
-        stuck = self.stiffness + (self.springs * self.stuck_springs) @ self.springs.conj().T
+        stuck = self.stiffness + (self.springs * self.stiffest_springs) @ self.springs.conj().T
         return float(np.sqrt(np.linalg.eigvalsh(stuck)[-1]))
 
 
@@ -183,12 +183,12 @@ def _reduced(problem: HarmonicBalance, wave: int) -> Reduced:
     shape = np.hstack([shapes[power][: problem.n_dof] for power in sorted(shapes)])
     springs = scaled(directions.conj().T)
     force = scaled(problem.excitation.amplitude * shape)
-    stuck_springs = problem.model.stuck_springs
+    stiffest_springs = problem.model.stiffest_springs
     if problem.symmetry is not None:
-        stuck_springs = stuck_springs[problem.model.rows_of(problem.symmetry.contacts)]
+        stiffest_springs = stiffest_springs[problem.model.rows_of(problem.symmetry.contacts)]
     bounded = problem.model.bounded
     rows = np.vstack([damping, *(part.conj().T for part in (springs, inverse, force))])
-    return Reduced(stiffness, damping, springs, force, stuck_springs, inverse, bounded, rows)
+    return Reduced(stiffness, damping, springs, force, stiffest_springs, inverse, bounded, rows)
 
 
 def _columns(problem: HarmonicBalance, harmonic: int) -> list[int]:

@@ -334,6 +334,13 @@ class ContactLaw(ABC):
         """Largest stiffness (n,) [N/m] that contacts may have, infinite without bound."""
         return np.full(len(next(iter(values.values()))), np.inf)
 
+    def stuck_stiffness(self, values: Values) -> FloatArray:
+        """Stiffness (n, n_directions) [N/m] along each direction of contacts that stay as they are.
+
+        They neither slip nor open, and gaps are closed. Infinite where it has no bound.
+        """
+        return np.repeat(self.stiffest(values)[:, None], len(self.directions), axis=1)
+
     def event_variables(self, motion: Any, frequency: Any, values: Values) -> Any:
         """What the events of one contact move with, as a CasADi expression (v).
 

@@ -42,7 +42,7 @@ def natural_band(models: Sequence[Structure]) -> tuple[float, float]:
 def _extremes(model: Structure) -> tuple[float, float]:
     """Lowest natural frequency that is not zero and highest one [Hz]."""
     directions = model.directions
-    springs = directions.T @ sp.diags_array(model.stuck_springs) @ directions
+    springs = directions.T @ sp.diags_array(model.stiffest_springs) @ directions
     stuck = model.stiffness_matrix + springs
     try:
         free = _squares(model.stiffness_matrix, model.mass_matrix)

@@ -189,7 +189,7 @@ def _modes(
     corrected to first order for each harmonic.
     """
     springs = structure.springs
-    stiffness = structure.stuck_springs[:, None] * share
+    stiffness = structure.stiffest_springs[:, None] * share
     mean = stiffness.mean(axis=1)
     squares, vectors = np.linalg.eigh(structure.stiffness + (springs * mean) @ springs.conj().T)
     travel = springs.conj().T @ vectors

@@ -66,7 +66,7 @@ def campbell(
         Number of modes at the first speed, from the lowest, that are followed; None for 5, or all
         of a smaller structure.
     stuck
-        With contacts stuck, as springs; without they are open.
+        With contacts stuck and closed, as springs, see `natural_modes`; without they are open.
 
     Returns
     -------

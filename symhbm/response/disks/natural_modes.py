@@ -32,7 +32,8 @@ def natural_modes(
         How many, from the lowest; None for 10, or all of a smaller structure. Above some 500
         degrees of freedom they are computed by shift and invert, from a sparse factorisation.
     stuck
-        With the contacts stuck, as springs of their stiffness; without they are open.
+        With the contacts stuck and closed, gaps too: springs of their stiffness along each of their
+        directions. Without they are open.
 
     Returns
     -------

@@ -114,3 +114,27 @@ def test_what_is_no_wave_says_so():
     assert massless.sizes["mode"] == disk.structure.n_dof - 1
     several = sh.natural_modes(disk, [1, 12], count=1)
     assert several.frequency.values.round(3).ravel().tolist() == [169.344, 195.676]
+
+
+@pytest.mark.parametrize("across", [None, (1,)])
+def test_stuck_contacts_have_a_stiffness_along_each_direction(across):
+    shroud = sh.Friction(
+        tangential=(0,),
+        across=across,
+        normal=(2,),
+        contact_stiffness=3e3,
+        normal_stiffness=8e3,
+        friction_coefficient=0.4,
+        normal_load=2.0,
+    )
+    stop = sh.Gap(normal=(0,), normal_stiffness=5e2, gap=1e-3)
+    stiffness = np.array([[1e4, 2e3, 1e3], [2e3, 2e4, 5e2], [1e3, 5e2, 3e4]])
+    contacts = {"shroud": shroud, "stop": stop}
+    model = sh.Model(np.eye(3), np.eye(3), stiffness, contacts=contacts)
+    springs = [3e3 + 5e2, 3e3 if across else 0, 8e3]
+    known = np.sqrt(np.linalg.eigvalsh(stiffness + np.diag(springs))) / (2 * np.pi)
+    found = sh.natural_modes(model, stuck=True).frequency.values.ravel()
+    np.testing.assert_allclose(found, known, rtol=1e-12)
+    turning = sh.RotatingModel(model, {0: stiffness, 1000: stiffness})
+    diagram = sh.campbell(turning, [0, 1000], count=3, stuck=True).frequency.values
+    assert all(np.isclose(diagram, each, rtol=1e-9).any() for each in known)

@@ -360,6 +360,10 @@ class PlanarFriction(NormalLaw):
         """The stiffer spring's."""
         return self.physical(1.0, values)[:, :2].max(axis=1)
 
+    def stuck_stiffness(self, values: Values) -> FloatArray:
+        """Each spring's, the tangential one along both directions."""
+        return self.physical(1.0, values)[:, [0, 0, 1][: len(self.directions)]]
+
     def released(self) -> dict[str, float]:
         """Without friction contacts slide freely."""
         return {"friction_coefficient": 0.0}

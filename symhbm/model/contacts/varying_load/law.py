@@ -254,6 +254,11 @@ class VariableLoadFriction(NormalLaw):
         """The stiffer spring's."""
         return np.maximum(values["contact_stiffness"], values["normal_stiffness"]).astype(float)
 
+    def stuck_stiffness(self, values: Values) -> FloatArray:
+        """Each spring's."""
+        names = "contact_stiffness", "normal_stiffness"
+        return np.stack([np.asarray(values[name], dtype=float) for name in names], axis=1)
+
     def released(self) -> dict[str, float]:
         """Without friction contacts slide freely."""
         return {"friction_coefficient": 0.0}
