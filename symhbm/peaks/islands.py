@@ -29,17 +29,22 @@ class Islands:
 
     @classmethod
     def of(cls, leading: LeadingBranches, wanted: list[float]) -> "Islands":
-        """Told at all surveyed values, and between two that differ by halves of those wanted."""
-        if leading.parameter.problem.single_valued:
-            return cls(np.array([leading.parameter.low]), np.array([False]))
+        """Told at all surveyed values, and by halves between two that differ.
+
+        Those end where none wanted lies between and the island begins or ends within `_BESIDE`.
+        """
+        parameter = leading.parameter
+        if parameter.problem.single_valued:
+            return cls(np.array([parameter.low]), np.array([False]))
         told = {value: _on_island(leading, at) for value, at in sorted(leading.surveyed.items())}
         for (low, first), (high, last) in pairwise(list(told.items())):
-            inside = [value for value in wanted if low < value < high]
-            while inside and first != last:
-                middle = len(inside) // 2
-                value = inside[middle]
-                told[value] = _on_island(leading, leading.survey([value])[0])
-                inside = inside[middle + 1 :] if told[value] == first else inside[:middle]
+            while first != last:
+                inside = [value for value in wanted if low < value < high]
+                if not inside and high - low <= _BESIDE * abs(high):
+                    break
+                middle = inside[len(inside) // 2] if inside else parameter.value(low, high, 0.5)
+                told[middle] = _on_island(leading, leading.survey([middle])[0])
+                low, high = (middle, high) if told[middle] == first else (low, middle)
         values = sorted(told)
         return cls(np.array(values), np.array([told[value] for value in values]))
 

@@ -55,7 +55,8 @@ def peak_curve(
         What to solve, with located events. Where responses need not be unique, surveys see the
         branch that starts at the low end of each band, as `frf` does. A followed peak may come off
         it with an island of responses: it is on the curve for as long as it is the highest, and
-        ``peak_on_island`` and ``status`` tell. Islands at all values of ``band`` are not found.
+        ``peak_on_island`` and ``status`` tell, by the surveys on both sides. Islands that are apart
+        at all values of ``band`` are not found.
     parameter
         The name of the parameter that moves, for example ``"normal_load"``.
     band

@@ -5,6 +5,7 @@ from contextlib import contextmanager
 from pathlib import Path
 from typing import Any, NamedTuple
 
+import numpy as np
 import scipy.sparse as sp
 
 from symhbm.model.places import Places
@@ -84,4 +85,7 @@ def sparse(name: str, value: Any) -> Any:
             f"{name}: expected a square matrix of real numbers, got shape {value.shape}, "
             f"{value.dtype}"
         )
-    return sp.csc_array(value, dtype=float)
+    matrix = sp.csc_array(value, dtype=float)
+    if not np.isfinite(matrix.data).all():
+        raise ValueError(f"{name}: expected finite numbers, some are too large or none")
+    return matrix

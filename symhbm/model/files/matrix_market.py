@@ -17,8 +17,8 @@ from symhbm.model.files.contents import Contents, sparse, told
 
 HEAD = b"%%MatrixMarket"
 _NUMBER = rb"-?(?:\d+\.?\d*|\.\d+)(?:[eE][+-]?\d+)?"
-_FORTRAN = re.compile(rb"(?<=[\d.])(?:[dD]([+-]?)|([+-]))(?=\d)")
-"""Exponents as Fortran writes them: ``3.0D+08``, and ``3.0+108``, three digits without a letter."""
+_FORTRAN = re.compile(rb"(?<=[\d.])[dD](?=[+-]?\d)|(?<=\d)(\.\d*)(?=[+-]\d{2,3}(?!\S))")
+"""Where exponents of Fortran have no ``e``: ``3.0D+08``, and ``3.0+108`` after a decimal point."""
 _PLACE = rb"\d+[ \t]+\d+[ \t]+"
 
 
@@ -43,7 +43,7 @@ def _matrix(content: bytes) -> Any:
     begin = re.search(rb"^(?!%)(?=[^\n]*\S)[^\n]*\n?", rest, re.MULTILINE)
     if begin is None:
         raise ValueError("the file ends before the size of the matrix")
-    sizes, entries = rest[: begin.end()], _FORTRAN.sub(rb"e\1\2", rest[begin.end() :])
+    sizes, entries = rest[: begin.end()], _FORTRAN.sub(rb"\1e", rest[begin.end() :])
     place = _PLACE if words[2] == "coordinate" else b""
     line = rb"[ \t]*" + place + _NUMBER + rb"[ \t]*\r?$"
     other = re.search(rb"^(?!" + line + rb")(?=[^\n]*\S)[^\n]*", entries, re.MULTILINE)

@@ -111,7 +111,7 @@ def scalar(folder, stiffness, field="real", symmetry="general"):
     return folder / "one_stiffness.mtx"
 
 
-@pytest.mark.parametrize("written", ["3.0D+08", "3.0d8", "3.0+008", "  3.E8 "])
+@pytest.mark.parametrize("written", ["3.0D+08", "3.0d8", "3.0+008", "3.0+08", "3.+08", "  3.E8 "])
 def test_exponents_as_fortran_writes_them(tmp_path, written):
     model = sh.read_structure(scalar(tmp_path, f"1 1 {written}"))
     assert model.stiffness_matrix.toarray().tolist() == [[3e8]]
@@ -131,6 +131,10 @@ def test_exponents_as_fortran_writes_them(tmp_path, written):
         ("1 1 1.2.3", "real", "line 4"),
         ("1 1 1e5e3", "real", "line 4"),
         ("1 1 nan", "real", "line 4"),
+        ("1 1 12345+678", "real", "line 4"),
+        ("1 1 3+04", "real", "line 4"),
+        ("1 1 3.0+4", "real", "line 4"),
+        ("1 1 1e999", "real", "stiffness: expected finite numbers"),
         ("1 1", "real", "line 4"),
         ("1.5 1 2.0", "real", "line 4"),
         ("1 1", "pattern", "line 1: expected .* got 'matrix coordinate pattern general'"),
