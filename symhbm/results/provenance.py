@@ -1,7 +1,7 @@
 """The problem behind a dataset: its parameters, matrices and description, and its rebuilding."""
 
 import json
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from dataclasses import dataclass
 from functools import cache, lru_cache
 from importlib.metadata import version
@@ -135,7 +135,7 @@ class DatasetParts:
         labels = xr.Coordinates() if self.sizes is None else _labels(*self.sizes)
         coordinates = [*self.coordinates]
         if SPEED_ORDER in self.attributes:
-            speeds = _speeds(variables, self.attributes[SPEED_ORDER])
+            speeds = _speeds(variables, speed_orders(variables, self.attributes))
             variables, coordinates = variables | speeds, [*coordinates, *speeds]
         if LARGEST_OF in self.attributes:
             for name in OF_LARGEST & {*variables}:
@@ -143,15 +143,25 @@ class DatasetParts:
         return xr.Dataset(variables, labels, self.attributes).set_coords(coordinates)
 
 
-def _speeds(variables: dict[str, Any], order: int) -> dict[str, Any]:
-    """The speed of rotation [1/min] beside each frequency, along an engine order."""
+def speed_orders(variables: Mapping[Any, Any], attributes: Mapping[str, Any]) -> xr.Variable:
+    """The frequency over the speed of rotation, one or one per parameter set, NaN where none is."""
+    order = xr.Variable((), attributes.get(SPEED_ORDER, np.nan))
+    if (nominal := variables.get("engine_order_nominal")) is None:
+        return order
+    return abs(order * variables["engine_order"] / nominal)
+
+
+def _speeds(variables: dict[str, Any], orders: xr.Variable) -> dict[str, Any]:
+    """The speed of rotation [1/min] beside each frequency, along engine orders."""
     result = {}
     for name in SPEEDS:
         frequency = variables.get(name.replace("speed", "frequency"))
         if frequency is not None:
             about = VARIABLES[name]
             attributes = {"units": about.units, "long_name": about.long_name}
-            result[name] = xr.Variable(frequency.dims, 60 / order * frequency.values, attributes)
+            speed = 60 / orders * frequency
+            dims = (*(dim for dim in orders.dims if dim not in frequency.dims), *frequency.dims)
+            result[name] = xr.Variable(dims, speed.transpose(*dims).values, attributes)
     return result
 
 

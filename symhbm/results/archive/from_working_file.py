@@ -14,7 +14,7 @@ from symhbm.results.archive.netcdf import COMPRESSION, call_of, origin_of, write
 from symhbm.results.archive.seal import seal
 from symhbm.results.archive.working_files import ArchiveError, Store
 from symhbm.results.blocks import block_shape, consecutive_blocks
-from symhbm.results.provenance import SPEED_ORDER, SPEEDS, DatasetParts, evaluated_by
+from symhbm.results.provenance import SPEEDS, DatasetParts, evaluated_by, speed_orders
 from symhbm.results.tables import Layout
 from symhbm.workers import progress_bar
 
@@ -95,6 +95,9 @@ def _fill(
     keys = {tables.name_of(key, request): key for key in layout}
     of_speeds = {speed: keys.get(speed.replace("speed", "frequency")) for speed in SPEEDS}
     keys |= {speed: key for speed, key in of_speeds.items() if key is not None}
+    of_sets = dict(zip(sweep.dims, sweep.shape, strict=True))
+    orders = speed_orders(dataset.variables, dataset.attrs).set_dims(of_sets)
+    orders = orders.transpose(*sweep.dims).values
     names = [name for name in source.variables if name not in target.variables]
     for name in names:
         dtype, shape = layout[keys[name]]
@@ -117,7 +120,8 @@ def _fill(
             for name in names:
                 values = stacked[keys[name]]
                 if name in SPEEDS:
-                    values = 60 / dataset.attrs[SPEED_ORDER] * values
+                    of_rows = orders[slab].reshape(-1, *(1,) * (values.ndim - 1))
+                    values = 60 / of_rows * values
                 if values.size:
                     values = values.reshape(sizes + values.shape[1:])
                     if values.dtype.kind == "b":

@@ -5,6 +5,7 @@ import pickle
 import numpy as np
 import pytest
 import scipy.sparse as sp
+import xarray as xr
 
 import symhbm as sh
 
@@ -72,6 +73,24 @@ def test_a_point_of_an_engine_order_is_one_at_its_speed(harmonics):
         np.testing.assert_allclose(one.coefficient, other.coefficient, rtol=1e-8, atol=1e-14)
         assert one.speed.item() == pytest.approx(60 * frequency / ORDER)
     assert one.stick_fraction.item() < 1
+
+
+@pytest.mark.parametrize("archived", [False, True])
+def test_the_speed_of_swept_engine_orders_is_that_of_each(archived, tmp_path):
+    problem = sh.HarmonicBalance(rotor_of(), Wave(ORDER, amplitude=8.0))
+    over = {"force_amplitude": [4.0, 8.0], "engine_order": [2, -3, 4]}
+    to = {"archive": tmp_path / "orders.nc"} if archived else {}
+    response = sh.frf(problem, (10, 60), over=over, progress=False, **to)
+    orders = abs(response.engine_order)
+    for name in ("speed", "peak_speed", "event_speed"):
+        frequency = response[name.replace("speed", "frequency")]
+        assert frequency.notnull().any() or name == "event_speed"
+        xr.testing.assert_allclose(response[name].drop_attrs(), 60 * frequency / orders)
+    paired = {name: xr.DataArray(values[-2:], dims="case") for name, values in over.items()}
+    response = sh.frf(problem, (10, 60), over=paired, progress=False)
+    xr.testing.assert_allclose(
+        response.speed.drop_attrs(), 60 * response.frequency / abs(response.engine_order)
+    )
 
 
 def test_peaks_along_an_engine_order_are_maxima():
