@@ -37,13 +37,21 @@ FAMILY = ListedColormap(plt.get_cmap("viridis")(np.linspace(0.88, 0.0, 256)))
 
 
 @contextmanager
-def canvas(ax: Axes | None, size: tuple[float, float] | None = None) -> Iterator[Axes]:
+def canvas(
+    ax: Axes | None, size: tuple[float, float] | None = None, *, alone: bool = False
+) -> Iterator[Axes]:
     """Axes to draw into, in the style of the library, by default of a figure of `panels`.
 
-    Where their lines have many points, SVG and PDF hold them as pixels.
+    Where their lines have many points, SVG and PDF hold them as pixels. Pictures that are ``alone``
+    take axes off or change them: they raise ValueError for axes that hold another picture.
     """
     if ax is not None and not isinstance(ax, Axes):
         raise TypeError(f"ax={check.shown(ax)}: expected matplotlib Axes or None")
+    if alone and ax is not None and (ax.has_data() or ax.child_axes):
+        raise ValueError(
+            f"ax={check.shown(ax)}: expected axes without a picture, this one needs their whole "
+            "place; give others, as of matplotlib.pyplot.subplots, or none"
+        )
     if ax is None:
         with panels(size=size) as (_, own):
             yield own

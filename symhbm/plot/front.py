@@ -27,7 +27,7 @@ def pareto_front(dataset: xr.Dataset, ax: Axes | None = None) -> Figure:
     dataset
         A result of `symhbm.pareto_front`.
     ax
-        Where to draw; by default in a figure of its own.
+        Axes without a picture, in whose place both panels are drawn; by default a new figure.
 
     Returns
     -------
@@ -60,7 +60,7 @@ def pareto_front(dataset: xr.Dataset, ax: Axes | None = None) -> Figure:
         raise TypeError("dataset: expected a result of pareto_front")
     check_present(dataset, "front_aim", "front_value", "front_kind", "removed_aim")
     names = dataset["aim"].values
-    with canvas(ax, _SIZE) as whole:
+    with canvas(ax, _SIZE, alone=True) as whole:
         whole.set_axis_off()
         above, below = (whole.inset_axes((0, low, 1, height)) for low, height in _PLACES.values())
         below.sharex(above)

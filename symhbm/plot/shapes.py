@@ -72,7 +72,7 @@ def disk(
         Places of the blades along ``dof``, in their order around the disk. By default those that
         the problem knows: all of `symhbm.bladed_disk`, else those of the `symhbm.EngineOrder`.
     ax
-        Axes to draw into; by default a new figure.
+        Axes to draw into, without another picture; by default a new figure.
 
     Raises
     ------
@@ -102,7 +102,7 @@ def disk(
     instant = motions @ basis.values(angle)
     factor, unit = scaled(amplitude[leading], "m")
     top = amplitude[leading] or 1.0
-    with canvas(ax, (5.4, 4.8)) as ax:
+    with canvas(ax, (5.4, 4.8), alone=True) as ax:
         shades = ScalarMappable(Normalize(-factor * top, factor * top), "RdBu_r")
         _draw(ax, instant / top, amplitude / top, shades.to_rgba(factor * instant))
         _number(ax, names)

@@ -49,6 +49,18 @@ def test_grid_without_folds_is_drawn_into_axes_of_ones_own():
     np.testing.assert_array_equal(line.get_ydata(), found.damping_ratio.isel(solution=0))
 
 
+def test_axes_that_hold_a_picture_are_not_taken():
+    response = sh.frf(sh.HarmonicBalance(BLADE, sh.PointForce()), (10, 30), progress=False)
+    ax = plt.subplots()[1]
+    sh.plot.response(response, ax=ax)
+    for draw, what in ((sh.plot.nonlinear_modes, modes(at=[1e-4])), (sh.plot.model, BLADE)):
+        n_children = len(ax.get_children())
+        with pytest.raises(ValueError, match="expected axes without a picture"):
+            draw(what, ax=ax)
+        assert ax.axison
+        assert len(ax.get_children()) == n_children
+
+
 def test_other_datasets_are_refused():
     response = sh.frf(sh.HarmonicBalance(BLADE, sh.PointForce()), (10, 30), progress=False)
     with pytest.raises((TypeError, KeyError)):

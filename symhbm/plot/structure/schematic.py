@@ -74,7 +74,7 @@ def model(structure: Any, *, force: Any = None, ax: Axes | None = None) -> Figur
         An excitation, or a `symhbm.HarmonicBalance` that has one, to be drawn as arrows; their
         lengths tell how large it is on each degree of freedom.
     ax
-        Axes to draw into; by default a new figure.
+        Axes to draw into, without another picture; by default a new figure.
 
     Raises
     ------
@@ -96,7 +96,7 @@ def model(structure: Any, *, force: Any = None, ax: Axes | None = None) -> Figur
     kinds = kinds_of_contacts(drawn)
     detailed = _is_small(drawn, len(pairs))
     layout = layout_of(drawn, parts, pairs, detailed)
-    with canvas(ax, _size(layout.positions, detailed)) as ax:
+    with canvas(ax, _size(layout.positions, detailed), alone=True) as ax:
         if not parts.linear:
             draw_hub(ax, layout, "linear\nstructure")
         elif layout.hub and detailed and (parts.springs.ground.any() or parts.dampers.ground.any()):

@@ -31,12 +31,13 @@ def nonlinear_modes(dataset: xr.Dataset, *, ax: Axes | None = None) -> Figure:
     dataset
         A result of `symhbm.nonlinear_modes`.
     ax
-        Axes in whose place both panels are drawn; by default a new figure.
+        Axes without a picture, in whose place both panels are drawn; by default a new figure.
 
     Raises
     ------
     TypeError, KeyError, ValueError
-        For what is no such dataset, and for several solutions at one amplitude of a grid.
+        For what is no such dataset, for several solutions at one amplitude of a grid, and axes
+        that hold a picture.
 
     Examples
     --------
@@ -60,7 +61,7 @@ def nonlinear_modes(dataset: xr.Dataset, *, ax: Axes | None = None) -> Figure:
     over_amplitude = moves == "amplitude"
     dims = [str(dim) for dim in dataset["frequency"].dims if dim != along]
     family = Family(dataset, dims)
-    with canvas(ax, _SIZE) as whole:
+    with canvas(ax, _SIZE, alone=True) as whole:
         whole.set_axis_off()
         panels: list[Any] = []
         for name, (bottom, label) in _PANELS.items():
