@@ -11,7 +11,7 @@ from symhbm.cli.designs import designs
 from symhbm.cli.findings import Lines, count, findings, short
 from symhbm.model import is_pattern
 from symhbm.results import DRAWN, VARIABLES, Description, parts, variables_of_model
-from symhbm.results.reading import is_inner, moving, read
+from symhbm.results.reading import is_inner, moving, printable, read
 
 _WIDTH, _MARGIN = 100, 24
 """Width of a line, and of its label."""
@@ -34,8 +34,8 @@ def describe(dataset: xr.Dataset) -> str:
     """
     lines = []
     for name, text in _lines(dataset):
-        wrapped = textwrap.wrap(text, _WIDTH - _MARGIN, break_on_hyphens=False) or [""]
-        for label, line in zip([name, *[""] * len(wrapped)], wrapped, strict=False):
+        wrapped = textwrap.wrap(printable(text), _WIDTH - _MARGIN, break_on_hyphens=False) or [""]
+        for label, line in zip([printable(name), *[""] * len(wrapped)], wrapped, strict=False):
             lines.append(f"{label:<{_MARGIN - 1}} {line}".rstrip())
     return "\n".join(lines)
 
@@ -67,7 +67,6 @@ def _problem(dataset: xr.Dataset) -> Lines:
     problem = Description(dataset).problem
     n_dof, contacts = problem["n_dof"], problem["contacts"]
     body = "blade" if problem["lumped"] else "degree of freedom"
-    ring = [sorted((j, (j + 1) % n_dof)) for j in range(n_dof)]
     contacts = [_places(ends) for ends in contacts]
     sizes = [len(dofs) for dofs in contacts]
     kinds = {
@@ -78,7 +77,8 @@ def _problem(dataset: xr.Dataset) -> Lines:
     where = " and ".join(
         words if n == len(contacts) else f"{n} {words}" for words, n in kinds.items() if n
     )
-    if n_dof > 2 and sorted(map(sorted, contacts)) == sorted(ring):
+    ring = [sorted((j, (j + 1) % n_dof)) for j in range(len(contacts))]
+    if n_dof == len(contacts) > 2 and sorted(map(sorted, contacts)) == sorted(ring):
         where = "each between two neighbours in a ring"
     text = f"{count(n_dof, body)}, {count(len(contacts), 'contact')}"
     yield "structure", f"{text} {where}".rstrip()

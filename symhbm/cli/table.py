@@ -7,7 +7,7 @@ from typing import Any, TextIO
 import numpy as np
 
 from symhbm.cli.selection import Selection
-from symhbm.results.reading import moving, rows_of
+from symhbm.results.reading import moving, printable, rows_of
 
 Row = Sequence[Any]
 
@@ -24,7 +24,7 @@ def rows(
         raise ValueError(f"--table sets: a row is a whole curve, not a part of {moving(dataset)}")
     columns, blocks = rows_of(dataset, table, variables, limited=selection.limited)
     titles = [
-        f"{column.name}{'' if column.units in ('1', '') else f' [{column.units}]'}"
+        printable(f"{column.name}{'' if column.units in ('1', '') else f' [{column.units}]'}")
         for column in columns
     ]
     return _rows(titles, blocks)
@@ -36,10 +36,16 @@ def _rows(titles: list[str], blocks: Iterator[list[np.ndarray]]) -> Iterator[Row
         values = (
             np.where(np.isnan(column), np.array(None), column).tolist()
             if column.dtype.kind == "f"
-            else column.tolist()
+            else _cells(column)
             for column in block
         )
         yield from zip(*values, strict=True)
+
+
+def _cells(column: np.ndarray) -> list[Any]:
+    """Values that are no real numbers, texts in one line."""
+    cells = column.tolist()
+    return [printable(cell) if isinstance(cell, str) else cell for cell in cells]
 
 
 def write(lines: Iterator[Row], file: TextIO) -> int:

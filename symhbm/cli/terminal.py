@@ -13,6 +13,7 @@ import xarray as xr
 
 from symhbm.numerics import check
 from symhbm.results.archive import SUFFIX, load, working_file
+from symhbm.results.reading import printable
 
 BROKEN, _UNUSABLE, _INTERRUPTED, _PIPE = 1, 2, 130, 141
 """Exit codes: broken bound or missing part; bad usage or an unusable file; the shell's own."""
@@ -103,9 +104,9 @@ def final_name(archive: Path) -> str:
     return archive.name.removesuffix(SUFFIX)
 
 
-def say(text: str) -> None:
-    """Print a line to standard error."""
-    click.echo(text, err=True)
+def say(text: object, *, err: bool = True) -> None:
+    """Print lines to standard error, or to standard output, without control characters."""
+    click.echo("\n".join(map(printable, str(text).split("\n"))), err=err)
 
 
 def number(text: str) -> int | str:

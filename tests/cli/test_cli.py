@@ -317,6 +317,35 @@ def test_an_exported_path_is_the_path_to_the_last_digit(archive):
     assert found["converged"] == ["True"] * int(inside.sum())
 
 
+_ESCAPES = "\x1b]0;owned\x07\x1b[2Jtext\x9b2J\u202e"
+
+
+def test_control_characters_of_an_archive_are_not_written(tmp_path):
+    changed = dataset("point").assign_attrs(title=_ESCAPES, _note=_ESCAPES)
+    changed["own_text"] = ((), _ESCAPES, {"long_name": _ESCAPES, "units": _ESCAPES})
+    changed["own"] = changed["amplitude"].assign_attrs(units=_ESCAPES)
+    changed["word"] = ("dof", np.array([_ESCAPES] * changed.sizes["dof"]))
+    target = sh.save(changed, tmp_path / "changed.nc")
+    for verb in (
+        ("info", target),
+        ("export", target, "--variables", "own,word,own_text"),
+        ("export", target, "--table", "sets"),
+        ("export", target, "--variables", _ESCAPES),
+        ("verify", target),
+    ):
+        _, out, err = run(*verb)
+        assert out + err
+        for character in (out + err).replace("\n", ""):
+            assert character.isprintable(), verb
+
+
+def test_a_number_in_an_attribute_is_no_size(tmp_path):
+    ds = dataset("point")
+    told_wrong = json.loads(ds.attrs["problem"]) | {"n_dof": 10**11}
+    changed = ds.assign_attrs(problem=json.dumps(told_wrong))
+    assert "blades" in told(sh.save(changed, tmp_path / "changed.nc"))["structure"]
+
+
 def test_an_archive_may_be_named_without_its_ending(archive):
     path = archive("grid")
     assert run("info", path.with_suffix("")) == run("info", path)

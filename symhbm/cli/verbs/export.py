@@ -72,7 +72,7 @@ def export(
         else:
             with draft_of(output) as draft, draft.open("w", encoding="utf-8", newline="") as file:
                 written = write(lines, file)
-            click.echo(output)
+            say(output, err=False)
         complete, waiting, failed = completeness(selection.dataset)
     incomplete = waiting + failed.total()
     if written == 0:

@@ -6,7 +6,7 @@ import click
 
 from symhbm.cli.arguments import archive_argument
 from symhbm.cli.describe import describe
-from symhbm.cli.terminal import opened, size
+from symhbm.cli.terminal import opened, say, size
 
 
 @click.command()
@@ -29,5 +29,5 @@ def info(archive: Path) -> None:
       symhbm info disk.nc.partial
     """
     with opened(archive) as dataset:
-        click.echo(f"{'archive':<23} {archive}, {size(archive.stat().st_size)}")
-        click.echo(describe(dataset))
+        say(f"{'archive':<23} {archive}, {size(archive.stat().st_size)}", err=False)
+        say(describe(dataset), err=False)

@@ -49,10 +49,11 @@ def merge(
         text = str(error).replace("overwrite=True", "--overwrite")
         raise FileExistsError(text) from error
     twice = f", {summary.n_repeated} of them twice" if summary.n_repeated else ""
-    click.echo(
-        f"{summary.n_done} of {summary.n_sets} parameter sets from {summary.n_parts} parts{twice}"
+    say(
+        f"{summary.n_done} of {summary.n_sets} parameter sets from {summary.n_parts} parts{twice}",
+        err=False,
     )
-    click.echo(summary.path)
+    say(summary.path, err=False)
     if not summary.missing:
         return 0
     say(f"symhbm merge: {summary.missing}; symhbm resume {output} computes them")

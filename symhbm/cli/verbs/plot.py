@@ -8,7 +8,7 @@ from click.shell_completion import CompletionItem
 
 from symhbm.cli.arguments import archive_argument, law_option, output_option, select_option
 from symhbm.cli.picture import draw, kinds
-from symhbm.cli.terminal import check_place, final_name, opened
+from symhbm.cli.terminal import check_place, final_name, opened, say
 from symhbm.model.contacts import ContactLaw
 
 _PICTURES = ("png", "pdf", "svg")
@@ -97,7 +97,7 @@ def plot(
     output = output or archive.with_name(f"{Path(final_name(archive)).stem}_{kind}.png")
     figure.savefig(output)
     figure.clear()
-    click.echo(output)
+    say(output, err=False)
 
 
 def _places(text: str | None) -> int | str | list[int | str] | None:

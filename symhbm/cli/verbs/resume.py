@@ -9,7 +9,7 @@ import click
 
 import symhbm as sh
 from symhbm.cli.arguments import archive_argument, law_option
-from symhbm.cli.terminal import final_name, opened
+from symhbm.cli.terminal import final_name, opened, say
 from symhbm.model.contacts import ContactLaw
 from symhbm.results.archive import working_file
 from symhbm.results.reading import completeness
@@ -43,7 +43,7 @@ def resume(archive: Path, workers: int | None, no_progress: bool, laws: list[Con
     if not working.exists():
         if not target.exists():
             raise FileNotFoundError(f"{str(target)!r}: no such file, nor {working.name}")
-        click.echo(f"{target}: complete, there is nothing to resume, nothing was computed")
+        say(f"{target}: complete, there is nothing to resume, nothing was computed", err=False)
         return
     with opened(working) as dataset:
         complete, waiting, failed = completeness(dataset)
@@ -61,8 +61,9 @@ def resume(archive: Path, workers: int | None, no_progress: bool, laws: list[Con
     finally:
         if pool is not None:
             pool.shutdown(cancel_futures=True)
-    click.echo(
+    say(
         f"{total - waiting} of {total} curves were there, {waiting - left} computed, "
-        f"{failed.total()} of all are incomplete"
+        f"{failed.total()} of all are incomplete",
+        err=False,
     )
-    click.echo(target)
+    say(target, err=False)

@@ -77,7 +77,7 @@ def verify(
         if output is not None:
             sh.save(verified, output, overwrite=overwrite)
         complete, waiting, failed = completeness(dataset)
-    click.echo(summary(verified))
+    say(summary(verified), err=False)
     incomplete = waiting + failed.total()
     if incomplete:
         total = complete + incomplete

@@ -8,7 +8,7 @@ import click
 import symhbm as sh
 from symhbm.cli.arguments import archive_argument, output_option, select_option
 from symhbm.cli.selection import select
-from symhbm.cli.terminal import check_place, final_name, opened
+from symhbm.cli.terminal import check_place, final_name, opened, say
 
 
 @click.command()
@@ -44,4 +44,4 @@ def view(archive: Path, choices: tuple[str, ...], tuned: Path | None, output: Pa
         reference = None if tuned is None else files.enter_context(opened(tuned))
         part = selection.limited(selection.dataset)
         sh.view(part, output, tuned=reference, name=final_name(archive))
-    click.echo(output)
+    say(output, err=False)

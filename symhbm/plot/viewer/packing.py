@@ -2,11 +2,12 @@
 
 import base64
 import json
-import unicodedata
 from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike
+
+from symhbm.results.reading import printable
 
 DIGITS = 8
 """Significant digits of every number that a page shows of an archive."""
@@ -31,8 +32,7 @@ def embedded(data: Any) -> str:
 def plain(value: Any, longest: int = _LONGEST) -> str:
     """A text in one line, without control characters and not too long."""
     text = value if isinstance(value, str) else str(value)
-    kept = (c if unicodedata.category(c)[0] != "C" else " " for c in text[: 4 * longest])
-    line = " ".join("".join(kept).split())
+    line = " ".join(printable(text[: 4 * longest]).split())
     more = len(line) > longest or len(text) > 4 * longest
     return f"{line[:longest]} ..." if more else line
 

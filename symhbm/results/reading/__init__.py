@@ -18,6 +18,7 @@ from symhbm.results.reading.moving_base import seen_from
 from symhbm.results.reading.output import output
 from symhbm.results.reading.padding import trimmed
 from symhbm.results.reading.rows import KINDS, rows_of
+from symhbm.results.reading.texts import printable
 
 __all__ = [
     "ALIKE",
@@ -33,6 +34,7 @@ __all__ = [
     "motion",
     "moving",
     "output",
+    "printable",
     "read",
     "rows_of",
     "seen_from",
