@@ -2,6 +2,7 @@
 
 from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 from symhbm.model.files.contents import Contents, by_kind, sparse, told
 
@@ -16,6 +17,6 @@ def read(files: dict[str, Path], names: Mapping[str, str]) -> Contents:
     if not path.exists():
         raise FileNotFoundError(f"path={str(path)!r}: no such file")
     with told(path, "OP4 file"):
-        held = op4.read(str(path), sparse=True)
+        held = dict[str, Any](op4.read(str(path), into="dct", sparse=True))  # type: ignore[arg-type]
     lower = {kind: name.lower() for kind, name in names.items()}
     return Contents({k: sparse(k, v) for k, v in by_kind(path, held, lower).items()})
