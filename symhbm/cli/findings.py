@@ -115,7 +115,7 @@ def _completeness(dataset: xr.Dataset, on_path: bool) -> Lines:
         several = " (each solution at a value counts)" if "solution" in dataset.dims else ""
         missing = points - solved
         text = f"{points}, all converged" if not missing else f"{points}, {missing} not converged"
-        yield "points", text + several
+        yield "points", text + several if points else "none"
 
 
 def _n_points(dataset: xr.Dataset, on_path: bool) -> int:

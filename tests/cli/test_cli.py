@@ -22,6 +22,7 @@ from hypothesis import strategies as st
 import symhbm as sh
 from symhbm.cli import main
 from symhbm.cli.picture import kinds
+from symhbm.continuation import Status
 from symhbm.results.archive.working_files import Store
 from symhbm.results.reading import blocks
 from tests.sectors_to_reduce import chain_sector
@@ -237,6 +238,16 @@ def test_info_of_an_unfinished_run(tmp_path, monkeypatch, at):
         0,
         "symhbm export: 1 of 3 curves are incomplete, --table sets says why\n",
     )
+
+
+def test_info_of_a_run_that_computed_nothing(tmp_path):
+    waiting = dataset("path").copy(deep=True)
+    waiting["status"][:] = str(Status.NOT_STARTED)
+    waiting["frequency"][:] = np.nan
+    waiting["converged"][:] = False
+    said = told(sh.save(waiting, tmp_path / "waiting.nc"))
+    assert said["curves"] == "0 of 3 complete, 3 of 3 not computed yet"
+    assert said["points"] == "none"
 
 
 def test_modes_of_blades_in_words_and_tables(tmp_path):

@@ -10,6 +10,7 @@ mpl.use("Agg")
 import matplotlib.pyplot as plt
 
 import symhbm as sh
+from symhbm.continuation import Status
 
 GRID = np.linspace(60, 95, 29)
 
@@ -101,6 +102,18 @@ def test_failed_samples_are_left_out_and_counted(ensemble):
     np.testing.assert_allclose(median[others], level(np.nanmedian(kept[:, others], 0)), rtol=1e-14)
     # Three of one and one of each of five.
     assert texts(ax)[-1] == "left out, not converged:\n1 of 6 samples,\n8 points in 5 samples"
+
+
+def test_samples_that_wait_are_not_called_failed(ensemble):
+    waiting = ensemble.copy(deep=True)
+    waiting["status"] = waiting.status.where(np.arange(6) < 4, str(Status.NOT_STARTED))
+    for name in ("coefficient", "amplitude"):
+        waiting[name][4:] = np.nan
+    waiting["converged"][4:] = False
+    drawn = texts(sh.plot.envelope(waiting).axes[0])
+    assert drawn[-1] == "not computed yet:\n2 of 6 samples"
+    assert drawn[0] == "smallest to largest of 4, on the grid"
+    assert not any("converged" in text for text in drawn)
 
 
 def test_paths_are_read_off_through_their_peaks(ensemble, paths):

@@ -10,6 +10,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
+from symhbm.continuation import Status
 from symhbm.numerics import FloatArray, check
 from symhbm.plot.curves import (
     check_curves,
@@ -130,6 +131,7 @@ def envelope(
     extremes = check.flag("extremes", extremes)
     shown = scale_of(scale, unit, dataset)
     reference = None if tuned is None else drawn(_tuned(tuned, parameter, place), shown)[:2]
+    total, dataset = dataset.sizes["sample"], _begun(dataset)
     spread = spread_of(dataset, parameter, where)
     joined = all(amplitude.ndim == 1 for _, amplitude in spread.curves)
     with canvas(ax) as ax:
@@ -152,7 +154,9 @@ def envelope(
             ax.plot([], [], label=f"sample {name}, {kind} peak", **_NAMED[kind])
         if reference is not None:
             ax.plot(*reference, color=TUNED, linestyle=(0, (5, 1.5)), label="tuned")
-        for text in (_of_several(spread), _left_out(spread.high, parameter.along != "point")):
+        left_out = _left_out(spread.high, parameter.along != "point")
+        waiting = _waiting(total - dataset.sizes["sample"], total)
+        for text in (_of_several(spread), left_out, waiting):
             if text:
                 ax.plot([], [], " ", label=text)
         label_axes(ax, dataset, parameter.name, where.words, shown)
@@ -245,6 +249,20 @@ def _tuned(tuned: xr.Dataset, parameter: Moving, place: Any) -> Line:
             f"tuned: expected a curve over {parameter.name}, got one over {tuned_parameter.name}"
         )
     return picture_of(tuned, tuned_parameter, where).line
+
+
+def _begun(dataset: xr.Dataset) -> xr.Dataset:
+    """The samples that were computed, by their names in the whole ensemble."""
+    if "status" not in dataset.variables:
+        return dataset
+    if "sample" not in dataset.coords:
+        dataset = dataset.assign_coords(sample=np.arange(dataset.sizes["sample"]))
+    return dataset.isel(sample=dataset["status"].values != str(Status.NOT_STARTED))
+
+
+def _waiting(number: int, total: int) -> str:
+    """Text on samples that were not computed."""
+    return f"not computed yet:\n{number} of {total} samples" if number else ""
 
 
 def _left_out(amplitude: FloatArray, on_grid: bool) -> str:
