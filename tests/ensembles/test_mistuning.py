@@ -236,6 +236,12 @@ BAD = {
     "no pair": (dict(stiffness=0.1, between={"mass": 1.0}), "pairs of two parameters"),
     "no pairs": (dict(stiffness=0.1, between=0.5), "between=0.5"),
     "above one": (dict(stiffness=0.1, mass=0.1, between={("mass", "stiffness"): 1.1}), "lowest"),
+    "pair of unlike correlations": (
+        dict(
+            stiffness=0.1, mass=0.1, correlation={"mass": 3}, between={("mass", "stiffness"): 0.8}
+        ),
+        "would leave 0.6",
+    ),
     "pair of unlike sizes": (
         dict(stiffness=0.1, force_amplitude=0.1, between={("stiffness", "force_amplitude"): 0.1}),
         "as many values",

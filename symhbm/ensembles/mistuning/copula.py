@@ -110,6 +110,15 @@ class Copula:
             for name, value in by_name.items()
         }
         together, matrix = _between(sizes, between)
+        for pair, value in (between or {}).items():
+            one, other = (neighbours.get(name, np.eye(sizes[name])) for name in pair)
+            held = value * np.sum(one * other, axis=1)
+            if not np.allclose(held, value, rtol=1e-9, atol=1e-12):
+                raise ValueError(
+                    f"between[{pair}]={value:g}: expected the same correlation along the ring of "
+                    f"both parameters; theirs differ, which would leave {held.min():.3g} to "
+                    f"{held.max():.3g} between them"
+                )
         return cls(neighbours, together, _root("between", matrix))
 
     def couple(self, shares: dict[str, FloatArray]) -> dict[str, FloatArray]:

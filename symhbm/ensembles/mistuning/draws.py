@@ -65,7 +65,8 @@ def uniform(
         ``(n, n)``; for all parameters, or by name. It holds for Gaussian variables of which each
         value is a monotone function (a Gaussian copula), so the distributions do not change.
     between
-        Such correlations between parameters at the same blade or contact, by pairs of names.
+        Such correlations between parameters at the same blade or contact, by pairs of names, whose
+        ``correlation`` is the same.
     half_widths
         Largest deviation by parameter, relative to the nominal value: one, or one per blade or
         contact.
