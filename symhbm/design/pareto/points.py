@@ -109,7 +109,8 @@ def _why_removed(point: FrontPoint, points: list[FrontPoint]) -> str:
     number = points.index(point)
     for other_number, other in enumerate(points):
         difference = other.aims - point.aims
-        if other_number == number or not np.all(np.isfinite(other.aims)):
+        known = bool(np.all(np.isfinite(other.aims))) and other.status in _ACCEPTED
+        if other_number == number or not known:
             continue
         if np.all(np.abs(difference) <= _SAME):
             # Of equal ones an end stays, else the first.
