@@ -62,10 +62,10 @@ def descend(program: Program, evaluate: Evaluate, start: Design) -> Descent:
             surveyed = Design(current.x, states, program.value(states, current.x))
         if surveyed.value <= best.value + tolerances.ROUND_OFF:
             best = surveyed
-        if surveyed.value <= current.value + tolerances.AGREE:
+        if abs(surveyed.value - current.value) <= tolerances.AGREE:
             ended = best is surveyed
             return Descent(best, converged and ended, active if ended else None)
-        # A maximum that was not followed is higher: it enters the models.
+        # A maximum that was not followed is higher, or one that was is none: the models change.
         current = surveyed if np.isfinite(surveyed.value) else best
         radius = max(radius / 4, tolerances.SMALLEST_RADIUS)
     return Descent(best, False)

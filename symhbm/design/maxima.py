@@ -12,7 +12,7 @@ import numpy as np
 from symhbm.balance import HarmonicBalance, SecondOrder
 from symhbm.design import tolerances
 from symhbm.design.variables import DesignVariables
-from symhbm.numerics import FloatArray
+from symhbm.numerics import RADIANS, FloatArray
 from symhbm.peaks import Conditions, Maximum, MaximumKind, Survey, sector_of, survey
 from symhbm.peaks.tracking import advanced, retrack
 
@@ -109,12 +109,17 @@ class Response:
             failed = not surveyed.unbounded
             return Maxima([], np.inf, True, n_peaks, _why(surveyed), failed)
         least = tolerances.CONTENDER * top
-        maxima = [s for s in surveyed.maxima if s.amplitude >= least][: tolerances.MOST]
+        # Beside resonances the ends of bands rise and fall against each other by large factors.
+        beside = surveyed.maxima[0].kind == MaximumKind.EDGE
+        ends = {s.frequency: s for s in reversed(surveyed.maxima) if s.kind == MaximumKind.EDGE}
+        kept = {id(s) for s in ends.values()} if beside else set()
+        maxima = [s for s in surveyed.maxima if s.amplitude >= least or id(s) in kept]
+        maxima = maxima[: tolerances.MOST]
         contenders = [self._followed(Conditions.of(self._second_order, s)) for s in maxima]
         return Maxima(contenders, float(np.log(top)), True, n_peaks)
 
     def follow(self, x: FloatArray, before: FloatArray, maxima: Maxima) -> Maxima | None:
-        """The same maxima at another design, from ``before``; None where a survey is faster.
+        """The same maxima at another design, from ``before``; None where a survey is needed.
 
         Of few contenders, those that end between the designs are left out: the survey at the end of
         a descent finds what replaces them.
@@ -129,10 +134,18 @@ class Response:
             if step is None and not few:
                 return None
             moved = step[0] if step else retrack(self._second_order, conditions, problem)
+            if moved is not None and not self._inside(moved.maximum):
+                return None  # The end of the band takes the place of a peak that left it.
             if moved is not None:
                 followed.append(self._followed(moved))
         followed.sort(key=lambda contender: -contender.value)
         return Maxima(followed, followed[0].value, False) if followed else None
+
+    def _inside(self, maximum: Maximum) -> bool:
+        frequency = maximum.frequency / RADIANS
+        return maximum.kind == MaximumKind.EDGE or any(
+            low <= frequency <= high for low, high in self.bands
+        )
 
     def _followed(self, conditions: Conditions) -> FollowedMaximum:
         maximum = conditions.maximum

@@ -515,3 +515,19 @@ def test_a_band_that_is_not_followed_to_its_end_proves_nothing(monkeypatch):
     assert np.isinf(optimum.design_amplitude)
     assert "Nothing is known" in optimum.certificate.item()
     assert str(sh.Status.PEAK_NOT_LOCATED) in optimum.certificate.item()
+
+
+@pytest.mark.parametrize("band", [[(15.0, 18.0)], [(5.0, 15.0), (22.0, 30.0)]])
+def test_beside_a_resonance_the_ends_of_bands_count(band):
+    """The peak outside is no maximum; the ends of two bands rise against each other."""
+    best = sh.minimise_peak(blade(), "normal_load", (0.1, 50.0), band, progress=False)
+    loads = np.geomspace(1.0, 4.0, 40)
+    ends = [
+        float(np.nanmax(sh.frf(blade(normal_load=load), one, progress=False).amplitude))
+        for one in band
+        for load in loads
+    ]
+    lowest = np.reshape(ends, (len(band), -1)).max(axis=0).min()
+    assert best.design_amplitude.item() <= lowest * (1 + 1e-9)
+    assert best.design_status.item() == sh.Status.DESIGN_WITHOUT_PEAK
+    assert set(best.active_kind.values) <= {"edge"}

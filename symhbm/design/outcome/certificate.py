@@ -28,10 +28,10 @@ def status_of(program: Program, search_result: SearchResult, failed: Failures = 
     if not np.isfinite(design.value):
         unbounded = any("unbounded" in state.reason for state in design.states)
         return Status.DESIGN_UNBOUNDED if unbounded else Status.DESIGN_NOT_SURVEYED
-    if not any(state.n_peaks for state in design.states):
-        return Status.DESIGN_WITHOUT_PEAK
     if active is None and not is_flat(program, design):
         return Status.DESIGN_STALLED
+    if not any(state.n_peaks for state in design.states):
+        return Status.DESIGN_WITHOUT_PEAK
     if active is None or program.is_flat(active.maxima):
         flat = all(is_flat(program, start) for start in search_result.starts)
         return Status.DESIGN_WITHOUT_EFFECT if flat else Status.DESIGN_ON_PLATEAU
