@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import symhbm as sh
+from symhbm.model.contacts.varying_load.march import APART, BEGIN, END, KIND, march, walls
 from symhbm.numerics import FourierBasis
 from symhbm.numerics.loops import Loop
 from tests.reference import STATED
@@ -428,3 +429,21 @@ def test_loops_run_without_a_compiler(monkeypatch):
     compiled = force(basis, motion, values)
     monkeypatch.setattr(Loop, "_compiled", property(lambda loop: loop._function))
     np.testing.assert_allclose(force(basis, motion, values), compiled, atol=1e-14)
+
+
+def test_a_contact_that_touches_by_round_off_is_apart():
+    """``-(1 - cos(t - a)) (1 + cos(t - b) / 2)`` is 0 at its maximum alone, but for round-off."""
+    random = np.random.default_rng(28)
+    for _ in range(400):
+        a, b = random.uniform(0, 2 * np.pi, 2)
+        mean = -1 + np.cos(a - b) / 4
+        first = np.exp(1j * a) - np.exp(1j * b) / 2
+        second = np.exp(1j * (a + b)) / 4
+        load = np.array([mean, first, second]) * (1 + 1e-15 * random.normal(size=3))
+        move = random.normal(size=(2, 3))
+        cosine, sine = np.stack([move[0], load.real]), np.stack([move[1], load.imag])
+        waves, pieces = np.empty((4, 2, 3)), np.empty((60, 6))
+        noise = walls(cosine, sine, np.array([10.0, 1.0, 0.5, 0.0]), waves)
+        count = march(waves, noise, -1, pieces, np.empty((4, 2)))
+        apart = pieces[:count][pieces[:count, KIND] == APART]
+        assert np.sum(apart[:, END] - apart[:, BEGIN]) == pytest.approx(2 * np.pi, abs=1e-3)

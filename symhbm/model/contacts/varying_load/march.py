@@ -101,6 +101,8 @@ def march(waves: Any, noise: float, held: int, pieces: Any, turning: Any) -> int
     closes = 0
     if opens:
         closes = series.sign_changes(waves[1, 0], waves[1, 1], 0.0, zeros, up)
+        if not closes and waves[1, 0, 0] < 0:  # its largest load is above 0 by round-off alone
+            return _piece(pieces, 0, APART, 0.0, 2 * math.pi, 0.0, 0.0)
         opens = closes > 0
         for i in range(closes):
             angles[n], kinds[n], rises[n] = zeros[i], _OPENS_OR_CLOSES, up[i]
