@@ -12,7 +12,8 @@ class Look:
         page.on("console", self._heard)
         page.goto(path.as_uri())
         # Functions that wait would have to evaluate texts, which the policy of the page forbids.
-        page.wait_for_selector("html[data-ready=yes]", state="attached", timeout=60_000)
+        # The time-out guards against a page that never gets ready.
+        page.wait_for_selector("html[data-ready=yes]", state="attached", timeout=600_000)
         self.as_opened()
 
     def _heard(self, message):
@@ -41,7 +42,7 @@ class Look:
         self.page.mouse.move(5, 5)
         left, top = self.pixel(x, y, axis)
         label = None
-        for turn in range(40):
+        for turn in range(600):  # a guard against what never comes
             # Plotly does not look at every move of a pointer.
             self.page.mouse.move(left + 0.2 * (turn % 2), top)
             self.page.wait_for_timeout(100)
@@ -81,7 +82,7 @@ class Look:
         script = """() => [...document.querySelectorAll(".plot")]
           .every((p) => !p._fullLayout || !p.clientWidth || p._fullLayout.width === p.clientWidth)
           && document.documentElement.scrollWidth <= window.innerWidth"""
-        for _ in range(100):
+        for _ in range(1200):  # a guard, as above
             if self.run(script):
                 return
             self.page.wait_for_timeout(50)

@@ -75,7 +75,7 @@ def start(folder: Path, code: str) -> subprocess.Popen:
 def kill_in_the_middle(folder: Path, job: int) -> int:
     """Kill a job that has stored some of its samples; returns their number."""
     file, n_done = folder / f"part-{job}.nc.partial", 0
-    end = time.monotonic() + 300
+    end = time.monotonic() + 600  # a job that hangs
     while not n_done and time.monotonic() < end:
         time.sleep(0.005)
         if file.exists():

@@ -41,7 +41,8 @@ def run(tmp_path_factory):
             with pytest.MonkeyPatch.context() as patch:
                 patch.setenv("PYTHONPATH", str(ROOT))
                 patch.delenv("MPLBACKEND", raising=False)  # which the command line sets
-                client = NotebookClient(notebook, timeout=300, kernel_name="python3")
+                # Of one cell: a guard against one that hangs, none takes nearly as long.
+                client = NotebookClient(notebook, timeout=1800, kernel_name="python3")
                 client.resources = {"metadata": {"path": folder}}
                 client.execute()
             finished[name] = notebook

@@ -149,6 +149,8 @@ def test_a_worker_is_attended_once(monkeypatch):
     assert signal.getsignal(signal.SIGINT) is handler
 
 
+_HANG = 600
+"""Seconds after which a process that should have ended hangs: no machine is so slow."""
 SCRIPT = """
     import sys, time
     from concurrent.futures import ProcessPoolExecutor
@@ -161,6 +163,12 @@ SCRIPT = """
                 pass
             print(*pool._processes, flush=True)
             if sys.argv[2] == "busy":
+                submit = pool.submit
+                def watched(*given, **named):
+                    future = submit(*given, **named)
+                    future.add_done_callback(lambda _: print("done", flush=True))
+                    return future
+                pool.submit = watched
                 own.call(range(1, 2000), executor=pool)
             time.sleep(100)
 """
@@ -225,7 +233,7 @@ def test_workers_end_with_their_parent(method, doing, tmp_path):
     process.kill()
     # Workers that live on hold its pipes.
     process.wait()
-    end = time.monotonic() + 20
+    end = time.monotonic() + _HANG
     while any(map(lives, workers)) and time.monotonic() < end:
         time.sleep(0.05)
     left = [number for number in workers if lives(number)]
@@ -248,10 +256,10 @@ def test_workers_end_with_their_parent(method, doing, tmp_path):
 def test_workers_are_interrupted_in_silence(method, doing, tmp_path):
     """An interrupt from the keyboard goes to all processes: one tells where it was."""
     process, workers = started(method, doing, tmp_path)
-    # Long enough for the first curves.
-    time.sleep(4 if doing == "busy" else 0.2)
+    if doing == "busy":
+        assert process.stdout.readline() == "done\n"  # the first curves
     os.killpg(process.pid, signal.SIGINT)
-    _, errors = process.communicate(timeout=60)
+    _, errors = process.communicate(timeout=_HANG)
     assert errors.count("Traceback") == 1, errors
     last = errors.splitlines()[-1]
     if doing == "busy":
@@ -274,13 +282,13 @@ def test_the_command_line_is_interrupted_in_one_line(tmp_path, monkeypatch):
         text=True,
         preexec_fn=interruptible,
     )
-    end = time.monotonic() + 60
+    end = time.monotonic() + _HANG
     while time.monotonic() < end:
         if "1 of its 3000 " not in _said(path):
             break
         time.sleep(0.2)
     process.send_signal(signal.SIGINT)
-    out, errors = process.communicate(timeout=60)
+    out, errors = process.communicate(timeout=_HANG)
     assert process.returncode == 130
     assert out == ""
     [line] = errors.split("\n")[-2:-1]

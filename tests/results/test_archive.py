@@ -7,6 +7,7 @@ import pytest
 import xarray as xr
 
 import symhbm as sh
+from symhbm.results.archive import netcdf
 
 VALUES = dict(
     mass=1.0,
@@ -118,6 +119,25 @@ def test_save_replaces_an_archive_if_asked_and_returns_its_path(tmp_path):
     xr.testing.assert_identical(sh.load(str(path)), dataset("point"))
     with pytest.raises(TypeError, match="overwrite='yes'"):
         sh.save(dataset("point"), path, overwrite="yes")
+
+
+@pytest.mark.parametrize("error", [OSError("disk full"), KeyboardInterrupt()])
+def test_a_save_that_fails_leaves_what_was_there(error, tmp_path, monkeypatch):
+    """Also where it is interrupted after the first bytes."""
+    path = sh.save(dataset("path"), tmp_path / "archive.nc")
+
+    def broken(dataset, draft):
+        draft.write_bytes(b"first bytes")
+        raise error
+
+    monkeypatch.setattr(netcdf, "write", broken)
+    kind = sh.ArchiveError if isinstance(error, OSError) else KeyboardInterrupt
+    with pytest.raises(kind):
+        sh.save(dataset("point"), path, overwrite=True)
+    with pytest.raises(kind):
+        sh.save(dataset("point"), tmp_path / "other.nc")
+    assert [file.name for file in tmp_path.iterdir()] == ["archive.nc"]
+    xr.testing.assert_identical(sh.load(path), dataset("path"))
 
 
 @pytest.mark.parametrize(

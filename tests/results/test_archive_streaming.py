@@ -481,7 +481,7 @@ def test_no_room_for_the_archive(tmp_path):
 
 
 KILLING = """
-    import os, random, signal, sys, time
+    import os, random, signal, sys
     from concurrent.futures import ProcessPoolExecutor
     import symhbm as sh
     import test_archive_streaming as own
@@ -495,20 +495,36 @@ KILLING = """
         with ProcessPoolExecutor(workers) as pool:
             return own.call("product", archive=path, executor=pool)
 
-    # How long a whole run takes.
-    start = time.perf_counter()
-    own.call("product", archive=f"{path}-once").close()
-    duration = time.perf_counter() - start
-    os.unlink(f"{path}-once")
-    groups = []
+    def counted(last, then):
+        # Calls of functions of a run, of which the last one does something.
+        count = 0
+        def event(*_):
+            nonlocal count
+            count += 1
+            if count == last:
+                then()
+        sys.setprofile(event)
+        run().close()
+        sys.setprofile(None)
+        return count
+
+    # How many calls a whole run makes.
+    once, path = path, f"{path}-once"
+    whole = counted(-1, None)
+    os.unlink(path)
+    path, groups = once, []
     while len(groups) < kills:
+        # A tenth of a run: several kills before it is finished, and then from anew.
+        last = random.randrange(1, whole // 5)
+        told, tell = os.pipe()
         child = os.fork()
         if not child:
             os.setpgid(0, 0)
-            run()
+            counted(last, lambda: os.write(tell, b"."))
             os._exit(0)
-        # A tenth of a run: several kills before it is finished, and then from anew.
-        time.sleep(random.uniform(0, 0.2) * duration)
+        os.close(tell)
+        os.read(told, 1)  # until the call is made, or the run is finished
+        os.close(told)
         os.kill(child, signal.SIGKILL)
         _, status = os.waitpid(child, 0)
         if os.WIFSIGNALED(status):
