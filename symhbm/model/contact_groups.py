@@ -14,13 +14,17 @@ from symhbm.model.contacts import (
     check_directions,
     is_name,
     named,
+    weights_of,
 )
 from symhbm.model.parameters import CONTACT_PARAMETERS, FRICTION_PARAMETERS
-from symhbm.model.places import Place
+from symhbm.model.places import Place, Places
 from symhbm.numerics import check
 
 SHORT = {"friction": Coulomb(), "cubic": CubicSpring()}
 """The groups of contacts that have no names of their own."""
+TRANSLATIONS = ("x", "y", "z", "radial", "tangential", "axial")
+_ANGLE = 1e-6
+"""Cosine of two directions that is none but for round-off and coordinates of few digits."""
 
 
 class GroupedContacts(NamedTuple):
@@ -41,13 +45,14 @@ def grouped(
     contacts: Any,
     parameters: Mapping[str, Any],
     number_of: Callable[[Place], int],
+    places: Places | None = None,
 ) -> GroupedContacts:
     """The contacts of a structure of ``n_dof`` degrees of freedom; raises as `symhbm.Model`.
 
-    ``number_of`` gives the numbers of its places.
+    ``number_of`` gives the numbers of its ``places``.
     """
     if isinstance(contacts, Mapping):
-        return _by_name(n_dof, contacts, parameters, number_of)
+        return _by_name(n_dof, contacts, parameters, number_of, places)
     ends = check_directions("contacts", contacts).among("contacts", n_dof, number_of)
     given = {name: parameters.get(name) for name in CONTACT_PARAMETERS}
     if ends:
@@ -64,6 +69,7 @@ def _by_name(
     contacts: Mapping,
     parameters: Mapping[str, Any],
     number_of: Callable[[Place], int],
+    places: Places | None,
 ) -> GroupedContacts:
     """Groups by name, whose values are their own."""
     given = [name for name, value in parameters.items() if value is not None]
@@ -88,6 +94,10 @@ def _by_name(
             for direction, given in group.directions.items()
         ]
         together = list(zip(*ends_of, strict=True))
+        if {"tangential", "across"} <= {*group.directions}:
+            both = dict(zip(group.directions, ends_of, strict=True))
+            for j, pair in enumerate(zip(both["tangential"], both["across"], strict=True)):
+                _check_plane(f"contacts[{name!r}], across[{j}]", *pair, places)
         m = len(group.directions)
         of_rows = len(rows) + np.arange(len(together) * m).reshape(-1, m)
         of_contacts = len(every) + np.arange(len(together))
@@ -96,6 +106,38 @@ def _by_name(
         rows += [end for ends in together for end in ends]
         values |= {names[name][own]: value for own, value in group.values.items()}
     return GroupedContacts(tuple(every), tuple(rows), tuple(groups), values)
+
+
+def _check_plane(name: str, tangential: Ends, across: Ends, places: Places | None) -> None:
+    """Raise ValueError for a direction that is along another one, or not at a right angle to it.
+
+    The angle is known at nodes with displacements along three axes: others may be held along one,
+    and what has no places may be the coordinate of a mode.
+    """
+    one, other = (dict(zip(*weights_of(ends), strict=True)) for ends in (tangential, across))
+    groups = [[*one.keys() | other.keys()]]
+    if places is not None:
+        # The two directions of one node, of this sector or of the next.
+        of_node: dict[tuple[int, int], list[int]] = {}
+        for dof in groups[0]:
+            beyond, own = divmod(dof, places.n_dof)
+            if places.direction[own] in TRANSLATIONS:
+                of_node.setdefault((beyond, int(places.node[own])), []).append(dof)
+        groups += [
+            dofs
+            for (_, node), dofs in of_node.items()
+            if sum(way in TRANSLATIONS for way in places.direction[places.dofs_of(node)]) == 3
+        ]
+    for j, dofs in enumerate(groups):
+        along = np.array([one.get(dof, 0.0) for dof in dofs])
+        beside = np.array([other.get(dof, 0.0) for dof in dofs])
+        size = float(np.linalg.norm(along) * np.linalg.norm(beside))
+        cosine = abs(float(along @ beside)) / size if size else 0.0
+        if cosine > (_ANGLE if j else 1 - _ANGLE):
+            raise ValueError(
+                f"{name}: expected a direction at a right angle to tangential, got one at "
+                f"{np.degrees(np.arccos(min(cosine, 1.0))):.3g} degrees"
+            )
 
 
 def _check_complete(values: dict[str, Any]) -> None:

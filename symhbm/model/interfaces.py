@@ -103,7 +103,8 @@ class ContactPairs:
         Raises
         ------
         FileNotFoundError, ValueError
-            For a table without coordinates, and for pairs that have no point so near.
+            For a table without coordinates or with columns of several lengths, and for pairs that
+            have no point so near.
 
         Examples
         --------
@@ -115,6 +116,9 @@ class ContactPairs:
         if not isinstance(given, Mapping) or not {*"xyz"} <= {*given}:
             raise ValueError(f"table={check.shown(table)}: expected columns x, y, z and others")
         columns = {str(name): np.asarray(column) for name, column in given.items()}
+        lengths = {name: column.shape for name, column in columns.items()}
+        if len({*lengths.values()}) > 1 or columns["x"].ndim != 1:
+            raise ValueError(f"table: expected columns of one length, got the shapes {lengths}")
         points = np.column_stack([check.array(axis, columns.pop(axis)) for axis in "xyz"])
         distance, at = KDTree(length * points).query(self.coordinates)
         most = (

@@ -61,13 +61,13 @@ class Places:
     label: Any = None
 
     def __post_init__(self):
-        node = np.atleast_1d(check.array("node", self.node))
-        if node.ndim != 1 or not node.size or np.any(node != np.round(node)):
+        node = node_numbers("node", self.node)
+        if node.ndim != 1 or not node.size:
             raise ValueError(f"node={check.shown(self.node)}: expected one integer per DOF")
         n = node.size
         label = _texts("label", "" if self.label is None else self.label, n)
         columns: dict[str, NDArray] = dict(
-            node=node.astype(np.int64),
+            node=node,
             direction=_texts("direction", self.direction, n),
             label=label,
         )
@@ -152,7 +152,7 @@ class Places:
             digits = name.lstrip("+-").isdigit()
             given = np.array([int(name)]) if digits else None
         else:
-            given = np.atleast_1d(check.array("node", name)).astype(np.int64)  # type: ignore
+            given = node_numbers("node", name)
         if given is None or not np.isin(given, self.nodes).all():
             unknown = name if given is None else given[~np.isin(given, self.nodes)][0]
             raise KeyError(f"{unknown!s} is no node and no label of one{self._near(str(unknown))}")
@@ -252,6 +252,14 @@ def next_sector(place: Any) -> NextSector:
     if isinstance(place, NextSector):
         raise TypeError(f"place={place!r}: expected a place of this sector")
     return NextSector(check_place("place", place))
+
+
+def node_numbers(name: str, given: Any) -> NDArray[np.int64]:
+    """Numbers of nodes, at least one dimension; ValueError for what is no integer."""
+    numbers = np.atleast_1d(check.array(name, given))
+    if np.any(numbers != np.round(numbers)):
+        raise ValueError(f"{name}={check.shown(given)}: expected integers, the numbers of nodes")
+    return numbers.astype(np.int64)
 
 
 def check_places(given: Any, n_dof: int) -> Places | None:

@@ -76,9 +76,9 @@ def _doubts(
 
 
 def _of_symmetry(model: Structure) -> str:
-    stiffness = model.stiffness_matrix
     if model.lumped:
         return ""  # a diagonal
+    stiffness = model.stiffness_matrix - model.stiffness_of_air
     difference = abs(stiffness - stiffness.T).tocoo()
     largest = abs(stiffness).max() if stiffness.nnz else 0.0
     if not difference.nnz or difference.max() <= _UNSYMMETRIC * largest:

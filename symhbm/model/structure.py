@@ -33,7 +33,7 @@ from symhbm.model.parameters import (
     ReadOnly,
     records_by_name,
 )
-from symhbm.model.places import NextSector, Place, check_places, number_of
+from symhbm.model.places import NextSector, Place, Places, check_places, number_of
 from symhbm.model.shown import as_table, as_text, rows_of
 from symhbm.numerics import ComplexArray, FloatArray, FourierBasis, check
 
@@ -167,6 +167,8 @@ class Structure(ABC):
     """Harmonics that it is made for, None for any."""
     lumped = False
     """Whether every degree of freedom is a blade with parameters of its own."""
+    stiffness_of_air: Any = 0
+    """The part of the stiffness matrix that forces of air make, which need not be symmetric."""
     places: Any = None
     """Where its degrees of freedom are, as `Places`, if known."""
     outputs: Mapping[str, Output] = MappingProxyType({})
@@ -194,7 +196,9 @@ class Structure(ABC):
         """
 
     def _set_contacts(self, contacts: Any, **parameters: Any) -> None:
-        *parts, values = grouped(self._n_named, contacts, parameters, self.number_of)
+        *parts, values = grouped(
+            self._n_named, contacts, parameters, self.number_of, self._places_of_contacts
+        )
         self._check_names(values)
         self._store(contacts=parts[0], row_ends=parts[1], groups=parts[2])
         for name, value in values.items():
@@ -277,6 +281,12 @@ class Structure(ABC):
     def _n_named(self) -> int:
         """How many degrees of freedom contacts may name."""
         return self.n_dof
+
+    @property
+    def _places_of_contacts(self) -> Places | None:
+        """Where the degrees of freedom are that contacts may name, None where it is not known."""
+        known = self.places is not None and self.places.n_dof == self._n_named
+        return self.places if known else None
 
     @property
     def _n_numbered(self) -> int:

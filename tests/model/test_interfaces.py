@@ -248,6 +248,11 @@ def test_values_of_a_static_analysis(tmp_path):
         pairs.nearest(table)
     with pytest.raises(ValueError, match="columns x, y, z"):
         pairs.nearest({"x": [1.0]})
+    for gap in (np.arange(13), np.arange(11)):
+        with pytest.raises(ValueError, match="columns of one length"):
+            pairs.nearest(columns | dict(gap=gap))
+    with pytest.raises(ValueError, match="expected integers, the numbers of nodes"):
+        sh.contact_pairs(model, [1.5], "upper")
     with pytest.raises(ValueError, match="within 1e-06 m"):
         pairs.nearest(table, 1e-6, length=1e-3)
 

@@ -89,7 +89,7 @@ def test_labels_by_node():
         (dict(direction=["x", "x", "x", "y"]), "node 7 has 'x' twice"),
         (dict(direction=["x", "y", "x", "up"]), "direction='up'"),
         (dict(direction=["x", "y"]), "expected 4 texts"),
-        (dict(node=[7, 7, 9.5, 9]), "one integer"),
+        (dict(node=[7, 7, 9.5, 9]), "expected integers, the numbers of nodes"),
         (dict(label=["tip", "", "", ""]), "label: node 7 has different ones"),
         (dict(coordinates=np.arange(12.0).reshape(4, 3)), "coordinates: node 7 has different"),
         (dict(coordinates=np.zeros((4, 2))), r"shape \(4, 3\)"),

@@ -671,3 +671,29 @@ def test_marches_beside_the_onset_of_slip_know_their_error(kind):
             assert abs(found.dissipation[0] - known) <= error.dissipation[0] + 1e-6 * scale
             tight += error.dissipation[0] < 1e-3 * scale
     assert tight > 24
+
+
+def block(across, places=True, **named):
+    """A node with three directions, which rubs on the ground."""
+    table = dict(node=[7, 7, 7], direction=[*"xyz"]) if places else None
+    model = sh.Model(np.eye(3), np.eye(3), 1e4 * np.eye(3), places=table)
+    friction = dict(contact_stiffness=1e4, friction_coefficient=0.3, normal_load=5.0)
+    return model.with_contacts(pad=sh.Friction(tangential={0: 1.0}, across=across, **friction))
+
+
+@pytest.mark.parametrize(
+    ("across", "places", "degrees"),
+    [({0: -2.0}, True, "0"), ({0: -2.0}, False, "0"), ({"7:x": 1.0, "7:y": 1.0}, True, "45")],
+)
+def test_directions_of_a_plane_are_at_a_right_angle(across, places, degrees):
+    words = rf"contacts\['pad'\], across\[0\]: expected .* at {degrees} degrees"
+    with pytest.raises(ValueError, match=words):
+        block(across, places)
+
+
+@pytest.mark.parametrize("places", [True, False])
+def test_what_is_at_a_right_angle_is_taken(places):
+    assert block({1: 0.6, 2: -0.8}, places).n_contacts == 1
+    # Without places these may be coordinates of modes, whose angle nobody knows.
+    if not places:
+        assert block({0: 0.5, 1: 1.0}, places).n_contacts == 1

@@ -436,3 +436,14 @@ def test_sentences_of_curves_do_not_speak_of_frequencies():
         assert "frequency" not in sh.Status[status]
     for status in sh.Status:
         assert "fewer harmonics" not in status
+
+
+def test_forces_of_air_in_rings_need_not_be_symmetric():
+    blade = sh.Model([[1.0, 0], [0, 0]], [[2.0, 0], [0, 0]], [[3e4, -2e4], [-2e4, 2e4]])
+    disk = sh.Sector(blade, left=[0], right=[1], n_sectors=6)
+    air = sh.Influence({0: 1.0}, {-1: 60 + 300j, 0: -100 + 500j, 1: 30 - 250j}, 30.0)
+    ring = sh.mistuned_ring(disk.with_influences(air))
+    stiffness = ring.stiffness_matrix.toarray()
+    assert abs(stiffness - stiffness.T).max() > 1
+    problem = sh.HarmonicBalance(ring, sh.EngineOrder(2, pattern={0: 1.0}))
+    assert not said(lambda: sh.solve(problem, 30.0))

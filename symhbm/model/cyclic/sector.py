@@ -24,7 +24,7 @@ from symhbm.model.excitation import EngineOrder, Excitation, StaticLoad, sector_
 from symhbm.model.linear import RelativeCoordinates
 from symhbm.model.matrices import Model
 from symhbm.model.outputs import Output
-from symhbm.model.places import NextSector
+from symhbm.model.places import NextSector, Places
 from symhbm.model.polynomial import PolynomialStructure
 from symhbm.model.records import recalled, stored
 from symhbm.model.rotation import RECORDS, RotatingModel, model_of
@@ -195,6 +195,10 @@ class Sector(PolynomialStructure):
     @property
     def _n_named(self) -> int:
         return 2 * self.n_whole
+
+    @property
+    def _places_of_contacts(self) -> Places | None:
+        return self.structure.places
 
     @property
     def _n_numbered(self) -> int:

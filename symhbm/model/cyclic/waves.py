@@ -4,6 +4,7 @@ In a wave of ``n`` nodal diameters each sector lags the one before by ``n phi``,
 The right interface of a sector is the left one of the next: ``u_R = R u_L exp(-i n phi)``.
 """
 
+import warnings
 from collections.abc import Callable
 from typing import Any, NamedTuple
 
@@ -16,6 +17,8 @@ from symhbm.model.places import Places
 from symhbm.numerics import ComplexArray, FloatArray, FourierBasis, check
 
 _AXES = "xyz"
+_AMID = 1.5
+"""Distance of a node from the joined ones, over that of their neighbours, that is beside them."""
 _TOGETHER = 1e-4
 """Distance of two places of one node, over the size of the structure, that a mesh may leave."""
 
@@ -155,7 +158,10 @@ def check_geometry(
     axis: str | None,
     n_sectors: int,
 ) -> None:
-    """Raise ValueError unless the places on the right are those on the left, a sector further."""
+    """Raise ValueError unless the places on the right are those on the left, a sector further.
+
+    Warns of nodes beside them that are left out on both sides: the disk is cracked there.
+    """
     if places is None:
         return
     names = [way for _, way in _named(places)]
@@ -178,6 +184,7 @@ def check_geometry(
         return
     off = _distances(coordinates, left, right, axis, 2 * np.pi / n_sectors)
     if off.max() <= _TOGETHER * size:
+        _tell_cracks(places, left, right, axis, n_sectors)
         return
     if _distances(coordinates, right, left, axis, 2 * np.pi / n_sectors).max() <= _TOGETHER * size:
         raise ValueError(
@@ -191,15 +198,54 @@ def check_geometry(
     )
 
 
-def _distances(
-    coordinates: NDArray, left: NDArray[np.intp], right: NDArray[np.intp], axis: str, angle: float
-) -> NDArray:
-    """How far the places of ``right`` are from those of ``left`` turned about an axis, (n,)."""
+def _tell_cracks(
+    places: Places, left: NDArray[np.intp], right: NDArray[np.intp], axis: str, n_sectors: int
+) -> None:
+    """Warn of nodes amid the interfaces, on both sides, that are not joined.
+
+    Nodes farther from them than their neighbours are shrouds, where contacts may be.
+    """
+    from scipy.spatial import KDTree  # slow to import
+
+    joined = np.unique(places.coordinates[left], axis=0)
+    rest = np.setdiff1d(np.arange(places.n_dof), [*left, *right])
+    nodes, first = np.unique(places.node[rest], return_index=True)
+    if len(joined) < 2 or not len(nodes):
+        return
+    points = places.coordinates[rest[first]]
+    on_axis = np.linalg.norm(np.delete(points, _AXES.index(axis), axis=1), axis=1) == 0
+    of_joined = KDTree(joined)
+    spacing = np.median(of_joined.query(joined, 2)[0][:, 1])
+    near = (of_joined.query(points)[0] <= _AMID * spacing) & ~on_axis
+    turned = points @ _turn_about(axis, 2 * np.pi / n_sectors).T
+    gap, twin = KDTree(points).query(turned)
+    apart = near & (gap <= _TOGETHER * np.abs(places.coordinates).max())
+    if apart.any():
+        j = int(np.argmax(apart))
+        pair = int(np.atleast_1d(twin)[j])
+        warnings.warn(
+            f"left, right: {apart.sum()} nodes beside the left interface are left out, and those "
+            f"at the same places of the next sector (the first: {nodes[j]} and {nodes[pair]}); "
+            "the disk is cracked there",
+            stacklevel=4,
+        )
+
+
+def _turn_about(axis: str, angle: float) -> NDArray:
+    """Matrix that turns vectors about an axis."""
     k = _AXES.index(axis)
     i, j = (k + 1) % 3, (k + 2) % 3
     turned = np.eye(3)
     turned[[i, i, j, j], [i, j, i, j]] = np.cos(angle), -np.sin(angle), np.sin(angle), np.cos(angle)
-    return np.linalg.norm(coordinates[left] @ turned.T - coordinates[right], axis=1)
+    return turned
+
+
+def _distances(
+    coordinates: NDArray, left: NDArray[np.intp], right: NDArray[np.intp], axis: str, angle: float
+) -> NDArray:
+    """How far the places of ``right`` are from those of ``left`` turned about an axis, (n,)."""
+    turned = coordinates[left] @ _turn_about(axis, angle).T
+    return np.linalg.norm(turned - coordinates[right], axis=1)
 
 
 def _named(places: Places) -> list[tuple[int, str]]:

@@ -23,12 +23,14 @@ _USUAL = {
 class Contents(NamedTuple):
     """Matrices by kind, sparse, and the places of their rows.
 
-    ``triangle``: the format keeps one triangle of symmetric matrices, as these are.
+    ``triangle``: the format keeps one triangle of symmetric matrices, as these are. ``beside``:
+    names of what else is there and was not read.
     """
 
     matrices: dict[str, Any]
     places: Places | None = None
     triangle: bool = False
+    beside: tuple[str, ...] = ()
 
 
 Reader = Callable[[dict[str, Path], Mapping[str, str]], Contents]
@@ -74,6 +76,13 @@ def by_kind(path: Path, held: Mapping[str, Any], names: Mapping[str, str]) -> di
             f"{', '.join(held) or 'none'}; names= tells which they are"
         )
     return result
+
+
+def beside(held: Mapping[str, Any], taken: Mapping[str, Any]) -> tuple[str, ...]:
+    """Names of the square matrices of a file that are as large as those taken, and not of them."""
+    shapes = {np.shape(matrix) for matrix in taken.values()}
+    own = {*map(id, taken.values())}
+    return tuple(n for n, each in held.items() if np.shape(each) in shapes and id(each) not in own)
 
 
 def sparse(name: str, value: Any) -> Any:

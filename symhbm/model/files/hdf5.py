@@ -14,7 +14,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from symhbm.model.files.arrays import places_of_columns
-from symhbm.model.files.contents import KINDS, Contents, by_kind, sparse, told
+from symhbm.model.files.contents import KINDS, Contents, beside, by_kind, sparse, told
 from symhbm.model.matrices import Model
 from symhbm.numerics import check
 
@@ -41,8 +41,9 @@ def read(files: dict[str, Path], names: Mapping[str, str]) -> Contents:
                 data, indices, indptr, shape = (parts[part] for part in _PARTS)
                 held[name] = sp.csc_array((data, indices, indptr), shape=tuple(shape))
                 held[name].check_format()
-        matrices = {k: sparse(k, v) for k, v in by_kind(path, held, names).items()}
-        return Contents(matrices, places_of_columns(columns))
+        matrices = by_kind(path, held, names)
+        result = {kind: sparse(kind, value) for kind, value in matrices.items()}
+        return Contents(result, places_of_columns(columns), beside=beside(held, matrices))
 
 
 def save_structure(model: Model, path: str | os.PathLike[str], *, overwrite: bool = False) -> Path:

@@ -55,8 +55,9 @@ def read_structure(
         One file with all matrices, ``.npz``, ``.mat`` up to version 7, ``.h5`` or Nastran ``.op4``
         (``pip install symhbm[nastran]``). Matrices in one file each, Matrix Market or Abaqus
         ``.mtx`` or `scipy.sparse.save_npz`, have names that end in ``_stiffness``, ``_mass`` and
-        ``_damping``, as ``sector_stiffness.mtx``, or in ``_STIF2``, ``_MASS2`` and ``_DMPV2``: one
-        of them tells the others, ``sector.mtx`` all. Or ``{"mass": path, "stiffness": path}``.
+        ``_damping``, as ``sector_stiffness.mtx``, in ``_STIF2``, ``_MASS2`` and ``_DMPV2``, or are
+        ``k.mtx``, ``m.mtx`` and ``c.mtx``: one of them tells the others, ``sector.mtx`` all. Or
+        ``{"mass": path, "stiffness": path}``.
     names
         What matrices are called in a file of several, ``{"stiffness": "KAA", ...}``, unless M, C
         and K, mass, damping and stiffness, or MAA, BAA and KAA.
@@ -77,7 +78,8 @@ def read_structure(
     A `Model` in SI units. What was done to the matrices is told by one warning: units changed,
     triangles completed, degrees of freedom dropped that are supports (1e36 on the diagonal of the
     stiffness) or have rows of zeros, those without mass or stiffness, asymmetry, and a lowest
-    natural frequency below 0.01 or above 1e6 Hz, which wrong units have. Without a damping matrix
+    natural frequency below 0.01 or above 1e6 Hz, which wrong units have; matrices that are there
+    and were not read, and how many directions each node was given. Without a damping matrix
     there is no damping. Of more than 20,000 degrees of freedom the frequency is not solved for.
 
     Raises
@@ -97,8 +99,9 @@ def read_structure(
     >>> with tempfile.TemporaryDirectory() as folder:
     ...     scipy.io.mmwrite(f"{folder}/rod_mass.mtx", sp.eye_array(3))
     ...     scipy.io.mmwrite(f"{folder}/rod_stiffness.mtx", 1e4 * sp.eye_array(3))
-    ...     rod = sh.read_structure(f"{folder}/rod.mtx", places=dict(node=[7]), labels={"tip": 7})
-    >>> rod.number_of("tip:z")
+    ...     places = dict(node=[7, 7, 7], direction=["x", "y", "z"])
+    ...     rod = sh.read_structure(f"{folder}/rod.mtx", places=places)
+    >>> rod.number_of("7:z")
     2
     """
     notes: list[str] = []
@@ -118,7 +121,9 @@ def read_structure(
                 f"{kind}: expected {n_dof} rows as the stiffness, got {matrix.shape[0]}"
             )
     matrices.setdefault("damping", sp.csc_array((n_dof, n_dof)))
-    known = read_places(places, contents.places, n_dof)
+    if contents.beside:
+        notes.append(f"not read: {', '.join(contents.beside)}")
+    known = read_places(places, contents.places, n_dof, notes.append)
     if labels is not None:
         if known is None:
             raise ValueError("labels: expected places=, the file does not tell nodes")
@@ -140,7 +145,7 @@ def _contents(path: Any, names: Mapping[str, str]) -> Contents:
     """Everything that the files hold."""
     for kind in names:
         check.known(kind, KINDS, "kind of matrices")
-    files = _files(path)
+    files, left = _files(path)
     of_reader: dict[Reader, dict[str, Path]] = {}
     for kind, file in files.items():
         of_reader.setdefault(_reader(file), {})[kind] = file
@@ -149,33 +154,40 @@ def _contents(path: Any, names: Mapping[str, str]) -> Contents:
     parts = [reader(of, names) for reader, of in of_reader.items()]
     matrices = {kind: matrix for part in parts for kind, matrix in part.matrices.items()}
     known = next((part.places for part in parts if part.places is not None), None)
-    return Contents(matrices, known, any(part.triangle for part in parts))
+    left += [name for part in parts for name in part.beside]
+    return Contents(matrices, known, any(part.triangle for part in parts), tuple(left))
 
 
-def _files(path: Any) -> dict[str, Path]:
-    """Files by the kind of their matrix, ``""`` for one with several."""
+def _files(path: Any) -> tuple[dict[str, Path], list[str]]:
+    """Files by the kind of their matrix, ``""`` for one with several, and names of others."""
     if isinstance(path, Mapping):
         for kind in path:
             check.known(str(kind), KINDS, "kind of matrices")
-        return {str(kind): _existing(Path(file)) for kind, file in path.items()}
+        return {str(kind): _existing(Path(file)) for kind, file in path.items()}, []
     if not isinstance(path, (str, os.PathLike)):
         raise TypeError(f"path={check.shown(path)}: expected a path, or paths by kind of matrix")
     file = Path(path)
     suffix = file.suffix.lower()
     if suffix not in (".mtx", ".npz"):
         _reader(file)  # what cannot be read says so before it is looked for
-        return {"": _existing(file)}
+        return {"": _existing(file)}, []
     if suffix == ".npz" and file.exists() and not arrays.is_one_matrix(file):
-        return {"": file}
+        return {"": file}, []
     return _beside(file)
 
 
-def _beside(file: Path) -> dict[str, Path]:
-    """The files of one matrix each that go with one of them, or with what they have in common."""
+def _beside(file: Path) -> tuple[dict[str, Path], list[str]]:
+    """The files of one matrix each that go with one of them, or with what they have in common.
+
+    And the names of files that begin as they do, of no known kind.
+    """
     found: dict[str, Path] = {}
+    left: list[str] = []
     base = (_kind_of(file.stem) or (file.stem, ""))[0]
     for other in sorted(file.parent.glob(f"*{file.suffix}")):
         other_base, kind = _kind_of(other.stem) or (None, "")
+        if other_base is None and base and re.match(re.escape(base) + r"[_.\-]", other.stem):
+            left.append(other.name)
         if other_base != base:
             continue
         if kind in found:
@@ -190,7 +202,7 @@ def _beside(file: Path) -> dict[str, Path]:
             f"path={str(file)!r}: of which matrix? expected a name that ends in _mass, _damping or "
             "_stiffness, or {'mass': path, 'stiffness': path}"
         )
-    return found
+    return found, left
 
 
 def _kind_of(stem: str) -> tuple[str, str] | None:

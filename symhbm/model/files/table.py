@@ -2,14 +2,14 @@
 
 import csv
 import os
-from collections.abc import Mapping
+from collections.abc import Callable, Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 
 from symhbm.model.files.contents import told
-from symhbm.model.places import DIRECTIONS, Places, check_places
+from symhbm.model.places import DIRECTIONS, Places, check_places, node_numbers
 from symhbm.numerics import check
 
 _WORDS = {
@@ -23,11 +23,14 @@ _WORDS = {
 """Directions as programs call them, in small letters."""
 
 
-def read_places(given: Any, known: Places | None, n_dof: int) -> Places | None:
+def read_places(
+    given: Any, known: Places | None, n_dof: int, note: Callable[[str], None]
+) -> Places | None:
     """Places of ``n_dof`` degrees of freedom, from a table, a file of one, or those ``known``.
 
     A table without directions has a line for each node: the degrees of freedom are those that
-    are known, or as many for each node, one node after the other.
+    are known, or as many for each node, one node after the other, which a ``note`` tells: a table
+    of more nodes or of fewer may fit as well.
     """
     if given is None:
         return known
@@ -55,12 +58,14 @@ def read_places(given: Any, known: Places | None, n_dof: int) -> Places | None:
         words = [f"{w:g}" if isinstance(w, float) else str(w).strip().lower() for w in given_words]
         columns["direction"] = np.array([_WORDS.get(word, word) for word in words])
         return check_places(columns, n_dof)
-    return _of_nodes(columns, known, n_dof)
+    return _of_nodes(columns, known, n_dof, note)
 
 
-def _of_nodes(columns: dict[str, Any], known: Places | None, n_dof: int) -> Places:
+def _of_nodes(
+    columns: dict[str, Any], known: Places | None, n_dof: int, note: Callable[[str], None]
+) -> Places:
     """Places from a table of nodes."""
-    node = np.atleast_1d(check.array("places: node", columns["node"])).astype(np.int64)
+    node = node_numbers("places: node", columns["node"])
     if np.unique(node).size < node.size:
         raise ValueError("places: expected each node once, or the column 'direction'")
     if known is not None:
@@ -78,6 +83,10 @@ def _of_nodes(columns: dict[str, Any], known: Places | None, n_dof: int) -> Plac
             )
         at = np.repeat(np.arange(node.size), each)
         direction = np.tile(DIRECTIONS[:each], node.size)
+        note(
+            f"without the column 'direction', {', '.join(DIRECTIONS[:each])} taken for each of "
+            f"{node.size} nodes"
+        )
     rest_of = {name: np.asarray(columns[name])[at] for name in columns if name != "node"}
     return Places(node=node[at], direction=direction, **rest_of)
 

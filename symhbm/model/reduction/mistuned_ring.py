@@ -94,6 +94,11 @@ class MistunedRing(DeviatingModel):
                 damping = damping + of_damping * felt
         return damping, stiffness
 
+    @property
+    def stiffness_of_air(self) -> Any:  # type: ignore[override]
+        """The part of the stiffness matrix that influences of the sector make."""
+        return self._of_influences()[1]
+
     def _assembled(self, matrix: Any, blade: Any, added: Any = 0) -> Any:
         """Sum of one matrix of all sectors, with places for the entries of the blades."""
         every = sp.eye_array(self.sector.n_sectors)

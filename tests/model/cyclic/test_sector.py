@@ -234,3 +234,21 @@ def test_peaks_are_followed_over_parameters(condensed):
     )
     peak = sh.frf(problem, (20, 31), progress=False).peak_amplitude.max().item()
     assert curve.peak_amplitude.sel(normal_load=2.0).item() == pytest.approx(peak, rel=1e-9)
+
+
+def test_nodes_left_out_of_both_interfaces_are_told():
+    """A node amid them; not one on a shroud, far from them."""
+    radius, n_sectors = np.array([1.0, 1.1, 1.2, 2.0]), 6
+    angles = 2 * np.pi / n_sectors * np.repeat([0, 1], 4)
+    at = np.tile(radius, 2) * np.array([np.cos(angles), np.sin(angles)])
+    points = np.column_stack([*at, np.zeros(8)])
+    places = sh.Places(np.repeat(np.arange(8), 3), [*"xyz"] * 8, np.repeat(points, 3, axis=0))
+    model = sh.Model(np.eye(24), np.eye(24), 1e4 * np.eye(24), places=places)
+
+    def disk(*nodes):
+        left = [3 * node + i for node in nodes for i in range(3)]
+        return sh.Sector(model, left, [dof + 12 for dof in left], n_sectors, rotation="z")
+
+    assert disk(0, 1, 2).n_dof == 15
+    with pytest.warns(UserWarning, match=r"1 nodes .* \(the first: 1 and 5\)"):
+        disk(0, 2)

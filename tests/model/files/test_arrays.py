@@ -26,7 +26,8 @@ def test_arrays_of_numpy(tmp_path):
     assert rods.same(model)
     assert model.number_of("tip:y") == 10
     np.savez(tmp_path / "other.npz", mine=mass, K=stiffness, M=damping)
-    model = rods.read(tmp_path / "other.npz", names={"mass": "mine"})
+    with pytest.warns(UserWarning, match=r"other\.npz: not read: M$"):
+        model = sh.read_structure(tmp_path / "other.npz", names={"mass": "mine"})
     assert rods.same(model, damping=False)
     with pytest.raises(KeyError, match="did you mean 'mine'"):
         sh.read_structure(tmp_path / "other.npz", names={"mass": "mines"})
@@ -36,6 +37,25 @@ def test_arrays_of_numpy(tmp_path):
     np.savez(tmp_path / "two.npz", M=mass, maa=mass, K=stiffness)
     with pytest.raises(ValueError, match="expected one mass matrix, got M, maa"):
         sh.read_structure(tmp_path / "two.npz")
+
+
+def test_matrices_that_are_not_read_are_told(tmp_path):
+    mass, damping, stiffness = rods.matrices()
+    held = dict(M=mass.toarray(), K=stiffness.toarray(), K4AA=0.02 * stiffness.toarray())
+    np.savez(tmp_path / "rod.npz", **held, modes=np.ones((12, 3)))
+    with pytest.warns(UserWarning, match=r"rod\.npz: not read: K4AA$"):
+        sh.read_structure(tmp_path / "rod.npz")
+    for end, matrix in (("MASS2", mass), ("STIF2", stiffness), ("DMPS2", damping)):
+        sp.save_npz(tmp_path / f"job_{end}.npz", matrix)
+    with pytest.warns(UserWarning, match=r"not read: job_DMPS2\.npz$"):
+        model = sh.read_structure(tmp_path / "job_STIF2.npz")
+    assert rods.same(model, damping=False)
+
+
+def test_names_of_one_letter(tmp_path):
+    for name, matrix in zip("mck", rods.matrices(), strict=True):
+        sp.save_npz(tmp_path / f"{name}.npz", matrix)
+    assert rods.same(rods.read(tmp_path / "k.npz"))
 
 
 def test_sparse_matrices_of_numpy(tmp_path):

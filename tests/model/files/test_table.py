@@ -41,9 +41,16 @@ def test_a_line_per_node(tmp_path, table):
     if isinstance(table, str):
         (tmp_path / "nodes.csv").write_text(table)
         table = tmp_path / "nodes.csv"
-    model = rods.read(write(tmp_path), places=table, labels={"tip": 13, "root": [3, 5]})
+    with pytest.warns(UserWarning, match="'direction', x, y, z taken for each of 4 nodes"):
+        model = sh.read_structure(write(tmp_path), places=table, labels={"tip": 13, "root": [3, 5]})
     assert model.number_of("tip:x") == 9
     assert model.places.nodes_of("root").tolist() == [3, 5]
+
+
+def test_a_table_of_other_nodes_that_fits_is_told(tmp_path):
+    """Twelve nodes for the twelve degrees of freedom of four."""
+    with pytest.warns(UserWarning, match="'direction', x taken for each of 12 nodes"):
+        sh.read_structure(write(tmp_path), places=dict(node=range(1, 13)))
 
 
 @pytest.mark.parametrize(
@@ -57,6 +64,7 @@ def test_a_line_per_node(tmp_path, table):
         ("node,direction\n1,x\n", "expected 12"),
         ("node\n1\n2\n3\n4\n5\n", "not 1, 2, 3 or 6"),
         ("node\n1\n1\n3\n4\n", "each node once"),
+        ("node\n1\n1.5\n3\n4\n", "expected integers"),
     ],
 )
 def test_tables_that_are_none(tmp_path, text, words):
