@@ -23,8 +23,8 @@ from symhbm.numerics import check
 SHORT = {"friction": Coulomb(), "cubic": CubicSpring()}
 """The groups of contacts that have no names of their own."""
 TRANSLATIONS = ("x", "y", "z", "radial", "tangential", "axial")
-_ANGLE = 1e-6
-"""Cosine of two directions that is none but for round-off and coordinates of few digits."""
+_ANGLE = 1e-3
+"""Cosine of two directions that is none but for the digits they are given with."""
 
 
 class GroupedContacts(NamedTuple):
