@@ -23,6 +23,11 @@ class Damping(ABC):
     loss_factor = 0.0
     """Share of the stiffness that is a loss in every harmonic, whatever the frequency."""
 
+    @property
+    def stiffness_share(self) -> float | None:
+        """Share of the stiffness in the damping matrix [s], None where it is no share of it."""
+        return None
+
     @abstractmethod
     def matrix(self, mass: Any, stiffness: Any) -> Any:
         """The damping matrix [N s/m] of a structure of sparse ``mass`` and ``stiffness``.
@@ -152,6 +157,11 @@ class RayleighDamping(Damping):
     mass: float = 0.0
     stiffness: float = 0.0
 
+    @property
+    def stiffness_share(self) -> float:
+        """Share of the stiffness in the damping matrix [s]."""
+        return self.stiffness
+
     def __post_init__(self):
         for name in ("mass", "stiffness"):
             value = check.scalar(name, getattr(self, name), "non-negative")
@@ -192,6 +202,11 @@ class StructuralDamping(Damping):
     """
 
     loss_factor: float
+
+    @property
+    def stiffness_share(self) -> float:
+        """None of the damping matrix."""
+        return 0.0
 
     def __post_init__(self):
         loss_factor = check.scalar("loss_factor", self.loss_factor, "non-negative")

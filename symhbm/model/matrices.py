@@ -5,8 +5,9 @@
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import numpy as np
 import scipy.sparse as sp
@@ -100,6 +101,11 @@ class Model(PolynomialStructure):
         "with half the loss factor as ratio, or a damping matrix"
     )
 
+    damping: ClassVar[Any] = None
+    """The rule that damping follows, a `Damping`, None where it is a matrix alone."""
+    coriolis_matrix: ClassVar[Any] = None
+    """The matrix of Coriolis forces at its speed, ``Omega G``, beside a rule of damping."""
+
     def __post_init__(self):
         size, given = None, self.damping_matrix
         if isinstance(given, Damping):
@@ -117,18 +123,32 @@ class Model(PolynomialStructure):
         )
 
     def __getattr__(self, name: str) -> Any:
-        if name == "damping":
-            return None
-        if name != "damping_matrix":
+        if name != "damping_matrix" or self.damping is None:
             return super().__getattr__(name)
         # Modes take time: they are computed where the matrix is asked for.
-        self._store(damping_matrix=self.damping.matrix(self.mass_matrix, self.stiffness_matrix))
+        own = self.mass_matrix, self.stiffness_matrix
+        self._store(damping_matrix=self.damping_seen(lambda matrix: matrix, *own))
         return vars(self)["damping_matrix"]
+
+    def damping_seen(self, seen: Callable[[Any], Any], mass: Any, stiffness: Any) -> Any:
+        """The damping matrix of a wave, of a reduced structure, ..: of all that it is made of.
+
+        ``seen`` makes such a matrix of one of the structure; ``mass`` and ``stiffness`` are those,
+        whose modes a rule of damping is of.
+        """
+        if self.damping is None:
+            return seen(self.damping_matrix)
+        found = self.damping.matrix(mass, stiffness)
+        return found if self.coriolis_matrix is None else found + seen(self.coriolis_matrix)
 
     @property
     def loss_factor(self) -> float:  # type: ignore[override]
         """Loss factor of a structure with structural damping, 0 of others."""
         return 0.0 if self.damping is None else self.damping.loss_factor
+
+    def loss_stiffness(self, nodal_diameter: int | None = None) -> Any:
+        """What the loss factor makes of the stiffness, sparse (n_dof, n_dof) [N/m]."""
+        return self.loss_factor * self.stiffness_matrix
 
     @property
     def n_dof(self) -> int:
@@ -159,6 +179,10 @@ class Model(PolynomialStructure):
         """Those of all harmonics."""
         return self.matrices()
 
+    def loss_in(self, harmonic: int) -> Any:
+        """That of all harmonics."""
+        return self.loss_stiffness()
+
     def description(self) -> dict[str, Any]:
         """Nothing where matrices are stored, else the loss factor."""
         if self.has_matrices:
@@ -174,13 +198,14 @@ class Model(PolynomialStructure):
     @property
     def record(self) -> Any:
         """The matrices, and what else tells the structure, for an archive."""
-        damping = vars(self)["damping_matrix"] if self.damping is None else None
+        damping = self.damping_matrix if self.damping is None else self.coriolis_matrix
         return Matrices(self.mass_matrix, damping, self.stiffness_matrix)
 
     @property
     def told(self) -> dict[str, Any]:
         """What of it is no number, as JSON keeps it."""
-        return {} if self.damping is None else {"damping": self.damping.description()}
+        told = {} if self.damping is None else {"damping": self.damping.description()}
+        return told if self.speed is None else told | {"speed": self.speed}
 
     @property
     def _stored(self) -> tuple[FloatArray, dict[str, Any]]:
@@ -195,6 +220,10 @@ class Model(PolynomialStructure):
         values |= {name: part for name, part in record._asdict().items() if part is not None}
         if "damping" in told:
             values["damping"] = Damping.from_told(told["damping"])
+            if "damping_matrix" in values:
+                values["coriolis_matrix"] = values.pop("damping_matrix")
+        if "speed" in told:
+            values["speed"] = told["speed"]
         model = restored(values, cls)
         model._set_contacts({})
         return model
@@ -249,7 +278,7 @@ def matrix_of(name: str, value: Any, size: int | None) -> Any:
     matrix.sum_duplicates()
     matrix.data.setflags(write=False)
     diagonal = matrix.diagonal()
-    if name != "damping_matrix" and np.any(diagonal < 0):
+    if name in ("mass_matrix", "stiffness_matrix") and np.any(diagonal < 0):
         i = int(np.argmax(diagonal < 0))
         raise ValueError(f"{name}: expected a diagonal >= 0, entry {i} is {diagonal[i]:g}")
     return matrix

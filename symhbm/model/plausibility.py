@@ -68,9 +68,12 @@ def _doubts(
     if not driven:
         return "no force oscillates; HarmonicBalance(model, excitation) takes one"
     said = [_of_symmetry(model), _of_effect(model, moving), _of_harmonics(model, harmonics)]
-    if not {"mass", "damping", "stiffness"} & {*moving}:
+    # Above a critical speed Coriolis forces hold what spin softening leaves without stiffness.
+    softened = bool(np.any(model.stiffness_matrix.diagonal() < 0))
+    if not softened and not {"mass", "damping", "stiffness"} & {*moving}:
         said.append(_of_damping(model))
-    if not {"mass", "stiffness", "contact_stiffness", "cubic_stiffness"} & {*moving}:
+    stiff = {"mass", "stiffness", "contact_stiffness", "cubic_stiffness"}
+    if not softened and not stiff & {*moving}:
         said.append(_of_band(model, band, harmonics))
     return "; ".join(doubt for doubt in said if doubt)
 

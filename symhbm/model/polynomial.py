@@ -23,6 +23,10 @@ class PolynomialStructure(Structure):
     def matrices_in(self, harmonic: int) -> Matrices:
         """Matrices of a harmonic, sparse, of motions ``Re(x exp(i n omega t))``."""
 
+    @abstractmethod
+    def loss_in(self, harmonic: int) -> Any:
+        """The stiffness times the loss factor in a harmonic, sparse (n_dof, n_dof) [N/m]."""
+
     def rotation_powers(self, harmonic: int) -> dict[int, Any]:
         """What rotation adds to the ``A_k``, sparse (n_dof, n_dof) by ``k``."""
         return {}
@@ -30,8 +34,9 @@ class PolynomialStructure(Structure):
     def powers(self, harmonic: int) -> dict[int, Any]:
         """Sparse ``A_k`` (n_dof, n_dof) by ``k``: ``K + i n omega C - (n omega)^2 M`` and more."""
         mass, damping, stiffness = self.matrices_in(harmonic)
-        lossy = 1 + 1j * self.loss_factor if harmonic and self.loss_factor else 1.0
-        result = {0: lossy * stiffness, 1: 1j * harmonic * damping, 2: -(harmonic**2) * mass}
+        result = {0: stiffness, 1: 1j * harmonic * damping, 2: -(harmonic**2) * mass}
+        if harmonic and self.loss_factor:
+            result[0] = stiffness + 1j * self.loss_in(harmonic)
         for power, added in self.rotation_powers(harmonic).items():
             result[power] = result[power] + added if power in result else added
         return result

@@ -161,6 +161,8 @@ class Structure(ABC):
     """What is said where mass, damping and stiffness matrices are needed."""
     engine_order: float | None = None
     """Engine order along which its matrices change with the speed of rotation, None without."""
+    speed: float | None = None
+    """Speed of rotation [1/min] that all of it is at, None where it is at none alone."""
     frequency: Any = None
     """Band [Hz] that it is made for, None for any."""
     harmonics: Any = None
@@ -196,11 +198,13 @@ class Structure(ABC):
         """
 
     def _set_contacts(self, contacts: Any, **parameters: Any) -> None:
-        *parts, values = grouped(
+        every, rows, groups, values = grouped(
             self._n_named, contacts, parameters, self.number_of, self._places_of_contacts
         )
         self._check_names(values)
-        self._store(contacts=parts[0], row_ends=parts[1], groups=parts[2])
+        if self.speed is not None:
+            groups = tuple(group._replace(law=group.law.at(self.speed)) for group in groups)
+        self._store(contacts=every, row_ends=rows, groups=groups)
         for name, value in values.items():
             self._store(**{name: self._each(name, value)})
 

@@ -146,10 +146,10 @@ def recovered(
         s = n * frequency
         wave = structure.wave(n)
         mass, damping, rigidity = structure.matrices(wave)
+        if n and structure.loss_factor:
+            rigidity = rigidity + 1j * structure.loss_stiffness(wave)
         matrices = rigidity, damping, mass
         exact = [m.tocsr().astype(np.result_type(m.dtype, LONG)) for m in matrices]
-        if n and structure.loss_factor:
-            exact[0] = (1 + 1j * structure.loss_factor) * exact[0]
         stiffness = dynamic_stiffness(exact, LONG(s)).astype(np.clongdouble)
         x, right = (motion[:, at] @ sign).astype(np.clongdouble), force[:, at] @ sign
         rows = stiffness[slaves]

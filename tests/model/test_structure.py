@@ -150,8 +150,8 @@ def test_what_needs_matrices_says_so():
     for call in calls:
         with pytest.raises((TypeError, ValueError), match="matrices"):
             call()
-    with pytest.raises(AttributeError, match="no attribute 'speed'"):
-        problem.model.speed  # noqa: B018
+    with pytest.raises(AttributeError, match="no attribute 'rotor'"):
+        problem.model.rotor  # noqa: B018
 
 
 def test_bad_structures_are_refused():

@@ -184,6 +184,13 @@ def condense(
         condensed = condense_sector(structure, excitations, band, basis, masters, rows, progress)
         _check_error(condensed.certificate, tolerance)
         return _with_outputs(condensed, model, seen)
+    if model.loss_factor:
+        other = model.loss_stiffness() - model.loss_factor * model.stiffness_matrix
+        if abs(other).max() > 0:
+            raise TypeError(
+                "model: expected viscous damping, or a loss factor of the whole stiffness: this "
+                "one is of the tuned disk without the air"
+            )
     for force in excitations:
         model.under(force)
     warn_of_doubts(model, band, basis.harmonics)

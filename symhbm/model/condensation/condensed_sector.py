@@ -363,9 +363,10 @@ class CondensedSector(CondensedModel):
 def _digest(sector: Sector) -> str:
     """Checksum of the matrices of a sector, its interfaces, and forces between blades."""
     digest, model = sha256(), sector.structure
-    names = ("mass_matrix", "stiffness_matrix", *(("damping_matrix",) * (model.damping is None)))
+    of_damping = model.damping_matrix if model.damping is None else model.coriolis_matrix
+    matrices = model.mass_matrix, model.stiffness_matrix, of_damping
     ends = sector.interfaces.left, sector.interfaces.right
-    arrays = [each for name in names for each in (*arrays_of(getattr(model, name)), *ends)]
+    arrays = [each for m in matrices if m is not None for each in (*arrays_of(m), *ends)]
     for influence in sector.influences:
         arrays += [*arrays_of(influence.column), *influence[1:]]
     for array in arrays:

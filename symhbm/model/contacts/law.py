@@ -15,8 +15,10 @@ from __future__ import annotations
 
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
+from copy import copy
 from dataclasses import dataclass
 from functools import lru_cache
+from inspect import signature
 from typing import Any, ClassVar, NamedTuple
 
 import casadi as ca
@@ -165,6 +167,8 @@ class ContactLaw(ABC):
     """Whether the opposite motion has the opposite force, so that odd harmonics may do."""
     engine_order: int | None = None
     """Engine order along which rotation moves the force with the frequency, None without."""
+    speed: float | None = None
+    """Speed of rotation [1/min] that the force is of, None where it is of none alone."""
     sums_samples: ClassVar[bool] = False
     """Whether coefficients of the force are sums over samples, see `sampling_errors`."""
 
@@ -186,6 +190,19 @@ class ContactLaw(ABC):
         Or which of their displacements (n, m).
         """
         return np.zeros(len(next(iter(values.values()))), dtype=bool)
+
+    def at(self, speed: float) -> ContactLaw:
+        """The law at one speed of rotation [1/min], itself where rotation does not move it."""
+        if self.engine_order is None:
+            return self
+        if "speed" not in signature(type(self)).parameters:
+            raise TypeError(
+                f"{type(self).__name__}: expected an argument speed, or a method at(speed): the "
+                "structure is at one speed of rotation"
+            )
+        other = copy(self)
+        other.engine_order, other.speed = None, speed
+        return other
 
     def sampled(self, samples: int) -> ContactLaw:
         """The law marched over samples of the period, itself where nothing needs marching."""

@@ -52,8 +52,8 @@ class NormalLaw(ContactLaw):
     ``given`` says which of both is the parameter; ``preload="balanced"`` says that displacements
     are measured from the equilibrium under the preload, ``"coupled"`` that static loads press the
     contact in harmonic 0. With an ``engine_order`` rotation presses the contact, too, by the
-    parameter ``centrifugal_load``, see `symhbm.model.contacts.rotation`. Raises ValueError for
-    other words.
+    parameter ``centrifugal_load``, see `symhbm.model.contacts.rotation`, as it does at a ``speed``
+    [1/min]. Raises ValueError for other words.
     """
 
     odd = False
@@ -65,10 +65,11 @@ class NormalLaw(ContactLaw):
         given: Given = "normal_load",
         preload: Preload = "balanced",
         engine_order: int | None = None,
+        speed: float | None = None,
     ):
         self.given = check.one_of("given", given, get_args(Given))
         self.preload = check.one_of("preload", preload, get_args(Preload))
-        self.engine_order = check_order(engine_order)
+        self.engine_order, self.speed = check_order(engine_order), speed
 
     @property
     def parameters(self) -> Mapping[str, Parameter]:  # type: ignore[override]
@@ -77,7 +78,7 @@ class NormalLaw(ContactLaw):
             "N m-1", "normal stiffness of the contact", "$k_n$", "N/m", designed=True
         )
         of_load = {"normal_stiffness": stiffness, self.given: _LOADS[self.given]}
-        return {**self.friction, **of_load, **of_rotation(self.engine_order)}
+        return {**self.friction, **of_load, **of_rotation(self)}
 
     def load(self, frequency: Any, values: Values) -> Any:
         """``N0`` [N] at an angular frequency [rad/s], of arrays or of symbols; negative: a gap."""
@@ -85,7 +86,7 @@ class NormalLaw(ContactLaw):
             at_rest = -values["normal_stiffness"] * values["gap"]
         else:
             at_rest = values["normal_load"]
-        return at_rest + centrifugal(self.engine_order, frequency, values)
+        return at_rest + centrifugal(self, frequency, values)
 
     def balanced_load(self, frequency: Any, values: Values) -> Any:
         """The share of the normal force that the equilibrium holds, as a CasADi expression [N]."""
@@ -144,6 +145,7 @@ class NormalLaw(ContactLaw):
         words = [repr(self.given)] if self.given != "normal_load" else []
         words += [f"preload={self.preload!r}"] if self.preload != "balanced" else []
         words += [f"engine_order={self.engine_order}"] if self.engine_order is not None else []
+        words += [f"speed={self.speed:g}"] if self.speed is not None else []
         return f"{type(self).__name__}({', '.join(words)})"
 
 

@@ -1,15 +1,16 @@
 """Loads of contacts that grow with the square of the speed of rotation.
 
 Along an engine order the angular frequency of the excitation is ``omega = engine_order Omega``,
-so that the load ``F_n + centrifugal_load Omega^2`` depends on the frequency.
+so that the load ``F_n + centrifugal_load Omega^2`` depends on the frequency. In a structure at one
+speed it does not.
 """
 
 from typing import Any, ClassVar
 
 from symhbm.model.contacts.coulomb import Coulomb
-from symhbm.model.contacts.law import Values
+from symhbm.model.contacts.law import ContactLaw, Values
 from symhbm.model.contacts.parameter import Parameter
-from symhbm.numerics import check
+from symhbm.numerics import RADIANS, check
 
 LOAD = "centrifugal_load"
 _RECORD = Parameter(
@@ -26,14 +27,16 @@ def check_order(engine_order: int | None) -> int | None:
     return None if engine_order is None else check.integer("engine_order", engine_order, 1)
 
 
-def of_rotation(engine_order: int | None) -> dict[str, Parameter]:
+def of_rotation(law: ContactLaw) -> dict[str, Parameter]:
     """The parameter by which rotation presses a contact, where it does."""
-    return {} if engine_order is None else {LOAD: _RECORD}
+    return {} if law.engine_order is law.speed is None else {LOAD: _RECORD}
 
 
-def centrifugal(engine_order: int | None, frequency: Any, values: Values) -> Any:
+def centrifugal(law: ContactLaw, frequency: Any, values: Values) -> Any:
     """What rotation adds to a load [N] at an angular frequency, of arrays or of symbols."""
-    return 0 if engine_order is None else values[LOAD] * (frequency / engine_order) ** 2
+    if law.speed is not None:
+        return values[LOAD] * (RADIANS * law.speed / 60) ** 2
+    return 0 if law.engine_order is None else values[LOAD] * (frequency / law.engine_order) ** 2
 
 
 def given_by_rotation(centrifugal_load: Any, engine_order: int | None) -> dict[str, Any]:
@@ -49,6 +52,8 @@ def given_by_rotation(centrifugal_load: Any, engine_order: int | None) -> dict[s
 class PressedCoulomb(Coulomb):
     """Dry friction under ``F_n + centrifugal_load (omega / engine_order)^2``, see `Coulomb`.
 
+    With a ``speed`` [1/min] the load is that of this speed, whatever the frequency.
+
     Examples
     --------
     >>> import symhbm as sh
@@ -63,13 +68,14 @@ class PressedCoulomb(Coulomb):
 
     parameters: ClassVar = {**Coulomb.parameters, LOAD: _RECORD}
 
-    def __init__(self, engine_order: int = 1):
-        self.engine_order = check.integer("engine_order", engine_order, 1)
+    def __init__(self, engine_order: int | None = 1, speed: float | None = None):
+        self.engine_order, self.speed = check_order(engine_order), speed
 
     def slip_limit(self, frequency: Any, values: Values) -> Any:
         """``mu`` times the load [N] at an angular frequency [rad/s]."""
-        added = centrifugal(self.engine_order, frequency, values)
+        added = centrifugal(self, frequency, values)
         return values["friction_coefficient"] * (values["normal_load"] + added)
 
     def __repr__(self) -> str:
-        return f"PressedCoulomb({self.engine_order})"
+        at = self.engine_order if self.speed is None else f"speed={self.speed:g}"
+        return f"PressedCoulomb({at})"

@@ -268,6 +268,15 @@ class Sector(PolynomialStructure):
         """That of the structure."""
         return self.structure.loss_factor
 
+    def loss_stiffness(self, nodal_diameter: int | None = None) -> Any:
+        """That of the structure in a wave, without the air."""
+        expansion = self.interfaces.expansion(self._wave_of(nodal_diameter))
+        return (expansion.conj().T @ self.structure.loss_stiffness() @ expansion).tocsc()
+
+    def loss_in(self, harmonic: int) -> Any:
+        """That of the wave of a harmonic."""
+        return self.loss_stiffness(self.wave(harmonic))
+
     def under(self, excitation: Excitation) -> Sector:
         """The sector as an engine order moves it.
 
@@ -285,7 +294,15 @@ class Sector(PolynomialStructure):
         """The sector of a `RotatingModel` at one speed [1/min]."""
         if not isinstance(self.structure, RotatingModel):
             raise TypeError("structure: expected a RotatingModel, whose matrices change with speed")
-        return self._changed(structure=self.structure.at(speed), _waves={})
+        other = self._changed(structure=self.structure.at(speed), _waves={})
+        groups = tuple(group._replace(law=group.law.at(other.speed)) for group in self.groups)
+        other._store(groups=groups)
+        return other
+
+    @property
+    def speed(self) -> float | None:  # type: ignore[override]
+        """That of the structure."""
+        return self.structure.speed
 
     def with_influences(self, *influences: Influence) -> Sector:
         """A copy with aerodynamic forces between its blades, and no others."""
@@ -338,18 +355,19 @@ class Sector(PolynomialStructure):
             expansion = self.interfaces.expansion(n)
             adjoint = expansion.conj().T.tocsr()
             model = self.structure
-            given = model.damping  # its modes are those of a wave, not of a sector that is free
-            names = Matrices._fields if given is None else ("mass_matrix", "stiffness_matrix")
-            found = {name: (adjoint @ getattr(model, name) @ expansion).tocsc() for name in names}
-            if given is not None:
-                found["damping_matrix"] = given.matrix(*found.values())
+
+            def seen(matrix: Any) -> Any:
+                return (adjoint @ matrix @ expansion).tocsc()
+
+            mass, stiffness = seen(model.mass_matrix), seen(model.stiffness_matrix)
+            # Modes that a rule damps are those of a wave, not of a sector that is free.
+            damping = model.damping_seen(seen, mass, stiffness)
             for influence in self.influences:
                 column = adjoint @ influence.column
                 along = (column @ column.conj().T).tocsc()
-                damping, stiffness = influence.in_wave(n, self.n_sectors)
-                found["damping_matrix"] = found["damping_matrix"] + damping * along
-                found["stiffness_matrix"] = found["stiffness_matrix"] + stiffness * along
-            self._waves[n] = Matrices(**found)
+                of_damping, of_stiffness = influence.in_wave(n, self.n_sectors)
+                damping, stiffness = damping + of_damping * along, stiffness + of_stiffness * along
+            self._waves[n] = Matrices(mass, damping, stiffness)
         return self._waves[n]
 
     def dissipates(self, harmonics: Sequence[int]) -> bool:

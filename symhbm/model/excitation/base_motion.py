@@ -220,7 +220,7 @@ class BaseMotion(Excitation):
             return {2 - order: phase * n**2 * (1j * n) ** -order * inertia}
         elastic = structure.stiffness_matrix @ moved.astype(complex)
         if structure.loss_factor:
-            elastic = (1 + 1j * structure.loss_factor) * elastic
+            elastic = elastic + 1j * (structure.loss_stiffness() @ moved)
             return {-order: phase * (1j * n) ** -order * elastic}
         viscous = structure.damping_matrix @ moved
         return {

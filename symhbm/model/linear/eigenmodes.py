@@ -5,7 +5,7 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
-from scipy.linalg import eigh
+from scipy.linalg import eig, eigh
 from scipy.sparse.linalg import LinearOperator, eigsh, splu
 
 from symhbm.model.linear.low_rank import LowRankSum
@@ -15,6 +15,8 @@ _BELOW = 1e-9
 """Where modes are looked for, below zero, as a share of the square of a high natural frequency."""
 _ROUND_OFF = 1e-12
 """Share of a damping matrix that is no Coriolis force."""
+_GROWS = 1e-9
+"""Imaginary part of an inverse frequency, over the largest one, that is no round-off."""
 _MOST = 0.5
 """Share of all modes from which on all of them are computed at once."""
 
@@ -61,9 +63,11 @@ def lowest_gyroscopic(
     """The lowest modes of ``K + i omega G - omega^2 M``, ``G`` skew-Hermitian: frequencies, shapes.
 
     Ascending, (count,) [rad/s] and (n_dof, count), complex, of unit mass. With ``psi = omega x``
-    they are those of a Hermitian pair, ``omega [[-i G, M], [M, 0]] z = [[K, 0], [0, M]] z``.
+    they are those of a Hermitian pair, ``omega [[-i G, M], [M, 0]] z = [[K, 0], [0, M]] z``. A
+    stiffness that is not positive definite, as spin softening leaves it above a critical speed, has
+    modes where Coriolis forces hold it.
 
-    ValueError unless stiffness and mass are positive definite.
+    ValueError where they do not, and for a mass that is not positive definite.
     """
     size = mass.shape[0]
     stiffness, zero = hermitian(stiffness), sp.csc_array(mass.shape)
@@ -71,20 +75,34 @@ def lowest_gyroscopic(
     right = sp.block_array([[stiffness, None], [None, mass]], format="csc").astype(complex)
     try:
         if 2 * size <= DENSE_LIMIT or count > _MOST * size:
-            inverse, both = eigh(left.toarray(), right.toarray())
+            try:
+                inverse, both = eigh(left.toarray(), right.toarray())
+            except np.linalg.LinAlgError:
+                inverse, both = _held_by_rotation(left.toarray(), right.toarray())
         else:
             solve: Any = LinearOperator(right.shape, matvec=splu(right).solve, dtype=complex)  # type: ignore
             start = np.random.default_rng(0).normal(size=2 * size).astype(complex)
             inverse, both = eigsh(left, count, right, which="LA", Minv=solve, v0=start)
     except (np.linalg.LinAlgError, RuntimeError) as error:
         raise ValueError(
-            "stiffness_matrix, mass_matrix: expected positive definite ones beside Coriolis "
-            f"forces; their modes cannot be computed ({error})"
+            "stiffness_matrix, mass_matrix: expected positive definite ones, or Coriolis "
+            f"forces that hold the motion; its modes cannot be computed ({error})"
         ) from error
-    order = np.argsort(-inverse)[:count]
+    order = np.argsort(-inverse)[: min(count, np.count_nonzero(inverse > 0))]
     shapes = both[:size, order]
     inertia = np.sum(shapes.conj() * (mass @ shapes), axis=0).real
     return 1 / inverse[order], shapes / np.sqrt(inertia)
+
+
+def _held_by_rotation(left: NDArray, right: NDArray) -> tuple[FloatArray, NDArray]:
+    """Inverse frequencies and vectors of the pair of an indefinite stiffness.
+
+    LinAlgError where a motion grows.
+    """
+    inverse, both = map(np.asarray, eig(left, right))
+    if np.abs(inverse.imag).max() > _GROWS * np.abs(inverse).max():
+        raise np.linalg.LinAlgError("a motion grows, the stiffness is not positive definite")
+    return inverse.real, both
 
 
 def hermitian(matrix: Any) -> Any:

@@ -67,7 +67,7 @@ class _Wave:
 
     def __init__(self, structure: Any, wave: int | None, watched: NDArray[np.intp]):
         self.parts = structure.matrices(wave)
-        self.loss = structure.loss_factor
+        self.loss = structure.loss_stiffness(wave) if structure.loss_factor else None
         rows: Any = sp.csr_array(structure.directions_of(wave))
         every: Any = sp.eye_array(self.parts.n_dof, format="csr")
         self.rows: Any = sp.vstack([rows, every[watched]]).tocsr()
@@ -77,7 +77,7 @@ class _Wave:
     @property
     def damped(self) -> bool:
         """Whether anything takes energy."""
-        return bool(self.loss or self.parts.damping_matrix.count_nonzero())
+        return bool(self.loss is not None or self.parts.damping_matrix.count_nonzero())
 
     def stuck(self) -> Any:
         """The stiffness with stuck contacts."""
@@ -87,8 +87,8 @@ class _Wave:
     def responses(self, s: float) -> list[ComplexArray]:
         """Receptances of what is compared at ``s`` [rad/s], contacts open and stuck."""
         mass, damping, stiffness = self.parts
-        if self.loss:
-            stiffness = (1 + 1j * self.loss) * stiffness
+        if self.loss is not None:
+            stiffness = stiffness + 1j * self.loss
         matrix = dynamic_stiffness([stiffness, damping, mass], s).astype(complex)
         loads = self.rows.conj().T.toarray().astype(complex)
         opened = self.rows @ factorised(matrix).solve(loads)

@@ -47,7 +47,8 @@ def deviations_of(n_modes: int) -> dict[str, Deviation]:
 class DeviatingModel(Model):
     """A `Model` with deviations of the stiffness, frequency and mass of each of its blades.
 
-    ``base`` are its tuned matrices by name, "mass", "damping" and "stiffness", sparse; ``blades``
+    ``base`` are its tuned matrices by name, "mass", "damping" and "stiffness", with a loss factor
+    also "loss", what it makes of the stiffness, all sparse; ``blades``
     by the ``part`` of a `Deviation` what it is among the stored entries of the matrix, of each
     blade, sparse (n_entries, n_blades); ``contacts`` as of `Model`, by name.
 
@@ -100,6 +101,10 @@ class DeviatingModel(Model):
     def records(self) -> dict[str, Parameter]:
         """What each parameter of the contacts is, and of modes of the blades."""
         return super().records | records_of_blade_modes(self.n_blade_modes)
+
+    def loss_stiffness(self, nodal_diameter: int | None = None) -> Any:
+        """What a loss factor makes of the stiffness of the tuned disk, without the air."""
+        return self._base["loss"]
 
     def description(self) -> dict[str, Any]:
         """As of a `Model`, and how many modes of the blades deviate by themselves."""

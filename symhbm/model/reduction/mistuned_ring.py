@@ -51,9 +51,11 @@ class MistunedRing(DeviatingModel):
             whole: Any = sum(map(abs, parts.values()))
             base[name] = self._assembled(getattr(model, f"{name}_matrix"), whole, added)
             blades |= {key: _places(base[name], self._of_each(p)) for key, p in parts.items()}
-        base["damping"] = self._damping_matrix(model, base, damping)
+        base["damping"] = self._damping_matrix(model, base, stiffness, damping)
         if isinstance(model.damping, StructuralDamping):
+            base["loss"] = sp.csc_array(model.loss_factor * (base["stiffness"] - stiffness))
             self._store(damping=model.damping)
+        self._store(speed=model.speed)
         super().__init__(base, blades, _contacts(sector, self._spread), **deviations)
         self._store(outputs={n: self._around(out) for n, out in sector.outputs.items()})
 
@@ -109,15 +111,16 @@ class MistunedRing(DeviatingModel):
         result.data = (_places(result, [sp.coo_array(whole)]) @ np.ones(1)).astype(float)
         return result
 
-    def _damping_matrix(self, model: Model, base: dict[str, Any], added: Any) -> Any:
+    def _damping_matrix(self, model: Model, base: dict[str, Any], air: Any, added: Any) -> Any:
         given = model.damping
         if given is None:
             return self._assembled(model.damping_matrix, model.damping_matrix, added)
+        if model.coriolis_matrix is not None:
+            added = self._assembled(model.coriolis_matrix, model.coriolis_matrix, added)
         if isinstance(given, ModalDamping):
-            result = modal_damping_of_ring(self.sector.with_influences()) + added
+            result = modal_damping_of_ring(self.sector) + added
         else:
-            stiffness = base["stiffness"] - self._of_influences()[1]
-            result = sp.csc_array(given.matrix(base["mass"], stiffness) + added)
+            result = sp.csc_array(given.matrix(base["mass"], base["stiffness"] - air) + added)
         if sp.issparse(result):
             result.sort_indices()
         return result
@@ -352,10 +355,11 @@ def _contacts(sector: Sector, spread: Any) -> dict[str, Contacts]:
 
 def modal_damping_of_ring(sector: Sector) -> Any:
     """Modal damping of each nodal diameter as a matrix of the whole ring, or in factors."""
-    n = sector.n_sectors
+    n, still = sector.n_sectors, sector.with_influences()
     left, right = [], []
     for wave in sector.nodal_diameters:
-        one, other = _factors(sector.matrices(wave).damping_matrix)
+        mass, _, stiffness = still.matrices(wave)
+        one, other = _factors(sector.structure.damping.matrix(mass, stiffness))
         phases = np.exp(-2j * np.pi * wave * np.arange(n) / n) / np.sqrt(n)
         whole = [np.kron(phases[:, None], part) for part in (one, other)]
         if 2 * wave % n == 0:

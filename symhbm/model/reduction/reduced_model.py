@@ -53,13 +53,13 @@ class ReducedModel(Model):
         self._store(whole_places=given, places=None if given is None else given.of(dofs))
         natural = np.sqrt(np.maximum(component.squares, 0.0)) / (2 * np.pi)
         self._store(fixed_frequencies=natural, modal_rows=component.modal_rows)
-        for name in ("mass_matrix", "stiffness_matrix"):
-            self._put_matrix(name, projected(getattr(structure, name), basis))
-        given = structure.damping
-        if given is None:
-            self._put_matrix("damping_matrix", projected(structure.damping_matrix, basis))
-        else:
-            self._store(damping=given.of_at_most(len(dofs) - n_right))
+        if structure.damping is not None:
+            self._store(damping=structure.damping.of_at_most(len(dofs) - n_right))
+        names = "damping_matrix" if structure.damping is None else "coriolis_matrix"
+        for name in ("mass_matrix", names, "stiffness_matrix"):
+            if (matrix := getattr(structure, name)) is not None:
+                self._put_matrix(name, projected(matrix, basis))
+        self._store(speed=structure.speed)
         position = {int(dof): i for i, dof in enumerate(dofs)}
         self._store(
             contacts=renumbered(structure.contacts, position.__getitem__),

@@ -96,22 +96,43 @@ class RotatingModel(Model):
     engine_order: float | None
 
     def at(self, speed: float) -> Model:
-        """The structure at one speed [1/min], Coriolis forces in its damping matrix."""
-        turning = PER_MINUTE * check.scalar("speed", speed, "non-negative")
+        """The structure at one speed [1/min], Coriolis forces in its damping matrix.
+
+        Loads of contacts that rotation presses are those of the speed, and damping by a rule is of
+        the stiffness there.
+        """
+        speed = check.scalar("speed", speed, "non-negative")
+        turning = PER_MINUTE * speed
         values = {name: value for name, value in vars(self).items() if name not in _OF_ROTATION}
         stiffness = self.stiffness_matrix
         for power, part in enumerate(self.stiffening, 1):
             stiffness = stiffness + turning ** (2 * power) * part
-        values["stiffness_matrix"] = matrix_of("stiffness_matrix", stiffness, self.n_dof)
+        stiffness = sp.csc_array(stiffness)
+        stiffness.data.setflags(write=False)
+        # Above a critical speed spin softening leaves a negative one, and Coriolis forces hold it.
+        values["stiffness_matrix"] = stiffness
+        name = "damping_matrix" if self.damping is None else "coriolis_matrix"
+        if self.damping is not None:
+            values.pop("damping_matrix", None)  # that of the stiffness at rest
         if self.coriolis is not None:
-            damping = self.damping_matrix + turning * self.coriolis
-            values["damping_matrix"] = matrix_of("damping_matrix", damping, self.n_dof)
+            still = values.get(name)
+            turned = turning * self.coriolis
+            values[name] = matrix_of(name, turned if still is None else still + turned, self.n_dof)
+        values["groups"] = tuple(g._replace(law=g.law.at(speed)) for g in self.groups)
+        values["speed"] = speed
         result = object.__new__(Model)
         result._store(**values)
         return result
 
     def along(self, excitation: Excitation) -> RotatingModel:
         """The structure along the engine order of an excitation; ValueError without one."""
+        if self.damping is not None and self.damping.stiffness_share is None:
+            raise ValueError(
+                f"excitation={excitation!r}: expected damping that follows the speed along an "
+                f"engine order, {self.damping!r} is of the modes at one; give a RayleighDamping, a "
+                "StructuralDamping or a damping matrix, that of RotatingModel.at(speed) for "
+                "example, or use the structure at one speed"
+            )
         ratios = excitation.speed_ratios
         if len(ratios) != 1:
             raise ValueError(
@@ -132,8 +153,14 @@ class RotatingModel(Model):
         """What stiffening and Coriolis forces add, by powers of the frequency."""
         if self.engine_order is None:
             raise ValueError("engine_order=None: expected a structure under an engine order")
-        order = self.engine_order
-        result = {2 * k: part / order ** (2 * k) for k, part in enumerate(self.stiffening, 1)}
+        order, result = self.engine_order, {}
+        lossy = 1 + 1j * self.loss_factor * (harmonic > 0)
+        for k, part in enumerate(self.stiffening, 1):
+            part = part / order ** (2 * k)
+            result[2 * k] = lossy * part
+            share = 0.0 if self.damping is None else self.damping.stiffness_share
+            if share and harmonic:
+                result[2 * k + 1] = 1j * harmonic * share * part
         if self.coriolis is not None and harmonic:
             result[2] = result[2] + 1j * harmonic / order * self.coriolis
         return result

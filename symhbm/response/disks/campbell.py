@@ -16,6 +16,8 @@ _SPARE = 3
 """Modes above those asked for, which may change places with them."""
 _ALIKE = 0.8
 """MAC of modes at neighbouring speeds from which on they are the same; between others more are."""
+_NEARER = 1e-3
+"""Share of the MAC that a distance of frequencies is worth."""
 _HALVED = 7
 """Most halvings of an interval of speeds: a veering may be sharper than any grid."""
 _EXACT = 1e-12
@@ -23,18 +25,30 @@ _EXACT = 1e-12
 
 
 class _Modes(NamedTuple):
-    """Frequencies (n,) [Hz] and modes (n_dof, n) of a wave, and the momentum ``M x`` of each."""
+    """Frequencies (n,) [Hz] and modes (n_dof, n) of a wave, and the momentum ``M x`` of each.
+
+    ``senses`` (n,) are -1 of whirls that the rotation has overtaken: their shapes are the conjugate
+    ones, those of the same motion at a negative frequency.
+    """
 
     frequencies: FloatArray
     shapes: ComplexArray
     momentum: ComplexArray
+    senses: FloatArray
 
     def rank(self, mode: int) -> int:
         """How many frequencies are below that of a mode."""
         return int(np.count_nonzero(self.frequencies < self.frequencies[mode]))
 
     def chosen(self, order: np.ndarray) -> "_Modes":
-        return _Modes(self.frequencies[order], self.shapes[:, order], self.momentum[:, order])
+        shapes, momentum = self.shapes[:, order], self.momentum[:, order]
+        return _Modes(self.frequencies[order], shapes, momentum, self.senses[order])
+
+    def seen(self, senses: FloatArray) -> "_Modes":
+        """The same with these senses, of modes of positive ones."""
+        shapes = np.where(senses > 0, self.shapes, self.shapes.conj())
+        momentum = np.where(senses > 0, self.momentum, self.momentum.conj())
+        return _Modes(self.frequencies, shapes, momentum, senses)
 
 
 def campbell(
@@ -171,7 +185,8 @@ def _drives(structure: Structure, order: int, wave: int | None, both: bool) -> b
 def _modes(structure: Structure, wave: int | None, n: int, stuck: bool) -> _Modes:
     frequencies, shapes = natural_modes_of(structure, wave, n, stuck)
     own = shapes if structure.kept is None else shapes[structure.kept]
-    return _Modes(frequencies, own, structure.matrices(wave).mass_matrix @ own)
+    momentum = structure.matrices(wave).mass_matrix @ own
+    return _Modes(frequencies, own, momentum, np.ones(len(frequencies)))
 
 
 def _followed(
@@ -189,9 +204,12 @@ def _followed(
         speed, halved = ahead.pop()
         last_speed, last = found[-1]
         new = [modes(speed, wave) for wave in waves]
-        pairs = [_paired(before, after) for before, after in zip(last, new, strict=True)]
-        mac = np.array([of_wave[:count] for _, of_wave in pairs])
-        ordered = [after.chosen(order) for after, (order, _) in zip(new, pairs, strict=True)]
+        pairs = [_paired(*each) for each in zip(last, new, waves, strict=True)]
+        mac = np.array([of_wave[:count] for _, of_wave, _ in pairs])
+        ordered = [
+            after.chosen(order).seen(senses)
+            for after, (order, _, senses) in zip(new, pairs, strict=True)
+        ]
         # Modes that seem to cross may veer in between.
         crosses = any(map(_changes_order, last, ordered))
         if (mac.min() < _ALIKE or crosses) and halved < _HALVED:
@@ -202,13 +220,22 @@ def _followed(
     return found, alike
 
 
-def _paired(before: _Modes, after: _Modes) -> tuple[np.ndarray, FloatArray]:
-    """Which mode after each one before is, and how alike both are."""
+def _paired(
+    before: _Modes, after: _Modes, wave: int | None
+) -> tuple[np.ndarray, FloatArray, FloatArray]:
+    """Which mode after each one before is, how alike both are, and in which sense."""
     from scipy.optimize import linear_sum_assignment  # slow to import
 
-    mac = np.abs(before.momentum.conj().T @ after.shapes) ** 2
-    row, column = linear_sum_assignment(-mac)
-    return column, mac[row, column]
+    senses = (1.0, -1.0) if wave is None else (1.0,)
+    shapes = [after.shapes, after.shapes.conj()][: len(senses)]
+    mac = [np.abs(before.momentum.conj().T @ of) ** 2 for of in shapes]
+    signed = (before.senses * before.frequencies)[:, None]
+    far = [np.abs(signed - sense * after.frequencies) for sense in senses]
+    # A mode and its conjugate may be alike: the nearer one goes on.
+    worth = np.array(mac) - _NEARER * np.array(far) / max(np.max(far), 1e-300)
+    row, column = linear_sum_assignment(-worth.max(axis=0))
+    chosen = worth.argmax(axis=0)[row, column]
+    return column, np.array(mac)[chosen, row, column], np.array(senses)[chosen]
 
 
 def _changes_order(before: _Modes, after: _Modes) -> bool:
@@ -251,7 +278,11 @@ def _crossings(
 
 def _nearest(modes: _Modes, ends: tuple[_Modes, _Modes]) -> _Modes:
     """The mode that is most alike to one between two others."""
-    mac = sum(np.abs(end.momentum.conj().T @ modes.shapes)[0] ** 2 for end in ends)
+    shapes = modes.shapes
+    mac = sum(
+        np.maximum(*(np.abs(end.momentum.conj().T @ of)[0] for of in (shapes, shapes.conj()))) ** 2
+        for end in ends
+    )
     return modes.chosen(np.array([int(np.argmax(mac))]))
 
 

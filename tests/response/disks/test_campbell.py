@@ -131,3 +131,50 @@ def test_pictures_show_every_crossing(tmp_path):
 def test_bad_arguments_are_refused(arguments, words):
     with pytest.raises(ValueError, match=words):
         sh.campbell(veering(1.0), **arguments)
+
+
+def whirling():
+    """A mass on equal springs, seen from the rotating frame: whirls at |w0 - W| and w0 + W."""
+    stiffness, turn = 1e4 * np.eye(2), np.array([[0.0, -1], [1, 0]])
+    runs = {s: stiffness - (2 * np.pi * s / 60) ** 2 * np.eye(2) for s in (0, 300)}
+    model = sh.Model(np.eye(2), 0.5 * np.eye(2), stiffness)
+    return sh.RotatingModel(model, runs, coriolis=2 * turn)
+
+
+def test_whirls_are_followed_above_the_critical_speed():
+    """One of them is overtaken by the rotation at w0, and has the other sense from there."""
+    speeds = np.array([0.0, 600, 900, 1200, 1500])
+    lines = sh.campbell(whirling(), speeds, orders=[1, 4])
+    omega, natural = speeds / 60, 100 / 2 / np.pi
+    found = np.sort(lines.frequency.sel(speed=speeds).values, axis=0).T
+    both = np.sort([np.abs(natural - omega), natural + omega], axis=0)
+    np.testing.assert_allclose(np.sort(lines.frequency.sel(speed=speeds).values.T, 0), both, 1e-9)
+    assert found.shape == both.shape
+    one = lines.isel(mode=np.argmin(lines.frequency.sel(speed=900).values)).frequency
+    np.testing.assert_allclose(one, np.abs(natural - one.speed / 60), rtol=1e-9)
+    crossings = 60 * natural / np.array([5, 3, 2])  # order 4 meets both, order 1 the lower one
+    np.testing.assert_allclose(np.sort(lines.crossing_speed), np.sort(crossings), rtol=1e-9)
+
+
+def test_response_above_the_critical_speed():
+    """Against the two by two problem; no doubt is said of what spin softening took."""
+    rotor, speed = whirling(), 2 * np.pi * 25
+    stiffness = (1e4 - speed**2) * np.eye(2)
+    problem = sh.HarmonicBalance(rotor.at(1500), sh.PointForce(0))
+    response = sh.frf(problem, (5, 45), at=[7.0, 9.0, 30.0, 41.0], progress=False)
+    for frequency, found in zip(response.frequency, response.amplitude.values, strict=True):
+        omega = 2 * np.pi * float(frequency)
+        viscous = 0.5 * np.eye(2) + 2 * speed * np.array([[0, -1], [1, 0]])
+        dynamic = stiffness - omega**2 * np.eye(2) + 1j * omega * viscous
+        np.testing.assert_allclose(found, np.abs(np.linalg.solve(dynamic, [1, 0])), rtol=1e-11)
+
+
+def test_motions_that_rotation_does_not_hold_are_refused():
+    model = sh.Model(np.eye(1), [[0.5]], [[1e4]])
+    rotor = sh.RotatingModel(model, {0: [[1e4]], 300: [[1e4 - (10 * np.pi) ** 2]]})
+    assert sh.natural_modes(rotor.at(900)).frequency.item() > 0
+    two = sh.Model(np.eye(2), np.eye(2), 1e4 * np.eye(2))
+    soft = {0: 1e4 * np.eye(2), 100: np.diag([-1e4, 1e4])}
+    skew = np.array([[0, 1e-3], [-1e-3, 0]])
+    with pytest.raises(ValueError, match="Coriolis forces that hold"):
+        sh.natural_modes(sh.RotatingModel(two, soft, coriolis=skew).at(100))

@@ -98,9 +98,10 @@ class PlanarFriction(NormalLaw):
         given: Given = "normal_load",
         preload: Preload = "balanced",
         engine_order: int | None = None,
+        speed: float | None = None,
     ):
         check.one_of("given", given, get_args(Given))
-        super().__init__("gap" if given == "gap" else "normal_load", preload, engine_order)
+        super().__init__("gap" if given == "gap" else "normal_load", preload, engine_order, speed)
         self.given = given
 
     @property
@@ -128,7 +129,7 @@ class PlanarFriction(NormalLaw):
         """Its parameters by name."""
         if self.varies:
             return super().parameters
-        return {**self.friction, "normal_load": _CONSTANT, **of_rotation(self.engine_order)}
+        return {**self.friction, "normal_load": _CONSTANT, **of_rotation(self)}
 
     def monotone(self, values: Values) -> bool:
         """Under a constant load alone: the force is then one of two potentials."""
