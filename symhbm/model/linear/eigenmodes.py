@@ -99,10 +99,10 @@ def _held_by_rotation(left: NDArray, right: NDArray) -> tuple[FloatArray, NDArra
 
     LinAlgError where a motion grows.
     """
-    inverse, both = map(np.asarray, eig(left, right))
-    if np.abs(inverse.imag).max() > _GROWS * np.abs(inverse).max():
+    inverse, both = eig(left, right)  # type: ignore
+    if np.abs(np.imag(inverse)).max() > _GROWS * np.abs(inverse).max():
         raise np.linalg.LinAlgError("a motion grows, the stiffness is not positive definite")
-    return inverse.real, both
+    return np.real(inverse), both
 
 
 def hermitian(matrix: Any) -> Any:
