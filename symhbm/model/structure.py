@@ -256,7 +256,7 @@ class Structure(ABC):
         Datasets have ``<name>_amplitude``, ``<name>_peak_to_peak`` and ``<name>_coefficient`` of
         each. Raises TypeError, ValueError or KeyError for bad weights, names and units.
         """
-        rows = outputs_of(outputs, units, self._n_numbered, self.number_of)
+        rows = outputs_of(outputs, units, self.n_numbered, self.number_of)
         return self._seeing({name: output.of(self.seen(output)) for name, output in rows.items()})
 
     def _seeing(self, outputs: Mapping[str, Output]) -> Self:
@@ -293,7 +293,7 @@ class Structure(ABC):
         return self.places if known else None
 
     @property
-    def _n_numbered(self) -> int:
+    def n_numbered(self) -> int:
         """How many degrees of freedom have a number that forces and outputs may name."""
         return self.n_whole
 

@@ -374,8 +374,8 @@ def _description(problem: HarmonicBalance) -> dict[str, Any]:
     excitation = problem.model.as_felt(problem.excitation, problem.basis)
     outputs = {name: output.to_stored() for name, output in problem.model.outputs.items()}
     model, amplitude = problem.model, excitation.amplitude
-    excitation = excitation.along_base(lambda base: _translation(base, model))
-    bases = [_base(base, model, amplitude) for base in bases_of(excitation)]
+    excitation = excitation.along_base(lambda base: np.nan_to_num(_translation(base, model)))
+    bases = [_base(base, model, amplitude) for base in bases_of(problem.excitation)]
     return (
         problem.model.description()
         | _groups(problem.model)
@@ -409,10 +409,11 @@ def _translation(base: BaseMotion, model: Structure) -> np.ndarray:
     """
     moved = base.influence
     moved = np.array(moved if isinstance(moved, tuple) else base.translation(model), dtype=float)
-    if len(moved) != model.n_dof:
-        assert model.kept is not None
-        moved = np.append(moved, np.nan)[np.minimum(model.kept, len(moved))]
-    return moved
+    kept, n_whole = model.kept, model.n_numbered
+    if kept is None or len(moved) == model.n_dof != n_whole:
+        return moved
+    whole = np.tile(moved, n_whole // len(moved))  # of one sector, where all of them are there
+    return np.append(whole, np.nan)[np.minimum(kept, n_whole)]
 
 
 def _in_waves(problem: HarmonicBalance) -> dict[str, Any]:

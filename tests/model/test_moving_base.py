@@ -332,3 +332,109 @@ def test_no_derivative_leaves_out_that_the_force_changes(motion, made_of):
             sh.follow(problem, name, (0.9, 1.1), frequency=15)
         loaded = problem.with_excitation(sh.PointForce())
         assert name in loaded.differentiable
+
+
+def complex_motion(result, dof):
+    """First harmonic of a result as a complex number."""
+    cosine, sine = (
+        result.coefficient.isel(harmonic=0).transpose(..., "dof", "component").values[dof]
+    )
+    return cosine - 1j * sine
+
+
+def test_outputs_are_seen_from_the_ground_by_their_weights():
+    weights = {"sensor": {3: 2.0}, "strain": {1: -1e3, 2: 1e3}}
+    model = chain().with_outputs(weights, units={"sensor": "m", "strain": "1"})
+    for base in (moved(1e-3 + 5e-4j, influence=[1.0, 2, 3, 4]), moved(1e-3)):
+        point = sh.solve(sh.HarmonicBalance(model, base), 17.0)
+        ground = sh.seen_from(point, "ground")
+        for name, row in weights.items():
+            expected = sum(w * complex_motion(ground, dof) for dof, w in row.items())
+            found = sh.seen_from(sh.output(point, name), "ground")
+            np.testing.assert_allclose(complex_motion(found, 0), expected, rtol=1e-12)
+            np.testing.assert_allclose(found.amplitude, abs(expected), rtol=1e-9)
+
+
+@pytest.mark.parametrize("modes", [1, 2])
+def test_reduced_structures_under_several_bases_are_seen_from_the_ground(modes):
+    """Whatever stands first in the sum, and also where all modes are kept."""
+    model = chain(**FRICTION).with_outputs({"sensor": {2: 1.0}}, units="m")
+    bases = moved(1e-4), moved(3e-5j, influence=[1.0, 0, 0, 2])
+    force = bases[0].on(model) + sh.PointForce(2, 3.0) + bases[1].on(model)
+    force = sh.PointForce(1, 2.0) + force
+    small = sh.craig_bampton(model, modes, (5, 30), dofs=[2])
+    found = sh.solve(sh.HarmonicBalance(small, force), 12.0)
+    whole = sh.solve(sh.HarmonicBalance(model, force), 12.0)
+    near = 1e-11 if modes == 2 else 2e-2
+    for result in (found, sh.solve(sh.rebuild(found), 12.0)):
+        ground, exact = (sh.seen_from(each, "ground") for each in (result, whole))
+        for place in (2, 3):
+            own = [*found.structure_dof.values].index(place)
+            expected = complex_motion(exact, place)
+            np.testing.assert_allclose(complex_motion(ground, own), expected, rtol=near)
+    sensor = sh.output(found, "sensor")
+    np.testing.assert_allclose(complex_motion(sensor, 0), complex_motion(whole, 2), rtol=near)
+    np.testing.assert_allclose(
+        complex_motion(sh.seen_from(sensor, "ground"), 0),
+        complex_motion(sh.seen_from(whole, "ground"), 2),
+        rtol=near,
+    )
+
+
+def axial_sector(damping=None, rotor=False):
+    """Masses along the axis, held by the ground, each with a blade upon it."""
+    stiffness = np.array([[3e4, -1e4, -1e4], [-1e4, 1.5e4, 0], [-1e4, 0, 1e4]])
+    places = dict(node=[1, 2, 3], direction=["axial"] * 3)
+    given = np.diag([3.0, 2.0, 0]) if damping is None else damping
+    model = sh.Model(np.diag([1.0, 0.4, 0]), given, stiffness, places=places)
+    if rotor:
+        model = sh.RotatingModel(model, {0: stiffness, 600: stiffness + 5e3 * np.eye(3)})
+    return sh.Sector(model, [0], [2], 5)
+
+
+@pytest.mark.parametrize("damping", [None, sh.ModalDamping(0.02), sh.RayleighDamping(1, 1e-5)])
+@pytest.mark.parametrize("motion", ["relative", "absolute"])
+def test_bases_of_sectors_and_their_rings(damping, motion):
+    """The whole disk moves as one degree of freedom more: its wave of no nodal diameters."""
+    sector = axial_sector(damping)
+    base = moved(1e-3, motion=motion, direction="axial").on(sector)
+    own = sh.solve(sh.HarmonicBalance(sector, base), 19.0)
+    mass, viscous, stiffness = (each.toarray().real for each in sector.matrices(0))
+    s, moves = 2j * np.pi * 19.0, np.ones(2) * 1e-3
+    dynamic = stiffness + s * viscous + s**2 * mass
+    right = -(s**2) * mass if motion == "relative" else stiffness + s * viscous
+    exact = np.linalg.solve(dynamic, right @ moves)
+    found = np.array([complex_motion(own, dof) for dof in (0, 1)])
+    np.testing.assert_allclose(found, exact, rtol=1e-11)
+    ring = sh.solve(sh.HarmonicBalance(sh.mistuned_ring(sector), base), 19.0)
+    seen = sh.seen_from(ring, "ground" if motion == "relative" else "base")
+    other = exact + moves if motion == "relative" else exact - moves
+    for sector_number in range(5):
+        dofs = 2 * sector_number, 2 * sector_number + 1
+        np.testing.assert_allclose([complex_motion(ring, d) for d in dofs], exact, rtol=1e-11)
+        np.testing.assert_allclose([complex_motion(seen, d) for d in dofs], other, rtol=1e-11)
+
+
+def test_bases_of_what_deviates_or_turns_are_refused():
+    sector = axial_sector()
+    for motion, name in (("absolute", "stiffness_deviation"), ("relative", "mass_deviation")):
+        base = moved(1e-3, motion=motion, direction="axial").on(sector)
+        deviating = sh.mistuned_ring(sector, **{name: 0.01 * np.arange(5)})
+        with pytest.raises(ValueError, match=name):
+            sh.solve(sh.HarmonicBalance(deviating, base), 19.0)
+    turning = axial_sector(rotor=True)
+    with pytest.raises(ValueError, match="structure at one speed"):
+        moved(1e-3, motion="absolute", direction="axial").on(turning)
+    moved(1e-3, motion="absolute", direction="axial").on(turning.at(300))
+
+
+def test_bases_of_sectors_condensed_to_displacements():
+    sector = axial_sector(np.diag([3.0, 2.0, 0]))
+    shroud = sh.Friction(tangential=(1, sh.next_sector(1)), **FRICTION)
+    sector = sector.with_contacts(shroud=shroud)
+    base = moved(1e-3, direction="axial").on(sector)
+    exact = sh.solve(sh.HarmonicBalance(sector, base), 19.0)
+    small = sh.condense(sector, base, (10, 30), dofs=[1], keep="displacements", progress=False)
+    found = sh.solve(sh.HarmonicBalance(small, base), 19.0)
+    place = [*found.structure_dof.values].index(1)
+    np.testing.assert_allclose(complex_motion(found, place), complex_motion(exact, 1), rtol=1e-8)

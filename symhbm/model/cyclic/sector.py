@@ -201,7 +201,8 @@ class Sector(PolynomialStructure):
         return self.structure.places
 
     @property
-    def _n_numbered(self) -> int:
+    def n_numbered(self) -> int:
+        """Those of the whole structure of a sector."""
         return self.structure.n_whole
 
     @property
@@ -238,10 +239,7 @@ class Sector(PolynomialStructure):
 
         ValueError where it reads one that is right.
         """
-        if self.structure.n_whole != self.structure.n_dof:
-            rows = self.structure.seen(output)
-        else:
-            rows = output.rows
+        rows = output.rows if self.structure.kept is None else self.structure.seen(output)
         right = np.intersect1d(np.unique(rows.nonzero()[1]), self.interfaces.right)
         if right.size:
             raise ValueError(
@@ -295,7 +293,7 @@ class Sector(PolynomialStructure):
         if not isinstance(self.structure, RotatingModel):
             raise TypeError("structure: expected a RotatingModel, whose matrices change with speed")
         other = self._changed(structure=self.structure.at(speed), _waves={})
-        groups = tuple(group._replace(law=group.law.at(other.speed)) for group in self.groups)
+        groups = tuple(group._replace(law=group.law.at(speed)) for group in self.groups)
         other._store(groups=groups)
         return other
 
@@ -309,7 +307,7 @@ class Sector(PolynomialStructure):
         for influence in influences:
             if not isinstance(influence, Influence):
                 raise TypeError(f"influences={check.shown(influence)}: expected symhbm.Influence")
-        whole = self.number_of, self._n_numbered, self.n_sectors
+        whole = self.number_of, self.n_numbered, self.n_sectors
         couplings = (each.along(*whole) for each in influences)
         return self._changed(influences=tuple(map(self.coupling_felt, couplings)), _waves={})
 

@@ -209,20 +209,31 @@ class BaseMotion(Excitation):
         return result
 
     def _forces(self, structure: Any) -> dict[int, ComplexArray]:
-        """Complex forces (n_dof,) at unit amplitude, by the power of the angular frequency."""
-        moved, n = self.translation(structure), self.harmonic
+        """Complex forces (n_dof,) at unit amplitude, by the power of the angular frequency.
+
+        On all degrees of freedom of a sector.
+        """
+        interfaces = getattr(structure, "interfaces", None)
+        model = structure if interfaces is None else structure.structure
+        moved, n = self.translation(model), self.harmonic
         given = complex(getattr(self, self._name))
         phase = given / abs(given) if given else 1.0
         # The displacement is what is given over so many powers of i n omega.
         order = [*_GIVEN].index(self._name)
         if self.motion == "relative":
-            inertia = structure.mass_matrix @ moved
+            inertia = model.mass_matrix @ moved
             return {2 - order: phase * n**2 * (1j * n) ** -order * inertia}
-        elastic = structure.stiffness_matrix @ moved.astype(complex)
-        if structure.loss_factor:
-            elastic = elastic + 1j * (structure.loss_stiffness() @ moved)
+        elastic = model.stiffness_matrix @ moved.astype(complex)
+        if model.loss_factor:
+            elastic = elastic + 1j * (model.loss_stiffness() @ moved)
             return {-order: phase * (1j * n) ** -order * elastic}
-        viscous = structure.damping_matrix @ moved
+        if interfaces is None or model.damping is None:
+            viscous = model.damping_matrix @ moved
+        else:  # modes that a rule damps are those of the disk
+            viscous, own = np.zeros(len(moved)), interfaces.others
+            viscous[own] = (
+                structure.with_influences().matrices(0).damping_matrix @ moved[own]
+            ).real
         return {
             -order: phase * (1j * n) ** -order * elastic,
             1 - order: phase * (1j * n) ** (1 - order) * viscous,
@@ -238,6 +249,11 @@ class BaseMotion(Excitation):
         interfaces = getattr(structure, "interfaces", None)
         whole = structure if interfaces is None else structure.structure
         _check_whole(whole)
+        if self.motion == "absolute" and getattr(whole, "speeds", None) is not None:
+            raise ValueError(
+                "excitation: expected a structure at one speed, RotatingModel.at(speed), for a "
+                "motion in absolute displacements: their force is of the stiffness, which changes"
+            )
         moved = placed.translation(whole)
         if interfaces is not None:
             turned = interfaces.rotation @ moved
@@ -247,7 +263,7 @@ class BaseMotion(Excitation):
                     "of the disk, any other moves each sector in another direction of its own"
                 )
         forces: dict[int, Excitation] = {}
-        for power, force in placed._forces(whole).items():
+        for power, force in placed._forces(structure).items():
             pattern = {self.harmonic: force}
             forces[power] = (
                 FieldForce(pattern) if interfaces is None else EngineOrder(0, pattern=pattern)

@@ -1,5 +1,6 @@
 """A model whose blades deviate from each other, by parameters that its matrices depend on."""
 
+from dataclasses import replace
 from functools import cached_property
 from typing import Any, NamedTuple, Self
 
@@ -8,7 +9,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from symhbm.model.contacts import Parameter
-from symhbm.model.excitation import Excitation, HarmonicForce, StaticLoad
+from symhbm.model.excitation import Excitation, ForceSum, HarmonicForce, StaticLoad
 from symhbm.model.matrices import Model
 from symhbm.model.parameters import records_of_blade_modes
 from symhbm.model.structure import DENSE, Structure
@@ -186,8 +187,13 @@ class DeviatingModel(Model):
 
 def force_as_felt(model: Structure, excitation: Excitation, basis: FourierBasis) -> Excitation:
     """An excitation as the degrees of freedom of a structure feel it."""
+    if isinstance(excitation, ForceSum):
+        parts = [force_as_felt(model, part, basis) for part in excitation.parts]
+        return replace(sum(parts[1:], parts[0]), amplitude=excitation.amplitude)  # type: ignore
     shapes = model.felt_shapes(excitation, basis)
     mean = model.felt_static(excitation, basis)
+    if "force_amplitude" not in excitation.parameters:
+        return StaticLoad(mean)
     if not excitation.changes:
         return _harmonic(shapes[0], basis, excitation.amplitude, mean if mean.any() else None)
     forces: dict[int, Excitation] = {

@@ -183,13 +183,16 @@ class MistunedRing(DeviatingModel):
     def force_shapes(self, excitation: Excitation, basis: FourierBasis) -> dict[int, FloatArray]:
         """The same by the power of the angular frequency.
 
-        ValueError for a base that moves the masses of a tuned disk, where they deviate.
+        ValueError for a base that moves the masses or springs of a tuned disk, where they deviate.
         """
-        if "relative" in motions_of_base(excitation) and np.any(self.mass_deviation):
-            raise ValueError(
-                "mass_deviation: expected 0 under a BaseMotion, whose force was made with the "
-                "masses of the tuned sector"
-            )
+        motions = motions_of_base(excitation)
+        for name, (matrix, _, _) in self.deviations.items():
+            of_base = "relative" if matrix == "mass" else "absolute"
+            if of_base in motions and np.any(getattr(self, name)):
+                raise ValueError(
+                    f"{name}: expected 0 under a BaseMotion in {of_base} displacements, whose "
+                    f"force was made with the {matrix} of the tuned sector"
+                )
         return super().force_shapes(excitation, basis)
 
     def static_load(self, excitation: Excitation, basis: FourierBasis = AT_REST) -> FloatArray:

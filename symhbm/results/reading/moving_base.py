@@ -7,7 +7,15 @@ from typing import Any, Literal
 import numpy as np
 import xarray as xr
 
-from symhbm.numerics import RADIANS, FourierBasis, check, largest_displacement, unknowns_of
+from symhbm.model.outputs import Output
+from symhbm.numerics import (
+    RADIANS,
+    FloatArray,
+    FourierBasis,
+    check,
+    largest_displacement,
+    unknowns_of,
+)
 from symhbm.results.description import Description
 from symhbm.results.provenance import DISPLACEMENTS, SEEN
 from symhbm.results.schema import check_dataset, check_present
@@ -36,7 +44,8 @@ def seen_from(
     -------
     Dataset with ``coefficient`` and ``amplitude`` [m] of these displacements, the frequency, and
     all coordinates of the result; the attribute ``displacements`` tells which they are. Linear
-    outputs are left out: they are those of the displacements that were solved for.
+    outputs are left out, they are those of the displacements that were solved for; of a result that
+    `symhbm.output` made they are those of the others.
 
     Raises
     ------
@@ -68,10 +77,13 @@ def seen_from(
     check_present(result, f"{prefix}coefficient", name, "force_amplitude", container="result")
     coefficient = result[f"{prefix}coefficient"].transpose(..., "dof", "harmonic", "component")
     harmonics = tuple(np.atleast_1d(coefficient["harmonic"].values).tolist())
+    about = _output_of(result)
     for base in bases:
         if base["motion"] != motion:
             sign = 1.0 if motion == "absolute" else -1.0
-            coefficient = coefficient + sign * _added(base, result, coefficient, result[name])
+            moved = _moved(base, about)
+            added = _added(base, moved, result, coefficient, result[name])
+            coefficient = coefficient + sign * added
     coefficient = coefficient.transpose(..., "dof", "harmonic", "component")
     coefficient.attrs = dict(result[f"{prefix}coefficient"].attrs)
     basis, values = FourierBasis(harmonics), coefficient.values
@@ -80,18 +92,39 @@ def seen_from(
     amplitude, known = np.full(len(rows), np.nan), np.isfinite(rows).all(axis=1)
     if known.any():
         amplitude[known] = largest_displacement(basis, rows[known])[0]
-    about = {"units": "m", "long_name": f"largest {motion} displacement over the period"}
-    amplitudes = xr.Variable(coefficient.dims[:-2], amplitude.reshape(values.shape[:-2]), about)
+    what = "displacement" if about is None else f"{about.name.replace('_', ' ')} of displacements"
+    units = "m" if about is None else about.units
+    words = {"units": units, "long_name": f"largest {motion} {what} over the period"}
+    amplitudes = xr.Variable(coefficient.dims[:-2], amplitude.reshape(values.shape[:-2]), words)
     attributes = result.attrs | {DISPLACEMENTS: SEEN[motion]}
     variables = {"coefficient": coefficient, "amplitude": amplitudes, name: result[name]}
     return xr.Dataset(variables, attrs=attributes)
 
 
+def _output_of(result: xr.Dataset) -> Output | None:
+    """The output that a result is of, None of displacements."""
+    told = Description(result)
+    name = told.output
+    return None if name is None else Output.from_stored(name, told.problem["outputs"][name])
+
+
+def _moved(base: dict[str, Any], about: Output | None) -> FloatArray:
+    """Where a unit motion of the base takes degrees of freedom, or rows of an output."""
+    moved = np.array(base["influence"], dtype=float)
+    if about is None:
+        return moved
+    unknown = abs(about.rows) @ np.isnan(moved).astype(float) > 0
+    return np.where(unknown, np.nan, about.rows @ np.nan_to_num(moved))
+
+
 def _added(
-    base: dict[str, Any], result: xr.Dataset, coefficient: xr.DataArray, frequency: xr.DataArray
+    base: dict[str, Any],
+    moved: FloatArray,
+    result: xr.Dataset,
+    coefficient: xr.DataArray,
+    frequency: xr.DataArray,
 ) -> xr.DataArray:
     """Coefficients of the motion of the base at all degrees of freedom."""
-    moved = np.array(base["influence"], dtype=float)
     dofs = np.atleast_1d(coefficient["dof"].values)
     if np.isnan(moved[dofs]).any():
         raise ValueError(
