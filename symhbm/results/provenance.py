@@ -19,6 +19,7 @@ from symhbm.model import (
     PARAMETERS,
     Excitation,
     Model,
+    StructuralDamping,
     Structure,
     described,
     is_pattern,
@@ -81,6 +82,8 @@ OF_LARGEST = {"peak_amplitude", "peak_dof"}
 """Variables that depend on the degrees of freedom kept."""
 Sizes = tuple[int, int, tuple[int, ...]]
 MATRICES = ("mass_matrix", "damping_matrix", "stiffness_matrix")
+_LOSS = "loss_matrix"
+"""What a loss factor makes of the stiffness of a tuned disk."""
 _ENTRIES = ("row", "column", "value")
 _OF_BLADES = ("place", "number", "value")
 _LAWS: dict[str, Any] = {
@@ -264,11 +267,14 @@ def with_provenance(
         long_name = f"{what.replace('ed', 'ed structure')}, as the problem lays it out"
         attributes = {"long_name": long_name, "units": "1"}
         variables[name] = ((f"{what}_entry",), problem.model.numbers, attributes)
-    if problem.model.has_matrices and not problem.model.lumped:
+    deviates = isinstance(problem.model, DeviatingModel)
+    if (problem.model.has_matrices or deviates) and not problem.model.lumped:
         for name in MATRICES:
             part = problem.model.constant_part(name.removesuffix("_matrix"))
             variables |= _sparse(name, part)
     if isinstance(problem.model, DeviatingModel):
+        if problem.model.loss_factor:
+            variables |= _sparse(_LOSS, problem.model.loss_stiffness())
         for name, entries in problem.model.blades.items():
             variables |= _of_blades(name, sp.coo_array(entries))
     global_attributes = {
@@ -329,7 +335,7 @@ def _version(package: str) -> str:
 
 def variables_of_model(dataset: xr.Dataset) -> list[str]:
     """Names of the variables that hold what vibrates, as far as a dataset may have them."""
-    of_matrices = [f"{name}_{part}" for name in MATRICES for part in _ENTRIES]
+    of_matrices = [f"{name}_{part}" for name in (*MATRICES, _LOSS) for part in _ENTRIES]
     changes = deviations_of(Description(dataset).blade_modes).values()
     of_blades = {f"blade_{about.part}_{part}": None for about in changes for part in _OF_BLADES}
     return [*of_matrices, *of_blades, NUMBERS, STRUCTURE_NUMBERS]
@@ -337,7 +343,7 @@ def variables_of_model(dataset: xr.Dataset) -> list[str]:
 
 def _sparse(name: str, matrix: Any) -> dict[str, tuple]:
     columns = np.repeat(np.arange(matrix.shape[1]), np.diff(matrix.indptr))
-    units = PARAMETERS[name.removesuffix("_matrix")].units
+    units = PARAMETERS["stiffness" if name == _LOSS else name.removesuffix("_matrix")].units
     parts = {
         "row": (matrix.indices.astype(np.int64), "row", "1"),
         "column": (columns, "column", "1"),
@@ -633,7 +639,11 @@ def _with_blades(
     dataset: xr.Dataset, matrices: list[Any], contacts: Any, varied: list[str]
 ) -> DeviatingModel:
     base: dict[str, Any] = dict(zip(("mass", "damping", "stiffness"), matrices, strict=True))
-    deviations = deviations_of(Description(dataset).blade_modes)
+    description, structural = Description(dataset), None
+    if loss_factor := description.problem.get("loss_factor"):
+        structural = StructuralDamping(loss_factor)
+        base["loss"] = _matrix(dataset, _LOSS, base["stiffness"].shape[0])
+    deviations = deviations_of(description.blade_modes)
     values = {name: _nominal(dataset, name, varied) for name in deviations}
     shape = len(np.atleast_1d(next(iter(values.values()))))
     blades = {}
@@ -641,7 +651,7 @@ def _with_blades(
         place, number, value = (dataset[f"blade_{name}_{part}"].values for part in _OF_BLADES)
         size = base[matrix].nnz, shape
         blades[name] = sp.csr_array((value, (place, number)), shape=size)
-    return DeviatingModel(base, blades, contacts, **values)
+    return DeviatingModel(base, blades, contacts, structural, **values)
 
 
 def _matrix(dataset: xr.Dataset, name: str, size: int) -> Any:

@@ -391,10 +391,11 @@ class CondensedModel(Structure):
         return self._structure.felt_shapes(excitation, basis)
 
     def as_felt(self, excitation: Any, basis: FourierBasis) -> Any:
-        """An excitation without the matrices of the whole structure, which archives lack."""
-        if self._structure is None or not excitation.of_matrices:
+        """An excitation on the degrees of freedom of the whole structure, which archives lack."""
+        if self._structure is None:
             return excitation
-        return excitation.on(self._structure)
+        felt = self._structure.as_felt(excitation, basis)
+        return felt.on(self._structure) if felt.of_matrices else felt
 
     def static_load(self, excitation: Any, basis: FourierBasis = AT_REST) -> FloatArray:
         """What of an excitation does not oscillate, on the whole structure [N]."""

@@ -9,6 +9,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from symhbm.model.contacts import Parameter
+from symhbm.model.damping import StructuralDamping
 from symhbm.model.excitation import Excitation, ForceSum, HarmonicForce, StaticLoad
 from symhbm.model.matrices import Model
 from symhbm.model.parameters import records_of_blade_modes
@@ -48,10 +49,10 @@ def deviations_of(n_modes: int) -> dict[str, Deviation]:
 class DeviatingModel(Model):
     """A `Model` with deviations of the stiffness, frequency and mass of each of its blades.
 
-    ``base`` are its tuned matrices by name, "mass", "damping" and "stiffness", with a loss factor
-    also "loss", what it makes of the stiffness, all sparse; ``blades``
-    by the ``part`` of a `Deviation` what it is among the stored entries of the matrix, of each
-    blade, sparse (n_entries, n_blades); ``contacts`` as of `Model`, by name.
+    ``base`` are its tuned matrices by name, "mass", "damping" and "stiffness", sparse, and with
+    ``structural`` damping "loss", what the factor makes of the stiffness; ``blades`` by the
+    ``part`` of a `Deviation` what it is among the stored entries of the matrix, of each blade,
+    sparse (n_entries, n_blades); ``contacts`` as of `Model`, by name.
 
     Attributes
     ----------
@@ -67,7 +68,16 @@ class DeviatingModel(Model):
     blades: dict[str, Any]
     _base: dict[str, Any]
 
-    def __init__(self, base: dict[str, Any], blades: dict[str, Any], contacts: Any, **values: Any):
+    def __init__(
+        self,
+        base: dict[str, Any],
+        blades: dict[str, Any],
+        contacts: Any,
+        structural: StructuralDamping | None = None,
+        **values: Any,
+    ):
+        if structural is not None:
+            self._store(damping=structural)
         self._store(lumped=False, blades=blades, _base=base, damping_matrix=base["damping"])
         for name in values:
             what = f"deviation of blades, of which {self.n_blade_modes} modes are kept"
@@ -108,9 +118,9 @@ class DeviatingModel(Model):
         return self._base["loss"]
 
     def description(self) -> dict[str, Any]:
-        """As of a `Model`, and how many modes of the blades deviate by themselves."""
-        modes = {"blade_modes": self.n_blade_modes} if self.n_blade_modes else {}
-        return super().description() | modes
+        """How many modes of the blades deviate by themselves, and the loss factor, if any."""
+        told = {"blade_modes": self.n_blade_modes, "loss_factor": self.loss_factor}
+        return {name: value for name, value in told.items() if value}
 
     @property
     def parameters(self) -> dict[str, FloatArray]:

@@ -52,11 +52,11 @@ class MistunedRing(DeviatingModel):
             base[name] = self._assembled(getattr(model, f"{name}_matrix"), whole, added)
             blades |= {key: _places(base[name], self._of_each(p)) for key, p in parts.items()}
         base["damping"] = self._damping_matrix(model, base, stiffness, damping)
-        if isinstance(model.damping, StructuralDamping):
+        structural = model.damping if isinstance(model.damping, StructuralDamping) else None
+        if structural is not None:
             base["loss"] = sp.csc_array(model.loss_factor * (base["stiffness"] - stiffness))
-            self._store(damping=model.damping)
         self._store(speed=model.speed)
-        super().__init__(base, blades, _contacts(sector, self._spread), **deviations)
+        super().__init__(base, blades, _contacts(sector, self._spread), structural, **deviations)
         self._store(outputs={n: self._around(out) for n, out in sector.outputs.items()})
 
     def _around(self, output: Output) -> Output:

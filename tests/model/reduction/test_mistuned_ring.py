@@ -508,3 +508,63 @@ def test_a_reduced_sector_of_an_archive_has_its_blade(tmp_path):
     rings = [sh.mistuned_ring(sector, **deviations) for sector in (small, again)]
     assert (rings[0].stiffness_matrix != rings[1].stiffness_matrix).nnz == 0
     assert (rings[0].mass_matrix != rings[1].mass_matrix).nnz == 0
+
+
+def shrouded(damping=None, air=()):
+    """Five sectors, a mass of the disk and one of the blade, whose tips rub on each other."""
+    stiffness = np.array([[5e4, -2e4, -2e4], [-2e4, 2e4, 0], [-2e4, 0, 2e4]])
+    given = np.diag([2.0, 0.5, 0]) if damping is None else damping
+    disk = sh.Sector(sh.Model(np.diag([1.0, 0.4, 0]), given, stiffness), [0], [2], 5)
+    shroud = sh.Friction(
+        tangential=(1, sh.next_sector(1)),
+        contact_stiffness=3e3,
+        friction_coefficient=0.5,
+        normal_load=1.0,
+    )
+    return disk.with_contacts(shroud=shroud).with_influences(*air)
+
+
+def test_archives_of_condensed_rings_are_those_of_the_ring(tmp_path):
+    """The pattern of a sector acts on all of them, static loads, too; interrupted runs go on."""
+    ring = sh.mistuned_ring(shrouded(), stiffness_deviation=0.02 * np.arange(5))
+    waves = sh.EngineOrder(2, pattern={1: 5.0 + 1j}), sh.EngineOrder(3, pattern={1: 2.0})
+    for force in (waves[0], waves[0] + waves[1]):
+        problem = sh.HarmonicBalance(sh.condense(ring, force, (15, 60), progress=False), force)
+        path = tmp_path / f"{type(force).__name__}.nc"
+        response = sh.frf(problem, (15, 60), archive=path, progress=False)
+        rebuilt = sh.rebuild(sh.load(path))
+        expected = sh.solve(sh.HarmonicBalance(ring, force), 35.0).amplitude.values
+        kept = response.structure_dof.values
+        found = sh.solve(rebuilt, 35.0).amplitude.values
+        np.testing.assert_allclose(found, expected[kept], rtol=1e-9)
+        audit = sh.verify(sh.load(path), progress=False)
+        assert audit.residual_stored.max() < 1e-9
+        slopes = sh.sensitivity(sh.load(path)).peak_amplitude_by_normal_load
+        own = sh.sensitivity(response).peak_amplitude_by_normal_load
+        leading = np.isfinite(own)
+        assert leading.any("contact").any("peaking_dof").all()
+        np.testing.assert_allclose(slopes.values, own.values, rtol=1e-6, atol=1e-12)
+
+
+def test_archives_of_rings_with_a_loss_factor_are_rebuilt(tmp_path):
+    air = sh.Influence({1: 1.0}, {-1: 100 - 20j, 0: 300 + 60j}, 40.0)
+    sector = shrouded(sh.StructuralDamping(0.02), [air])
+    ring = sh.mistuned_ring(sector, stiffness_deviation=0.02 * np.arange(5))
+    problem = sh.HarmonicBalance(ring, sh.EngineOrder(2, pattern={1: 5.0}))
+    sh.frf(problem, (15, 60), archive=tmp_path / "ring.nc", progress=False)
+    rebuilt = sh.rebuild(sh.load(tmp_path / "ring.nc"))
+    expected = sh.solve(problem, 35.0).amplitude.values
+    np.testing.assert_allclose(sh.solve(rebuilt, 35.0).amplitude.values, expected, rtol=1e-12)
+    other = problem.with_parameters(mass_deviation=0.01)
+    expected = sh.solve(other, 35.0).amplitude.values
+    found = sh.solve(rebuilt.with_parameters(mass_deviation=0.01), 35.0).amplitude.values
+    np.testing.assert_allclose(found, expected, rtol=1e-12)
+
+
+def test_a_ring_with_a_loss_factor_of_a_part_is_not_condensed():
+    sector = shrouded(sh.StructuralDamping(0.02))
+    force = sh.EngineOrder(2, pattern={1: 5.0})
+    sh.condense(sh.mistuned_ring(sector), force, (15, 60), progress=False)
+    deviating = sh.mistuned_ring(sector, stiffness_deviation=0.01)
+    with pytest.raises(TypeError, match="of the tuned disk without the air"):
+        sh.condense(deviating, force, (15, 60), progress=False)
