@@ -52,7 +52,7 @@ def gyroscopic_part(damping: Any) -> Any:
     Factors of low rank are those of modes, which all take power.
     """
     if isinstance(damping, LowRankSum):
-        return None
+        damping = damping.sparse
     skew = (damping - damping.conj().T) / 2
     return skew if abs(skew).max() > _ROUND_OFF * abs(damping).max() else None
 

@@ -8,9 +8,10 @@ import numpy as np
 import xarray as xr
 
 from symhbm.model import Structure
-from symhbm.model.linear import gyroscopic_part, natural_modes_of
+from symhbm.model.linear import natural_modes_of
 from symhbm.model.rotation import RotatingModel
 from symhbm.numerics import ComplexArray, FloatArray, check
+from symhbm.response.disks.natural_modes import both_senses, waves_of
 
 _SPARE = 3
 """Modes above those asked for, which may change places with them."""
@@ -122,8 +123,8 @@ def campbell(
     size = structure.n_dof
     count = min(5, size) if count is None else check.integer("count", count, 1, size)
     wanted = [check.integer("orders", order, 1) for order in orders]
-    both = _both_senses(_at(structure, at[-1]))
-    waves = _waves(structure, nodal_diameter, both)
+    both = both_senses(_at(structure, at[-1]))
+    waves = waves_of(structure, nodal_diameter, both)
     n_modes = min(count + _SPARE, structure.n_dof)
 
     def modes(speed: float, wave: int | None) -> _Modes:
@@ -143,29 +144,6 @@ def campbell(
     dataset = _dataset(found, alike, waves, count, sorted(crossings))
     dataset = dataset.assign_coords(order=("order", wanted, _about("engine order", "1")))
     return dataset if waves == [None] else dataset.assign_attrs(n_sectors=structure.n_sectors)  # type: ignore[attr-defined]
-
-
-def _both_senses(structure: Structure) -> bool:
-    """Whether Coriolis forces make waves of either sense differ."""
-    wave = None if structure.nodal_diameters is None else 0
-    return gyroscopic_part(structure.matrices(wave).damping_matrix) is not None
-
-
-def _waves(structure: Structure, given: int | Iterable[int] | None, both: bool) -> list[int | None]:
-    known = structure.nodal_diameters
-    if known is None:
-        if given is not None:
-            structure.matrices(given)  # type: ignore[arg-type]  # it refuses
-        return [None]
-    highest = known.stop - 1
-    if given is None:
-        lowest = -((structure.n_sectors - 1) // 2) if both else 0  # type: ignore[attr-defined]
-        return [*range(lowest, highest + 1)]
-    each = given if isinstance(given, Iterable) else [given]
-    waves = [check.integer("nodal_diameter", n, -highest, highest) for n in each]
-    if not waves:
-        raise ValueError("nodal_diameter=[]: expected at least one")
-    return [*waves]
 
 
 def _at(structure: Structure, speed: float) -> Structure:

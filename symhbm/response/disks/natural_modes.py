@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 from symhbm.model import Structure
-from symhbm.model.linear import natural_modes_of
+from symhbm.model.linear import gyroscopic_part, natural_modes_of
 from symhbm.model.rotation import RotatingModel
 from symhbm.numerics import check
 
@@ -26,8 +26,10 @@ def natural_modes(
     structure
         A `Model`, or any structure with matrices; of a `Sector`, the waves of its disk.
     nodal_diameter
-        Of a sector: one number of nodal diameters, or several; None for all that differ, 0 to
-        N / 2. Two modes of one frequency belong to each but 0 and N / 2: one in each sense.
+        Of a sector: one number of nodal diameters, or several, negative ones in the other sense;
+        None for all that differ. These are 0 to N / 2, two modes of one frequency belonging to each
+        but 0 and N / 2, one in each sense; where Coriolis forces or the air split the two, those of
+        the other sense, too.
     count
         How many, from the lowest; None for 10, or all of a smaller structure. Above some 500
         degrees of freedom they are computed by shift and invert, from a sparse factorisation.
@@ -47,6 +49,12 @@ def natural_modes(
     TypeError, ValueError
         For bad arguments, a structure without matrices, nodal diameters of one that is no sector,
         and where some motion has neither mass nor stiffness. What has no mass has no mode.
+
+    Notes
+    -----
+    What takes power is damping and left out, of the air, too: the imaginary part of its
+    coefficients, and where the real part of blades before and behind differs. Where the imaginary
+    part of both differs it takes none: it splits frequencies, as Coriolis forces do.
 
     Examples
     --------
@@ -69,22 +77,47 @@ def natural_modes(
     size = structure.n_dof
     count = min(10, size) if count is None else check.integer("count", count, 1, size)
     stuck = check.flag("stuck", stuck)
-    known = structure.nodal_diameters
-    if known is None or isinstance(nodal_diameter, Integral):
-        return _labelled(structure, nodal_diameter, count, stuck)  # type: ignore[arg-type]
-    if nodal_diameter is not None and not isinstance(nodal_diameter, Iterable):
-        raise TypeError(f"nodal_diameter={check.shown(nodal_diameter)}: expected integers")
-    waves = known if nodal_diameter is None else nodal_diameter
+    waves = waves_of(structure, nodal_diameter, nodal_diameter is None and both_senses(structure))
     each = [_labelled(structure, wave, count, stuck) for wave in waves]
-    if not each:
-        raise ValueError("nodal_diameter=[]: expected at least one")
+    if waves == [None] or isinstance(nodal_diameter, Integral):
+        return each[0]
     return xr.concat(each, "nodal_diameter")
 
 
+def both_senses(structure: Structure) -> bool:
+    """Whether Coriolis forces or the air make waves of either sense differ."""
+    waves = [None] if structure.nodal_diameters is None else structure.nodal_diameters
+    return any(
+        gyroscopic_part(structure.matrices(wave).damping_matrix) is not None for wave in waves
+    )
+
+
+def waves_of(
+    structure: Structure, given: int | Iterable[int] | None, both: bool
+) -> list[int | None]:
+    """The numbers of nodal diameters that are asked for, None alone of what has no waves.
+
+    TypeError or ValueError for bad ones.
+    """
+    known = structure.nodal_diameters
+    if known is None:
+        if given is not None:
+            structure.matrices(given)  # type: ignore[arg-type]  # it refuses
+        return [None]
+    highest = known.stop - 1
+    if given is None:
+        lowest = -((structure.n_sectors - 1) // 2) if both else 0  # type: ignore[attr-defined]
+        return [*range(lowest, highest + 1)]
+    each = given if isinstance(given, Iterable) else [given]
+    waves = [check.integer("nodal_diameter", n, -highest, highest) for n in each]
+    if not waves:
+        raise ValueError("nodal_diameter=[]: expected at least one")
+    return [*waves]
+
+
 def _labelled(structure: Structure, wave: int | None, count: int, stuck: bool) -> xr.Dataset:
-    known, coordinates = structure.nodal_diameters, dict[str, object]()
-    if known is not None:
-        wave = check.integer("nodal_diameter", wave, known.start, known.stop - 1)
+    coordinates = dict[str, object]()
+    if wave is not None:
         coordinates["nodal_diameter"] = (), wave, {"long_name": "nodal diameters", "units": "1"}
     frequencies, shapes = natural_modes_of(structure, wave, count, stuck)
     parts = np.stack([shapes.T.real, -shapes.T.imag], axis=-1)

@@ -104,7 +104,7 @@ def test_models_and_stuck_contacts():
 
 def test_what_is_no_wave_says_so():
     disk = blisk_sector()
-    with pytest.raises(ValueError, match=r"nodal_diameter=13: expected an integer from 0 to 12"):
+    with pytest.raises(ValueError, match=r"nodal_diameter=13: expected an integer from -12 to 12"):
         sh.natural_modes(disk, 13)
     with pytest.raises(ValueError, match=r"nodal_diameter=2: expected None, a whole"):
         sh.natural_modes(disk.structure, 2)
@@ -138,3 +138,48 @@ def test_stuck_contacts_have_a_stiffness_along_each_direction(across):
     turning = sh.RotatingModel(model, {0: stiffness, 1000: stiffness})
     diagram = sh.campbell(turning, [0, 1000], count=3, stuck=True).frequency.values
     assert all(np.isclose(diagram, each, rtol=1e-9).any() for each in known)
+
+
+def turning_ring(coefficients=()):
+    """Three blades in the plane of the disk, at a speed and in the air, and their whole ring."""
+    stiffness = np.array([[9e4, -1e4, -3e4], [-1e4, 3e4, 0], [-3e4, 0, 3e4]])
+    skew = np.array([[0, 2.0, 0], [-2.0, 0, 0], [0, 0, 0]])
+    model = sh.Model(np.diag([1.0, 1.0, 0]), np.diag([1.0, 1, 0]), stiffness)
+    rotor = sh.RotatingModel(model, {0: stiffness, 600: stiffness}, coriolis=skew)
+    disk = sh.Sector(rotor.at(900), [0], [2], 3)
+    return disk.with_influences(*(sh.Influence({1: 1.0}, c, 30.0) for c in coefficients))
+
+
+@pytest.mark.parametrize("air", [(), ({-1: 2e3j, 1: -2e3j, 0: 500.0},)])
+def test_both_senses_are_told_where_they_differ(air):
+    """Every frequency of the ring's quadratic problem, once."""
+    disk = turning_ring(air)
+    modes = sh.natural_modes(disk)
+    assert modes.nodal_diameter.values.tolist() == [-1, 0, 1]
+    ring = sh.mistuned_ring(disk)
+    mass, damping, stiffness = (
+        each.toarray() for each in (ring.mass_matrix, ring.damping_matrix, ring.stiffness_matrix)
+    )
+    gyroscopic, elastic = (damping - damping.T) / 2, (stiffness + stiffness.T) / 2
+    size = len(mass)
+    rows = np.hstack([elastic, gyroscopic])
+    whole = np.block([[np.zeros((size, size)), np.eye(size)], [-np.linalg.solve(mass, rows)]])
+    every = np.sort(np.abs(np.linalg.eigvals(whole).imag))[::2] / 2 / np.pi
+    np.testing.assert_allclose(np.sort(modes.frequency.values.ravel()), every, rtol=1e-9)
+    one = sh.natural_modes(disk, nodal_diameter=-1).frequency
+    np.testing.assert_array_equal(one, modes.frequency.sel(nodal_diameter=-1))
+
+
+def test_coriolis_forces_beside_modal_damping_of_large_structures():
+    """Its matrix stays in factors, which hold none of them."""
+    n = 600
+    beside = np.ones(n - 1)
+    springs = sp.diags_array([-1e4 * beside, 2e4 * np.ones(n), -1e4 * beside], offsets=[-1, 0, 1])
+    skew = sp.diags_array([-5 * beside, 5 * beside], offsets=[-1, 1])
+    runs = {0: springs, 9: springs}
+    rotors = [
+        sh.RotatingModel(sh.Model(sp.eye_array(n), damping, springs), runs, skew)
+        for damping in (sh.ModalDamping(0.01, modes=4), sp.csc_array((n, n)))
+    ]
+    found, expected = (sh.natural_modes(rotor.at(600), count=4).frequency for rotor in rotors)
+    np.testing.assert_allclose(found, expected, rtol=1e-10)
