@@ -8,6 +8,7 @@ from typing import Any, NamedTuple
 import numpy as np
 import scipy.sparse as sp
 
+from symhbm.model.damping import Damping
 from symhbm.model.places import Places
 from symhbm.numerics import check
 
@@ -24,13 +25,15 @@ class Contents(NamedTuple):
     """Matrices by kind, sparse, and the places of their rows.
 
     ``triangle``: the format keeps one triangle of symmetric matrices, as these are. ``beside``:
-    names of what else is there and was not read.
+    names of what else is there and was not read; ``damping``: the rule that damping follows in the
+    place of a matrix.
     """
 
     matrices: dict[str, Any]
     places: Places | None = None
     triangle: bool = False
     beside: tuple[str, ...] = ()
+    damping: Damping | None = None
 
 
 Reader = Callable[[dict[str, Path], Mapping[str, str]], Contents]

@@ -3,8 +3,10 @@
 Groups ``mass``, ``damping`` and ``stiffness`` hold ``data`` (n_entries,), ``indices`` (n_entries,)
 of rows, ``indptr`` (n_dof + 1,) and ``shape`` (2,), as `scipy.sparse.csc_array` has them. A group
 ``places`` holds ``node``, ``direction``, ``label`` (n_dof,) and ``coordinates`` (n_dof, 3) [m].
+Damping by a rule is the attribute ``damping`` of the file, as JSON, in the place of the group.
 """
 
+import json
 import os
 from collections.abc import Mapping
 from pathlib import Path
@@ -13,11 +15,14 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
+from symhbm.model.damping import Damping
 from symhbm.model.files.arrays import places_of_columns
 from symhbm.model.files.contents import KINDS, Contents, beside, by_kind, sparse, told
 from symhbm.model.matrices import Model
 from symhbm.numerics import check
 
+_RULE = "damping"
+"""The attribute that tells a rule of damping."""
 _PARTS = ("data", "indices", "indptr", "shape")
 
 
@@ -43,14 +48,18 @@ def read(files: dict[str, Path], names: Mapping[str, str]) -> Contents:
                 held[name].check_format()
         matrices = by_kind(path, held, names)
         result = {kind: sparse(kind, value) for kind, value in matrices.items()}
-        return Contents(result, places_of_columns(columns), beside=beside(held, matrices))
+        rule = json.loads(file.getncattr(_RULE)) if _RULE in file.ncattrs() else None
+        damping = None if rule is None else Damping.from_told(rule)
+        known = places_of_columns(columns)
+        return Contents(result, known, beside=beside(held, matrices), damping=damping)
 
 
 def save_structure(model: Model, path: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
-    """Write the matrices and places of a model to HDF5, without its contacts; return the path.
+    """Write matrices, damping and places of a model to HDF5, without its contacts; return the path.
 
-    `read_structure` reads it. Raises TypeError for what is no Model, FileExistsError for a file
-    that is there unless ``overwrite``.
+    `read_structure` reads it, damping by a rule as that rule. Raises TypeError for what is no
+    Model, for one whose matrices change with the speed, and for Coriolis forces or a rule of your
+    own that no matrix tells, FileExistsError for a file that is there unless ``overwrite``.
 
     Examples
     --------
@@ -66,13 +75,29 @@ def save_structure(model: Model, path: str | os.PathLike[str], *, overwrite: boo
 
     if not isinstance(model, Model):
         raise TypeError(f"model={check.shown(model)}: expected a Model")
+    if getattr(model, "speeds", None) is not None:
+        raise TypeError(
+            "model: expected matrices that do not change with the speed of rotation; save those of "
+            "RotatingModel.at(speed), one file for each speed"
+        )
+    rule = None if model.damping is None else model.damping.description()
+    if model.coriolis_matrix is not None or (rule and "values" not in rule):
+        raise TypeError(
+            f"model: expected a damping matrix, or a damping rule of the library alone, got "
+            f"{model.damping!r}{' beside Coriolis forces' * (model.coriolis_matrix is not None)}; "
+            "give Model(mass, model.damping_matrix, stiffness)"
+        )
     path = Path(path)
     if path.suffix.lower() not in (".h5", ".hdf5"):
         raise ValueError(f"path={str(path)!r}: expected a name ending in .h5 or .hdf5")
     if path.exists() and not check.flag("overwrite", overwrite):
         raise FileExistsError(f"path={str(path)!r}: there is such a file; overwrite=True")
     with Dataset(os.fspath(path), "w", format="NETCDF4") as file:
+        if rule is not None:
+            file.setncattr(_RULE, json.dumps(rule))
         for kind in KINDS:
+            if kind == "damping" and rule is not None:
+                continue
             matrix = getattr(model, f"{kind}_matrix")
             for part in _PARTS:
                 _write(file, kind, part, np.asarray(getattr(matrix, part)))

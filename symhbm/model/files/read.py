@@ -131,14 +131,17 @@ def read_structure(
     contents = completed(contents._replace(places=known), symmetric, notes.append)
     contents = without_supports(contents, notes.append)
     if units != _SI:
+        if contents.damping is not None:
+            raise ValueError(f"units={units!r}: expected {_SI!r}, this is a structure saved in SI")
         contents = in_si(contents, system)
         assumed = ", all degrees of freedom taken as displacements" if known is None else ""
         notes.append(f"{units} changed to SI{assumed}")
     doubt_units(contents, units, notes.append)
     if notes:
         warnings.warn(f"{_shown(path)}: {'; '.join(notes)}", stacklevel=2)
-    of_kind = contents.matrices
-    return Model(of_kind["mass"], of_kind["damping"], of_kind["stiffness"], places=contents.places)
+    of_kind, damping = contents.matrices, contents.damping
+    given = of_kind["damping"] if damping is None else damping
+    return Model(of_kind["mass"], given, of_kind["stiffness"], places=contents.places)
 
 
 def _contents(path: Any, names: Mapping[str, str]) -> Contents:
@@ -155,7 +158,8 @@ def _contents(path: Any, names: Mapping[str, str]) -> Contents:
     matrices = {kind: matrix for part in parts for kind, matrix in part.matrices.items()}
     known = next((part.places for part in parts if part.places is not None), None)
     left += [name for part in parts for name in part.beside]
-    return Contents(matrices, known, any(part.triangle for part in parts), tuple(left))
+    damping = next((part.damping for part in parts if part.damping is not None), None)
+    return Contents(matrices, known, any(part.triangle for part in parts), tuple(left), damping)
 
 
 def _files(path: Any) -> tuple[dict[str, Path], list[str]]:

@@ -48,3 +48,48 @@ def test_damaged_and_other_files(tmp_path):
         file.createGroup("results")
     with pytest.raises(ValueError, match="it holds none"):
         sh.read_structure(path)
+
+
+@pytest.mark.parametrize(
+    "rule",
+    [
+        sh.StructuralDamping(0.03),
+        sh.RayleighDamping(1.0, 1e-6),
+        sh.ModalDamping((0.01, 0.02)),
+        sh.ModalDamping(0.01, modes=2),
+    ],
+)
+def test_damping_by_a_rule_comes_back(rule, tmp_path):
+    mass, _, stiffness = rods.matrices()
+    model = sh.Model(mass, rule, stiffness)
+    again = sh.read_structure(sh.save_structure(model, tmp_path / "rod.h5"))
+    assert again.damping == rule
+    natural = sh.natural_modes(model).frequency.values[0]
+    found, expected = (
+        sh.solve(sh.HarmonicBalance(each, sh.PointForce(0)), natural).amplitude.values
+        for each in (again, model)
+    )
+    np.testing.assert_allclose(found, expected, rtol=1e-13)
+    with pytest.raises(ValueError, match="a structure saved in SI"):
+        sh.read_structure(tmp_path / "rod.h5", units="mm-t-s")
+
+
+def dense(matrix):
+    return matrix.toarray() if hasattr(matrix, "toarray") else np.array(matrix)
+
+
+def test_what_no_matrix_tells_is_not_saved(tmp_path):
+    mass, _, stiffness = map(dense, rods.matrices())
+    skew = np.zeros_like(stiffness)
+    skew[0, 1], skew[1, 0] = 1e-3, -1e-3
+    runs = {0: stiffness, 100: 1.1 * stiffness}
+    rotor = sh.RotatingModel(sh.Model(mass, sh.ModalDamping(0.01), stiffness), runs, coriolis=skew)
+    with pytest.raises(TypeError, match="change with the speed"):
+        sh.save_structure(rotor, tmp_path / "rotor.h5")
+    with pytest.raises(TypeError, match="beside Coriolis forces"):
+        sh.save_structure(rotor.at(50), tmp_path / "rotor.h5")
+    still = rotor.at(50)
+    whole = sh.Model(mass, still.damping_matrix, still.stiffness_matrix)
+    again = sh.read_structure(sh.save_structure(whole, tmp_path / "rotor.h5"))
+    difference = again.damping_matrix - still.damping_matrix
+    assert abs(difference).max() == 0
