@@ -17,6 +17,7 @@ from symhbm.model.places import Places
 from symhbm.numerics import ComplexArray, FloatArray, FourierBasis, check
 
 _AXES = "xyz"
+_CARTESIAN = "x", "y", "z", "rx", "ry", "rz"
 _AMID = 1.5
 """Distance of a node from the joined ones, over that of their neighbours, that is beside them."""
 _TOGETHER = 1e-4
@@ -171,17 +172,19 @@ def check_geometry(
                 f"right: expected the directions of left in the same order, degree of freedom {j} "
                 f"is along {names[j]!r}, {i} along {names[i]!r}"
             )
-    coordinates = places.coordinates
-    if coordinates is None or not len(left):
-        return
-    size = np.abs(coordinates).max()
+    coordinates, ways = places.coordinates, {names[i] for i in left}
     if axis is None:
-        if {*(names[i] for i in left)} & {*_AXES[:2]}:
+        # One direction alone may be along the axis, or along the disk.
+        turned = _AXES[:2] if coordinates is not None else _CARTESIAN if len(ways) > 1 else ()
+        if ways & {*turned}:
             raise ValueError(
                 "rotation=None: expected the axis of the disk, 'x', 'y' or 'z', as directions of "
                 "the interfaces are cartesian"
             )
         return
+    if coordinates is None or not len(left):
+        return
+    size = np.abs(coordinates).max()
     off = _distances(coordinates, left, right, axis, 2 * np.pi / n_sectors)
     if off.max() <= _TOGETHER * size:
         _tell_cracks(places, left, right, axis, n_sectors)

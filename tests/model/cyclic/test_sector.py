@@ -193,6 +193,11 @@ def test_interfaces_that_do_not_fit_are_refused():
         sh.Sector(model, ends.left, ends.right[::-1], 6, rotation="z")
     with pytest.raises(ValueError, match="rotation=None: expected the axis"):
         sh.Sector(model, ends.left, ends.right, 6)
+    bare = sh.Places(model.places.node, model.places.direction)
+    without = sh.Model(model.mass_matrix, model.damping_matrix, model.stiffness_matrix, places=bare)
+    with pytest.raises(ValueError, match="rotation=None: expected the axis"):
+        sh.Sector(without, ends.left, ends.right, 6)
+    assert sh.Sector(without, ends.left, ends.right, 6, rotation="z").n_sectors == 6
 
 
 def test_a_large_sector_asks_to_be_condensed():
