@@ -307,3 +307,63 @@ def test_a_disk_that_turns_as_a_whole_slides_nowhere(ways, axis):
         ]
         np.testing.assert_allclose(disk.directions @ np.array(motion), 0, atol=1e-14)
     np.testing.assert_allclose(disk.contact_coordinates, points[:9])
+
+
+def plate(keep, n, ratio=1.0, jitter=0.0, meshed=True):
+    """Two plates of square cells where ``keep`` says so, and the area of those cells."""
+    count = n + 1
+    x, y = np.meshgrid(np.arange(count), np.arange(count))
+    cells = [(i, j) for j in range(n) for i in range(n) if keep((i + 0.5) / n, (j + 0.5) / n)]
+    corners = np.array([[j * count + i, j * count + i + 1, (j + 1) * count + i] for i, j in cells])
+    corners = np.column_stack([corners, corners[:, 2] + 1])
+    used, corners = np.unique(corners, return_inverse=True)
+    corners = corners.reshape(-1, 4)
+    points = np.column_stack([x.ravel(), ratio * y.ravel(), 0 * x.ravel()])[used] / n
+    inside = np.bincount(corners.ravel()) == 4
+    moved = np.random.default_rng(3).uniform(-jitter, jitter, (inside.sum(), 2)) / n
+    points[inside, :2] += moved * [1, ratio]
+    size = len(points)
+    stiffness = np.zeros((size, size))
+    for cell in corners:
+        stiffness[np.ix_(cell, cell)] += 4 * np.eye(4) - 1
+    stiffness = 1e4 * np.kron(np.eye(2), np.kron(stiffness * meshed + np.eye(size), np.eye(3)))
+    places = sh.Places(
+        np.repeat(np.arange(1, 2 * size + 1), 3),
+        [*"xyz"] * 2 * size,
+        np.repeat(np.vstack([points, points + np.array([0, 0, 1e-4])]), 3, axis=0),
+        np.repeat(["lower", "upper"], 3 * size),
+    )
+    one = np.eye(6 * size)
+    return sh.Model(one, one, stiffness, places=places), len(cells) * ratio / n**2
+
+
+SHAPES = {
+    "L": lambda x, y: min(x, y) < 0.5,
+    "frame": lambda x, y: min(x, y) < 1 / 6 or max(x, y) > 5 / 6,
+    "flanks": lambda x, y: x < 1 / 6 or x > 5 / 6,
+}
+
+
+@pytest.mark.parametrize("shape", SHAPES)
+@pytest.mark.parametrize(("n", "ratio", "jitter"), [(6, 1, 0), (6, 2, 0.1), (12, 1, 0.2)])
+def test_areas_of_what_is_no_rectangle(shape, n, ratio, jitter):
+    """The mesh tells what is between nodes, however coarse it is."""
+    model, exact = plate(SHAPES[shape], n, ratio, jitter)
+    with pytest.warns(UserWarning, match="of the area between the nodes is left out"):
+        pairs = sh.contact_pairs(model, "lower", "upper", normal=[0, 0, 1])
+    assert pairs.area.sum() == pytest.approx(exact, rel=1e-9 if not jitter else 0.02)
+
+
+@pytest.mark.parametrize("jitter", [0, 0.3])
+def test_nothing_is_left_out_of_a_rectangle(jitter):
+    model, exact = plate(lambda x, y: True, 8, 3.0, jitter)
+    pairs = sh.contact_pairs(model, "lower", "upper", normal=[0, 0, 1])
+    assert pairs.area.sum() == pytest.approx(exact, rel=1e-9)
+
+
+def test_far_larger_triangles_are_left_out_where_no_mesh_is_known():
+    """Of nodes alone: what spans two flanks is far larger than the cells."""
+    model, exact = plate(SHAPES["flanks"], 24, meshed=False)
+    with pytest.warns(UserWarning, match="50% of the area|6.% of the area"):
+        pairs = sh.contact_pairs(model, "lower", "upper", normal=[0, 0, 1])
+    assert pairs.area.sum() == pytest.approx(exact, rel=1e-9)
