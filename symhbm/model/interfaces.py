@@ -479,18 +479,19 @@ def _bridges(
         return result
     # Triangles need not follow the elements of a distorted mesh, but stay near them: what spans a
     # hole joins, somewhere, nodes that are far apart in the mesh.
-    near: Any = sp.eye_array(len(points), format="csr") + joined
-    outside, far = (
-        ~np.column_stack(
-            [np.asarray(of[corners[:, k - 2], corners[:, k - 1]]).ravel() > 0 for k in range(3)]
-        ).all(axis=1)
-        for of in (near, near @ near @ near)
-    )
+    near = sp.eye_array(len(points), format="csr") + joined
+    outside, far = _apart(near, corners), _apart(near @ near @ near, corners)
     at = np.flatnonzero(outside[:, None] & (neighbours >= 0) & outside[neighbours])
     pairs = at // 3, neighbours.ravel()[at]
     graph = sp.coo_array((np.ones(len(at)), pairs), shape=(len(corners),) * 2)
     _, patch = connected_components(graph, directed=False)
     return result | (outside & np.isin(patch, patch[outside & far]))
+
+
+def _apart(joined: Any, corners: NDArray[np.intp]) -> NDArray[np.bool_]:
+    """Which triangles have an edge between nodes that are not joined."""
+    edges = [joined[corners[:, k - 2], corners[:, k - 1]] for k in range(3)]
+    return np.any([np.asarray(edge).ravel() == 0 for edge in edges], axis=0)
 
 
 def _joined(model: Model, places: Places, nodes: NDArray[np.int64]) -> Any:

@@ -12,6 +12,8 @@ from symhbm.numerics import RADIANS, ComplexArray, FloatArray
 
 _RESONANCES = 4
 """Resonances of a wave, with contacts open and stuck each, at which responses are compared."""
+_NEAR = 1.25
+"""Ratio of a frequency to the nearest end of a band, up to which it is near."""
 _MODES = 40
 """Most natural frequencies of a wave that are compared."""
 
@@ -22,9 +24,11 @@ class ReductionCertificate(NamedTuple):
     ``error``, the largest difference of linear responses, relative displacements of contacts and
     watched degrees of freedom under unit forces on them, contacts open and contacts stuck, from
     those of direct factorisations of the whole structure, each relative to the norm of the
-    response; ``frequency_error``, that of natural frequencies in the band, relative;
+    response; ``frequency_error``, that of natural frequencies in the band, relative, NaN where
+    there is none;
     ``frequencies`` (n,) [Hz], where responses were compared, resonances among them where something
-    damps; ``band`` [Hz]; ``nodal_diameters`` of a sector that were compared, None of a structure.
+    damps; ``band`` [Hz]; ``nodal_diameters`` of a sector that were compared, all of those with
+    modes in the band or near it among them, None of a structure.
     """
 
     error: float
@@ -34,10 +38,11 @@ class ReductionCertificate(NamedTuple):
     nodal_diameters: tuple[int, ...] | None
 
     def __repr__(self) -> str:
-        return (
-            f"linear responses exact to {self.error:.1e}, natural frequencies to "
-            f"{self.frequency_error:.1e} from {self.band[0]:g} to {self.band[1]:g} Hz"
-        )
+        modes = f"natural frequencies to {self.frequency_error:.1e}"
+        if np.isnan(self.frequency_error):
+            modes = "without natural frequencies"
+        band = f"from {self.band[0]:g} to {self.band[1]:g} Hz"
+        return f"linear responses exact to {self.error:.1e}, {modes} {band}"
 
 
 def certified(
@@ -51,15 +56,29 @@ def certified(
 
     ``watched`` are degrees of freedom of either, the same places.
     """
-    errors, shifts, compared = [0.0], [0.0], []
+    errors, shifts, compared = [0.0], list[float](), []
     for wave in (None,) if waves is None else waves:
         both = _Wave(whole, wave, watched[0]), _Wave(reduced, wave, watched[1])
-        shifts.append(_shift(both, band))
+        shifts += _shifts(both, band)
         for frequency in _frequencies(both[1], band):
             exact, approximate = (part.responses(RADIANS * frequency) for part in both)
             errors += [_difference(*pair) for pair in zip(exact, approximate, strict=True)]
             compared.append(frequency)
-    return ReductionCertificate(max(errors), max(shifts), np.unique(compared), band, waves)
+    shift = max(shifts, default=np.nan)
+    return ReductionCertificate(max(errors), shift, np.unique(compared), band, waves)
+
+
+def waves_near(sector: Any, band: tuple[float, float]) -> set[int]:
+    """Nodal diameters of a reduced sector with modes in a band or near it, stuck or open."""
+    result = set[int]()
+    for wave in sector.nodal_diameters:
+        part = _Wave(sector, wave, np.zeros(0, dtype=np.intp))
+        for stiffness in (part.parts.stiffness_matrix, part.stuck()):
+            squares = lowest_modes(stiffness, part.parts.mass_matrix)[0]
+            natural = np.sqrt(np.maximum(squares, 0.0)) / RADIANS
+            if np.any((band[0] / _NEAR < natural) & (natural < _NEAR * band[1])):
+                result.add(wave)
+    return result
 
 
 class _Wave:
@@ -113,18 +132,18 @@ def _frequencies(reduced: _Wave, band: tuple[float, float]) -> FloatArray:
     return np.unique(np.concatenate(found))
 
 
-def _shift(both: tuple[_Wave, _Wave], band: tuple[float, float]) -> float:
-    """Largest relative difference of natural frequencies in a band."""
+def _shifts(both: tuple[_Wave, _Wave], band: tuple[float, float]) -> list[float]:
+    """Relative differences of natural frequencies in a band."""
     exact, own = both
     squares = lowest_modes(own.parts.stiffness_matrix, own.parts.mass_matrix)[0]
     within = squares < (RADIANS * band[1]) ** 2
     count = min(int(np.count_nonzero(within)), _MODES)
     if not count:
-        return 0.0
+        return []
     true = lowest_modes(exact.parts.stiffness_matrix, exact.parts.mass_matrix, count)[0]
     chosen = true > (RADIANS * band[0]) ** 2
     natural = np.sqrt(np.maximum([true, squares[:count]], 0.0))[:, chosen]
-    return float(np.max(np.abs(natural[1] / natural[0] - 1), initial=0.0))
+    return np.abs(natural[1] / natural[0] - 1).tolist()
 
 
 def _difference(exact: ComplexArray, approximate: ComplexArray) -> float:

@@ -14,7 +14,7 @@ from symhbm.model.linear import lowest_modes, natural_modes_of
 from symhbm.model.matrices import Model
 from symhbm.model.outputs import Output
 from symhbm.model.places import check_whole, next_sector, own_numbers
-from symhbm.model.reduction.certificate import certified
+from symhbm.model.reduction.certificate import certified, waves_near
 from symhbm.model.reduction.component import (
     Component,
     by_rows,
@@ -238,13 +238,13 @@ def _sector(
     result._store(influences=tuple(map(result.coupling_felt, sector.influences)))
     reduced._store(places=places)
     result._store(outputs={n: _seen(sector, result, out) for n, out in sector.outputs.items()})
-    n_waves = sector.n_sectors // 2
-    waves = tuple(sorted({0, (n_waves + 1) // 2, n_waves}))
     # As numbered among the degrees of freedom that are not right.
     own, others = sector.interfaces.others, kept[result.interfaces.others]
     at = {int(dof): i for i, dof in enumerate(others)}
     both = np.searchsorted(own, watched), np.array([at[int(d)] for d in watched], dtype=np.intp)
-    reduced._store(certificate=certified(sector, result, both, band, waves))
+    n_waves = sector.n_sectors // 2
+    waves = {0, (n_waves + 1) // 2, n_waves} | waves_near(result, band)
+    reduced._store(certificate=certified(sector, result, both, band, tuple(sorted(waves))))
     return result
 
 

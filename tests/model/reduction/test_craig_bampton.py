@@ -8,7 +8,7 @@ import scipy.sparse as sp
 from numpy.testing import assert_allclose
 
 import symhbm as sh
-from tests.sectors_to_reduce import plane_sector, plate_sector
+from tests.sectors_to_reduce import chain_sector, plane_sector, plate_sector
 
 N = 120
 MASS = sp.eye_array(N)
@@ -169,3 +169,22 @@ def test_what_is_reduced_is_not_reduced_again(chain, reduce):
         arguments = (4, (1, 2)) if reduce is sh.craig_bampton else (force, (1, 2))
         with pytest.raises(ValueError, match="expected a whole structure, this one is reduced"):
             reduce(given, *arguments, dofs=[9])
+
+
+def test_all_waves_with_modes_in_the_band_are_compared():
+    """Those of 7 and 8 nodal diameters alone are in it, and the error is theirs."""
+    whole, band = chain_sector(24), (41.0, 43.5)
+    small = sh.craig_bampton(whole, 2, band)
+    certificate = small.structure.certificate
+    assert {7, 8} < {*certificate.nodal_diameters}
+    modes = [sh.natural_modes(disk, count=2).frequency.values for disk in (whole, small)]
+    inside = (modes[0] > band[0]) & (modes[0] < band[1])
+    assert inside.any(axis=1).nonzero()[0].tolist() == [7, 8]
+    difference = np.abs(modes[1] / modes[0] - 1)[inside].max()
+    assert certificate.frequency_error >= 0.999 * difference > 0
+
+
+def test_a_band_without_modes_has_no_error_of_frequencies():
+    certificate = sh.craig_bampton(chain_sector(24), 2, (64.0, 70.0)).structure.certificate
+    assert np.isnan(certificate.frequency_error)
+    assert "without natural frequencies from 64 to 70 Hz" in repr(certificate)
