@@ -56,7 +56,8 @@ def check_each(
         located = _locate_all(problems, unknowns, frequencies)
         events = [located.groups[group.name].events.reshape(n, -1) for group in equations.located]
         residual, magnitude = _check(equations, False).at_points(n, *at, *events)
-    force = magnitude[:, 0]
+    loads = [p.load_at_rest(f) for p, f in zip(problems, frequencies.tolist(), strict=True)]
+    force = magnitude[:, 0] + loads
     return np.abs(residual).max(axis=1) / np.where(force > 0, force, 1.0), located
 
 

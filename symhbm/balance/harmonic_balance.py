@@ -28,7 +28,7 @@ from symhbm.model import (
     check_excitation,
     find_symmetry,
 )
-from symhbm.model.contacts import ContactLaw, Parameter
+from symhbm.model.contacts import ContactLaw, NormalLaw, Parameter
 from symhbm.model.cyclic import Sector
 from symhbm.model.excitation import amplitude_of
 from symhbm.model.rotation import check_speed
@@ -596,7 +596,22 @@ class HarmonicBalance:
             found = self._equations(*at, states)
         residual, magnitude, values, by_frequency = found
         jacobian = self._equations.assemble(values)
-        return Evaluation(residual, float(magnitude[0]), jacobian, by_frequency, states)
+        size = float(magnitude[0]) + self.load_at_rest(frequency)
+        return Evaluation(residual, size, jacobian, by_frequency, states)
+
+    def load_at_rest(self, frequency: float) -> float:
+        """Largest normal load [N] of what nothing drives, 0 of other problems.
+
+        The round-off of loads is then all that is left of the balance.
+        """
+        if self.excitation.amplitude:
+            return 0.0
+        loads = [
+            np.abs(group.law.load(frequency, self.contacts.values_of(group))).max(initial=0.0)
+            for group in self.contacts.groups
+            if isinstance(group.law, NormalLaw)
+        ]
+        return float(max(loads, default=0.0))
 
     def force(self, frequency: float) -> FloatArray:
         """Coefficients of the force at an angular frequency, ``(n_dof, n_components)`` [N]."""

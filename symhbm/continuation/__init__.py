@@ -10,12 +10,13 @@ from symhbm.continuation.point import Event, EventKind, PathPoint
 from symhbm.continuation.problem import ContinuationProblem, FrequencyProblem, ParameterProblem
 from symhbm.continuation.resonance_count import LARGEST_SIZE
 from symhbm.continuation.segment import PathState, Segment
-from symhbm.continuation.start import linear_response, solve_point
+from symhbm.continuation.start import AtRest, linear_response, solve_point
 from symhbm.continuation.status import SolveError, Status
 
 __all__ = [
     "ACCEPTED",
     "LARGEST_SIZE",
+    "AtRest",
     "Branch",
     "ContinuationProblem",
     "Corrector",

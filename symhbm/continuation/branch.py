@@ -46,6 +46,8 @@ class Branch:
 
         Each comes with the linear solves it took; None stands for one that could not be solved for.
         """
+        if self.curve.at_rest:
+            return [(self._path_state(self.solve_from_scratch(value), value), 1)]
         solutions = []
         for left, right in self._segments(value):
             solves_before = self.corrector.solves

@@ -20,7 +20,7 @@ from symhbm.continuation.newton import NewtonResult
 from symhbm.continuation.path import Path
 from symhbm.continuation.point import EventKind, PathPoint
 from symhbm.continuation.problem import ContinuationProblem
-from symhbm.continuation.start import linear_response, solve_point
+from symhbm.continuation.start import linear_response, points_at_rest, solve_point
 from symhbm.continuation.status import Status
 from symhbm.numerics import FloatArray, on_one_thread
 
@@ -47,12 +47,15 @@ def follow_branch(
     (n_unknowns,) [m] may be a response close to that at the first value.
     """
     corrector = corrector_of(curve)
+    resting = points_at_rest(curve, band) if curve.at_rest else None
 
     def solve_from_scratch(value: float) -> NewtonResult:
         result = solve_point(*curve.at(value))
         corrector.solves += result.iterations
         return result
 
+    if resting is not None:
+        return Branch(corrector, solve_from_scratch, per_dof, resting, [], Status.REACHED_END, 0)
     return follow_with(corrector, solve_from_scratch, band, max_points, per_dof, guess)
 
 
@@ -123,6 +126,8 @@ def filled(branch: Branch) -> Branch:
 
     Segments in which these show events or peaks that the path passed over are followed again.
     """
+    if branch.curve.at_rest:
+        return branch
     corrector, per_dof, points, peaks = (
         branch.corrector,
         branch.per_dof,

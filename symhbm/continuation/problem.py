@@ -27,7 +27,8 @@ class ContinuationProblem(ABC):
     ``machine_code`` tells whether that evaluates the equations, None where this process has it.
     ``peaked`` tells whether maxima of its amplitudes are looked for. ``driven`` tells that a force
     drives the motion, at a given frequency: resonances may lie between two points, and Newton's
-    method finds a solution without a neighbouring one. The first unknowns are the coefficients of
+    method finds a solution without a neighbouring one; ``at_rest`` that none does, and that the
+    structure is at rest in one place at all values. The first unknowns are the coefficients of
     the motion; where they are not all, the class tells more.
     """
 
@@ -38,6 +39,7 @@ class ContinuationProblem(ABC):
     machine_code: bool | None = None
     peaked: bool = True
     driven: bool = True
+    at_rest: bool = False
 
     @property
     def n_unknowns(self) -> int:
@@ -133,6 +135,8 @@ class FrequencyProblem(ContinuationProblem):
         self.problem = problem
         self.single_valued = problem.single_valued
         self._margins_move = problem.contacts.margins_move
+        still = not problem.excitation.amplitude and problem.model.engine_order is None
+        self.at_rest = still and not self._margins_move
 
     def at(self, value: float) -> tuple[HarmonicBalance, float]:
         """The problem and the angular frequency."""

@@ -1,4 +1,8 @@
-"""The first point of a path: a solution at one frequency without a neighbouring solution."""
+"""The first point of a path: a solution at one frequency without a neighbouring solution.
+
+What nothing drives rests where static loads hold it: Newton's method compares steps with the size
+of a motion, and has none there.
+"""
 
 from dataclasses import replace
 from functools import partial
@@ -8,9 +12,10 @@ import numpy as np
 from symhbm.balance import Evaluation, HarmonicBalance, is_held
 from symhbm.continuation.newton import NewtonResult, newton
 from symhbm.continuation.path import Path
-from symhbm.continuation.problem import FrequencyProblem, ParameterProblem
+from symhbm.continuation.point import PathPoint
+from symhbm.continuation.problem import ContinuationProblem, FrequencyProblem, ParameterProblem
 from symhbm.continuation.status import Status
-from symhbm.numerics import Factorisation, FloatArray, on_one_thread
+from symhbm.numerics import Factorisation, FloatArray, full, on_one_thread
 
 _REDUCTIONS = 0.1 ** np.arange(5)
 """Shares of the force tried until the response is nearly linear."""
@@ -31,24 +36,6 @@ def linear_response(problem: HarmonicBalance, frequency: float) -> FloatArray | 
     return None if step is None else rest + step
 
 
-def position_at_rest(problem: HarmonicBalance, frequency: float) -> FloatArray:
-    """Where static loads hold a structure without other forces, (n_unknowns,) [m].
-
-    Newton's method starts from where all contacts are closed. Nothing moves where responses are
-    unique: there the start does not matter.
-    """
-    rest = np.zeros(problem.n_unknowns)
-    if problem.single_valued or not problem.loaded:
-        return rest
-    still = problem
-    if problem.excitation.amplitude:
-        still = problem.with_parameters(force_amplitude=0.0)
-    at_rest = still.closed().evaluate(rest, frequency)
-    closed = Factorisation(at_rest.jacobian).solve(-at_rest.residual)
-    found = newton(partial(still.evaluate, frequency=frequency), rest if closed is None else closed)
-    return found.unknowns if found.converged else rest
-
-
 @on_one_thread
 def solve_point(problem: HarmonicBalance, frequency: float) -> NewtonResult:
     """Solve Eq. (9) at one angular ``frequency`` [rad/s] without a guess.
@@ -60,6 +47,10 @@ def solve_point(problem: HarmonicBalance, frequency: float) -> NewtonResult:
     beside. At an undamped resonance, which only cubic springs bound, the start is the linear
     response beside it.
     """
+    if is_still(problem):
+        rest = state_of_rest(problem, frequency)
+        if rest is not None:
+            return NewtonResult(rest, problem.evaluate(rest, frequency), 1, Status.SUCCESS)
     result = _solve_at(problem, frequency)
     failed = result.status == Status.NO_CONVERGENCE and problem.samples is None
     if failed and not problem.single_valued and problem.model.has_matrices:
@@ -149,3 +140,85 @@ def _grow_force(problem: HarmonicBalance, stuck: FloatArray, frequency: float) -
             if path.status == Status.REACHED_END:
                 return points[-1].unknowns
     return None
+
+
+class AtRest:
+    """The equations of harmonic 0, without vibration, at an angular frequency [rad/s]."""
+
+    def __init__(self, problem: HarmonicBalance, omega: float):
+        self.problem, self.omega = problem, omega
+        still = problem.basis.order == 0
+        self.places = np.flatnonzero(np.tile(still, problem.n_dof))
+
+    def whole(self, displacement: FloatArray) -> FloatArray:
+        """Unknowns of the balance (n_unknowns,) of a displacement (n_dof,) [m]."""
+        unknowns = np.zeros(self.problem.n_unknowns)
+        unknowns[self.places] = displacement
+        return unknowns
+
+    def __call__(self, displacement: FloatArray) -> Evaluation:
+        """The balance of forces and its derivative by the displacement."""
+        evaluation = self.problem.evaluate(self.whole(displacement), self.omega)
+        jacobian = full(evaluation.jacobian)[np.ix_(self.places, self.places)]
+        parts = evaluation.residual[self.places], evaluation.by_parameter[self.places]
+        return replace(evaluation, residual=parts[0], jacobian=jacobian, by_parameter=parts[1])
+
+
+def is_still(problem: HarmonicBalance) -> bool:
+    """Whether no force oscillates."""
+    return not problem.excitation.amplitude
+
+
+def position_at_rest(problem: HarmonicBalance, frequency: float) -> FloatArray:
+    """Where static loads hold a structure without other forces, (n_unknowns,) [m].
+
+    Newton's method starts from where all contacts are closed. Nothing moves where responses are
+    unique: there the start does not matter.
+    """
+    rest = np.zeros(problem.n_unknowns)
+    if problem.single_valued or not problem.loaded:
+        return rest
+    still = problem
+    if problem.excitation.amplitude:
+        still = problem.with_parameters(force_amplitude=0.0)
+    at_rest = still.closed().evaluate(rest, frequency)
+    closed = Factorisation(at_rest.jacobian).solve(-at_rest.residual)
+    found = newton(partial(still.evaluate, frequency=frequency), rest if closed is None else closed)
+    return found.unknowns if found.converged else rest
+
+
+def state_of_rest(problem: HarmonicBalance, frequency: float) -> FloatArray | None:
+    """Unknowns (n_unknowns,) [m] where static loads hold a structure, None where none is found."""
+    if not problem.loaded:
+        return np.zeros(problem.n_unknowns)
+    at_rest = AtRest(problem, frequency)
+    result = newton(at_rest, position_at_rest(problem, frequency)[at_rest.places])
+    return at_rest.whole(result.unknowns) if result.converged else None
+
+
+def points_at_rest(curve: ContinuationProblem, band: tuple[float, float]) -> list[PathPoint] | None:
+    """The points at both ends of a band, None where no state of rest is found."""
+    points = []
+    for value in band:
+        unknowns = state_of_rest(*curve.at(value))
+        if unknowns is None:
+            return None
+        evaluation, state = curve.evaluate(unknowns, value), np.append(unknowns, value)
+        scale, states = curve.scale(state), evaluation.states
+        along = np.zeros(len(state))
+        along[-1] = np.sign(band[1] - band[0]) * scale[-1]
+        point = PathPoint(
+            state=state,
+            scale=scale,
+            before=along,
+            after=along,
+            switches=states.switches,
+            margins=states.margins,
+            rate=np.zeros(len(states.margins)),
+            residual_norm=evaluation.norm,
+            amplification=0.0,
+            resonances_below=None,
+            solves=1,
+        )
+        points.append(point)
+    return points

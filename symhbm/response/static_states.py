@@ -1,17 +1,16 @@
 """Where a structure rests under its static loads: which contacts are closed, and how many ways."""
 
 from collections.abc import Iterator
-from dataclasses import replace
 from itertools import product
 from typing import Any
 
 import numpy as np
 import xarray as xr
 
-from symhbm.balance import Evaluation, HarmonicBalance, check_problem, is_held
-from symhbm.continuation import NewtonResult, SolveError, Status, newton, other_solution
+from symhbm.balance import HarmonicBalance, check_problem, is_held
+from symhbm.continuation import AtRest, NewtonResult, SolveError, Status, newton, other_solution
 from symhbm.model.contacts import NormalLaw
-from symhbm.numerics import RADIANS, FloatArray, check, full
+from symhbm.numerics import RADIANS, FloatArray, check
 from symhbm.results import schema
 
 _MOST_PATTERNS = 64
@@ -74,7 +73,7 @@ def static_states(
     omega = RADIANS * check.scalar("frequency", frequency, "non-negative")
     harmonics = tuple(sorted({0, *problem.harmonics}))
     rest = problem.with_harmonics(harmonics).with_parameters(force_amplitude=0.0)
-    at_rest = _AtRest(rest, omega)
+    at_rest = AtRest(rest, omega)
     if not is_held(rest):
         states, status = [], Status.NOT_HELD
     else:
@@ -86,29 +85,7 @@ def static_states(
     return result
 
 
-class _AtRest:
-    """The equations of harmonic 0, without vibration, at an angular frequency [rad/s]."""
-
-    def __init__(self, problem: HarmonicBalance, omega: float):
-        self.problem, self.omega = problem, omega
-        still = problem.basis.order == 0
-        self.places = np.flatnonzero(np.tile(still, problem.n_dof))
-
-    def whole(self, displacement: FloatArray) -> FloatArray:
-        """Unknowns of the balance (n_unknowns,) of a displacement (n_dof,) [m]."""
-        unknowns = np.zeros(self.problem.n_unknowns)
-        unknowns[self.places] = displacement
-        return unknowns
-
-    def __call__(self, displacement: FloatArray) -> Evaluation:
-        """The balance of forces and its derivative by the displacement."""
-        evaluation = self.problem.evaluate(self.whole(displacement), self.omega)
-        jacobian = full(evaluation.jacobian)[np.ix_(self.places, self.places)]
-        parts = evaluation.residual[self.places], evaluation.by_parameter[self.places]
-        return replace(evaluation, residual=parts[0], jacobian=jacobian, by_parameter=parts[1])
-
-
-def _states(at_rest: _AtRest) -> list[NewtonResult]:
+def _states(at_rest: AtRest) -> list[NewtonResult]:
     """All states that starts and deflation lead to, the stable ones first."""
     found: list[NewtonResult] = []
 
@@ -131,7 +108,7 @@ def _states(at_rest: _AtRest) -> list[NewtonResult]:
     return sorted(found, key=lambda state: (-_verdict(state), np.linalg.norm(state.unknowns)))
 
 
-def _starts(at_rest: _AtRest) -> Iterator[FloatArray]:
+def _starts(at_rest: AtRest) -> Iterator[FloatArray]:
     """Nothing, and the linear states of patterns of open and closed contacts."""
     problem = at_rest.problem
     model = problem.model
@@ -174,7 +151,7 @@ def _verdict(state: NewtonResult) -> int:
     return int(sizes.min() > 0)
 
 
-def _described(at_rest: _AtRest, states: list[NewtonResult]) -> dict[str, Any]:
+def _described(at_rest: AtRest, states: list[NewtonResult]) -> dict[str, Any]:
     """Results of the states by the names of the dataset."""
     problem = at_rest.problem
     shape = len(states), problem.n_contacts

@@ -65,3 +65,35 @@ def test_exact_motions_are_within_the_stated_error(seed):
 def test_many_random_structures(seed):
     check_path(seed)
     check_exact(seed)
+
+
+@pytest.mark.parametrize("seed", [1, 7, 8, 9, 14, 16])
+def test_nothing_moves_without_a_force(seed):
+    """Of any contacts, whose round-off was taken for motions, peaks and failures."""
+    problem, band = random_system(seed)
+    still = problem.with_parameters(force_amplitude=0.0)
+    response = sh.frf(still, band, progress=False)
+    assert response.status == sh.Status.REACHED_END
+    assert response.converged.all()
+    assert response.n_peaks == response.n_events == 0
+    assert np.all(response.coefficient == 0)
+    at = sh.frf(still, band, at=np.linspace(*band, 4), progress=False)
+    assert np.all(at.coefficient == 0)
+    assert at.converged.all()
+    assert sh.solve(still, band[0]).converged
+
+
+@pytest.mark.parametrize("seed", [4, 14, 16, 22, 23])
+def test_static_loads_alone_hold_a_structure_in_one_place(seed):
+    problem, band = random_system(seed)
+    load = sh.StaticLoad(np.random.default_rng(seed).uniform(-5, 5, problem.n_dof))
+    loaded = sh.HarmonicBalance(problem.model, problem.excitation + load, problem.harmonics)
+    still = loaded.with_parameters(force_amplitude=0.0)
+    response = sh.frf(still, band, progress=False)
+    assert response.status == sh.Status.REACHED_END
+    assert response.n_peaks == response.n_events == 0
+    states = sh.static_states(loaded).static_displacement.values
+    found = response.coefficient.sel(harmonic=0, component="cos").values
+    for point in found:
+        assert np.abs(states - point).max(axis=1).min() < 1e-9 * np.abs(states).max()
+    assert np.all(response.coefficient.sel(harmonic=[1, 2, 3]) == 0)
