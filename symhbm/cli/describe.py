@@ -8,9 +8,9 @@ import numpy as np
 import xarray as xr
 
 from symhbm.cli.designs import designs
-from symhbm.cli.findings import Lines, count, findings, short
+from symhbm.cli.findings import Lines, count, findings, place, short
 from symhbm.model import is_pattern
-from symhbm.results import DRAWN, VARIABLES, Description, parts, variables_of_model
+from symhbm.results import DRAWN, OF_STRUCTURE, VARIABLES, Description, parts, variables_of_model
 from symhbm.results.reading import is_inner, moving, printable, read
 
 _WIDTH, _MARGIN = 100, 24
@@ -94,7 +94,7 @@ def _problem(dataset: xr.Dataset) -> Lines:
             if name != "cubic_stiffness" or text != "0 N m-3":
                 yield f"  {name}", text
     forces = Description(dataset).forces
-    yield "excitation", " and ".join(_force(force, body) for force in forces)
+    yield "excitation", " and ".join(_force(dataset, force) for force in forces)
     for name in _OF_FORCE:
         if name in dataset.variables:
             yield f"  {name}", _parameter(dataset, name, body)
@@ -116,10 +116,10 @@ def _problem(dataset: xr.Dataset) -> Lines:
         yield "friction law", law
 
 
-def _force(force: dict[str, Any], body: str) -> str:
-    """Kind of a force, and its harmonics unless that is the first alone."""
+def _force(dataset: xr.Dataset, force: dict[str, Any]) -> str:
+    """Kind of a force, its harmonics unless that is the first alone, where it is largest."""
     kinds = {
-        "PointForce": f"point force on {body} {force.get('dof')}",
+        "PointForce": f"point force on {_place_of_force(dataset, force.get('dof', 0))}",
         "EngineOrder": "engine order, a travelling wave over the blades",
         "StaticLoad": "static load",
     }
@@ -133,7 +133,37 @@ def _force(force: dict[str, Any], body: str) -> str:
     if force.get("mean") is not None:
         on = ["0", *on]
     harmonic = f", harmonic {', '.join(on)}" if on not in ([], ["1"]) else ""
-    return f"{kinds.get(force['type'], force['type'])}{harmonic}"
+    largest = _largest(dataset, force)
+    return f"{kinds.get(force['type'], force['type'])}{harmonic}{largest}"
+
+
+def _place_of_force(dataset: xr.Dataset, number: int) -> str:
+    """A place that forces name, in the numbers of the whole structure."""
+    if OF_STRUCTURE not in dataset.coords:
+        return place(dataset, number)
+    kept = np.atleast_1d(dataset[OF_STRUCTURE].values).tolist()
+    if number in kept:
+        return place(dataset, kept.index(number))
+    return f"degree of freedom {number} of the whole structure"
+
+
+def _largest(dataset: xr.Dataset, force: dict[str, Any]) -> str:
+    """The largest force of a pattern, and where it is: the amplitude scales all of them."""
+    of_harmonic: dict[tuple[str, int], float] = {}
+    for part in ("pattern", "cosine", "sine"):
+        for harmonic, values in (force.get(part) or {}).items():
+            entries = values.items() if isinstance(values, dict) else enumerate(values)
+            for dof, value in entries:
+                key, size = (harmonic, int(dof)), np.linalg.norm(np.atleast_1d(value))
+                of_harmonic[key] = float(np.hypot(of_harmonic.get(key, 0.0), size))
+    sizes: dict[int, float] = {}
+    for (_, dof), size in of_harmonic.items():
+        sizes[dof] = sizes.get(dof, 0.0) + size
+    if not sizes or not force.get("amplitude"):
+        return ""
+    at = max(sizes, key=sizes.__getitem__)
+    size = short(force["amplitude"] * sizes[at])
+    return f", at most {size} N at {_place_of_force(dataset, at)}"
 
 
 def _places(ends: Any) -> list[int]:
@@ -184,7 +214,8 @@ def _parameter(dataset: xr.Dataset, name: str, body: str) -> str:
         drawn = _drawn(variable)
         return f"swept over {', '.join(outer)}: {spread}{pattern}{nominal}{drawn}"
     if differs:
-        return f"mistuned, {spread}{pattern} (mean {short(finite.mean())})"
+        kind = "mistuned, " * (owners[0] != "contacts")
+        return f"{kind}{spread}{pattern} (mean {short(finite.mean())})"
     return f"{short(finite.flat[0])}{unit}"
 
 

@@ -149,8 +149,9 @@ def _peaks(dataset: xr.Dataset) -> Lines:
             if f"peak_{along}" in at.variables:
                 words.append(_at(at[f"peak_{along}"]))
             peaks_of = Description(dataset).problem.get("peaks_of")
-            body = f"{peaks_of} row" if peaks_of else _body(dataset)
-            words += [f"{body} {int(at['peak_dof'])}"] if "peak_dof" in at else []
+            if "peak_dof" in at:
+                number = int(at["peak_dof"])
+                words.append(f"{peaks_of} row {number}" if peaks_of else place(dataset, number))
             words += [str(at["peak_kind"].values)] if "peak_kind" in at else []
             words += [*_kept(dataset), *_set_words(dataset, index)]
             yield "highest peak", ", ".join(words)
@@ -263,9 +264,10 @@ def _location(dataset: xr.Dataset, name: str, index: dict[str, int]) -> list[str
             continue
         if set(dataset[label].dims) <= set(index):
             words.append(_at(dataset[label].isel({d: index[str(d)] for d in dataset[label].dims})))
-    for dim, owner in (("dof", _body(dataset)), ("contact", "contact")):
-        if dim in index:
-            words.append(f"{owner} {dataset[dim].values[index[dim]]}")
+    if "dof" in index:
+        words.append(place(dataset, int(dataset["dof"].values[index["dof"]])))
+    if "contact" in index:
+        words.append(f"contact {dataset['contact'].values[index['contact']]}")
     return words + _set_words(dataset, index)
 
 
@@ -287,6 +289,22 @@ def _set_words(dataset: xr.Dataset, index: dict[str, int]) -> list[str]:
             value = dataset[name].isel({d: set_index[str(d)] for d in dataset[name].dims}).values
             words.append(f"{name}={short(value)}")
     return words
+
+
+def place(dataset: xr.Dataset, number: int) -> str:
+    """A degree of freedom by its name, node and direction, or number."""
+    numbers = np.atleast_1d(dataset["dof"].values).tolist() if "dof" in dataset.coords else []
+    if {"node", "direction"} <= {*dataset.coords} and number in numbers:
+        at = numbers.index(number)
+        columns = ("label", "node", "direction")
+        label, node, way = (
+            np.atleast_1d(dataset[name].values)[at] if name in dataset.coords else ""
+            for name in columns
+        )
+        same = dataset["label"].values == label if label else np.zeros(0)
+        own = same.any() and np.unique(dataset["node"].values[same]).size == 1
+        return f"{label if own else node}:{way}"
+    return f"{_body(dataset)} {number}"
 
 
 def _body(dataset: xr.Dataset) -> str:

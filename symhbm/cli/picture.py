@@ -12,7 +12,7 @@ import symhbm as sh
 from symhbm.cli.selection import select
 from symhbm.model.contacts import ContactLaw
 from symhbm.results import Description
-from symhbm.results.reading import COMPLETE, INNER, set_dimensions
+from symhbm.results.reading import COMPLETE, INNER, SAMPLE, set_dimensions
 
 _FIRST = (
     *("response", "envelope", "disk", "blades", "nonlinear-modes", "limit-cycles"),
@@ -95,10 +95,7 @@ def _natural_kind(dataset: xr.Dataset) -> str:
         return "hysteresis"
     if "followed" not in dataset.attrs:
         return "disk"
-    swept = Description(dataset).swept
-    others = {*swept, "branch"}
-    drawn = [d for d in set_dimensions(dataset) if d not in others and dataset.sizes[d] > 1]
-    return "envelope" if drawn else "response"
+    return "envelope" if dataset.sizes.get(SAMPLE, 1) > 1 else "response"
 
 
 def _by_blade(dataset: xr.Dataset) -> xr.DataArray:

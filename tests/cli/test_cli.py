@@ -23,6 +23,7 @@ import symhbm as sh
 from symhbm.cli import main
 from symhbm.cli.picture import kinds
 from symhbm.continuation import Status
+from symhbm.plot.viewer.ensemble import samples_of
 from symhbm.results.archive.working_files import Store
 from symhbm.results.reading import blocks
 from tests.sectors_to_reduce import chain_sector
@@ -687,3 +688,41 @@ def test_the_library_does_without_click():
         [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True
     )
     assert json.loads(done.stdout) == []
+
+
+def test_info_names_places_and_forces_as_they_were_given(tmp_path):
+    places = dict(
+        node=np.repeat([10, 20], 3), direction=[*"xyz"] * 2, label=["root"] * 3 + ["tip"] * 3
+    )
+    loads = np.array([1.0, 2.0])
+    rub = sh.Friction(
+        tangential=[("tip:x",), ("root:x",)],
+        contact_stiffness=1e3 * loads,
+        friction_coefficient=0.3,
+        normal_load=loads,
+    )
+    unit = np.eye(6)
+    model = sh.Model(unit, unit, 1e4 * unit, places=places, contacts={"rub": rub})
+    force = sh.HarmonicForce(cosine={1: {"tip:z": 20.0, "root:z": 1.0}}, amplitude=1.5)
+    path = sh.save(sh.frf(sh.HarmonicBalance(model, force), (10, 30)), tmp_path / "blade.nc")
+    said = told(path)
+    assert said["excitation"].endswith("at most 30 N at tip:z")
+    assert ", tip:z, smooth" in said["highest peak"]
+    assert said["contact_stiffness"] == (
+        "1000 to 2000 N m-1, differing between contacts (mean 1500)"
+    )
+    point = sh.PointForce("tip:z", 2.0)
+    path = sh.save(sh.solve(sh.HarmonicBalance(model, point), 12.0), tmp_path / "point.nc")
+    assert told(path)["excitation"] == "point force on tip:z"
+
+
+def test_sweeps_over_chosen_values_are_responses(tmp_path):
+    """Whatever their dimension is called: what was drawn has samples."""
+    loads = xr.DataArray([[0.5] * 5, [1.0] * 5, [1, 2, 3, 4, 5]], dims=("preload", "contact"))
+    path = tmp_path / "loads.nc"
+    sh.frf(RING, (150, 250), over={"normal_load": loads}, archive=path, progress=False)
+    code, said, _ = run("plot", path)
+    assert code == 0
+    assert said.strip().endswith("response.png")
+    assert samples_of(sh.load(path)) is None
+    assert samples_of(dataset("grid")) == "sample"

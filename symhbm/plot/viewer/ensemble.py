@@ -15,7 +15,7 @@ from symhbm.plot.viewer.layout import Layout
 from symhbm.plot.viewer.packing import packed, plain
 from symhbm.plot.viewer.sets import label_of, spoken, values_of
 from symhbm.results import Description
-from symhbm.results.reading import COMPLETE, set_dimensions
+from symhbm.results.reading import COMPLETE, SAMPLE, set_dimensions
 
 QUANTILES = (0.0, 0.05, 0.5, 0.95, 1.0)
 """Shares of the samples below the lines of a band."""
@@ -28,10 +28,7 @@ _FEWEST = 3
 
 def samples_of(dataset: xr.Dataset) -> str | None:
     """The dimension of the samples, None where the sets are those of swept values alone."""
-    others = {*Description(dataset).swept, "branch"}
-    dims = [dim for dim in set_dimensions(dataset) if dim not in others]
-    dims = [dim for dim in dims if dataset.sizes[dim] >= _FEWEST]
-    return max(dims, key=lambda dim: dataset.sizes[dim]) if dims else None
+    return SAMPLE if dataset.sizes.get(SAMPLE, 0) >= _FEWEST else None
 
 
 def bands_of(dataset: xr.Dataset, layout: Layout, dim: str) -> tuple[list[dict], list[str]]:

@@ -11,6 +11,8 @@ from symhbm.continuation import Status
 from symhbm.results.blocks import consecutive_blocks
 from symhbm.results.description import Description
 
+SAMPLE = "sample"
+"""The dimension of what was drawn; others of a sweep are of values that were chosen."""
 INNER = ("dof", "contact", "blade", "harmonic", "component")
 """Dimensions inside one point, peak or event."""
 ALIKE = 1e-9
