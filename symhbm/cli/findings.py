@@ -296,14 +296,10 @@ def place(dataset: xr.Dataset, number: int) -> str:
     numbers = np.atleast_1d(dataset["dof"].values).tolist() if "dof" in dataset.coords else []
     if {"node", "direction"} <= {*dataset.coords} and number in numbers:
         at = numbers.index(number)
-        columns = ("label", "node", "direction")
-        label, node, way = (
-            np.atleast_1d(dataset[name].values)[at] if name in dataset.coords else ""
-            for name in columns
-        )
-        same = dataset["label"].values == label if label else np.zeros(0)
-        own = same.any() and np.unique(dataset["node"].values[same]).size == 1
-        return f"{label if own else node}:{way}"
+        nodes, ways = (np.atleast_1d(dataset[name].values) for name in ("node", "direction"))
+        names = np.atleast_1d(dataset["label"].values) if "label" in dataset.coords else nodes
+        one = names[at] != "" and np.unique(nodes[names == names[at]]).size == 1
+        return f"{names[at] if one else nodes[at]}:{ways[at]}"
     return f"{_body(dataset)} {number}"
 
 
