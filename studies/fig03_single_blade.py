@@ -5,8 +5,9 @@ them lies a load that damps most. The peaks are closed forms with one harmonic; 
 motions of the reference come from an integration from event to event.
 
 The source gives no reference for its decibels; 1 m is a reading. With it the peaks of all figures
-lie within their axes, but at their lower ends lines leave those of Figs. 3, 8c and 10. Here these
-end at -80 dB, below which all lines fall before 30 Hz. Whether those of the source do is not known.
+lie within their axes, but at their lower ends lines leave those of Figs. 3, 8c, 10 and 12. Here
+these end at -80 dB, below which all lines fall before 30 Hz. Whether those of the source do is not
+known.
 
 Reference: E. Chatelet, D. Rade, G. Jacquet-Richardet, DINAME 2013 (hal-00941429), Fig. 3.
 """

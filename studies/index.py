@@ -123,11 +123,14 @@ def page(sections: Sequence[Section]) -> str:
         f"<title>{escape(TITLE)}</title>\n<style>{STYLE}</style>\n</head>\n<body>\n"
         '<a class="skip" href="#studies">To the first picture</a>\n'
         f"<header><h1>{escape(TITLE)}</h1>\n<p>The figures of the source, computed anew, and what "
-        "they were checked against: values published, exact, or in closed form, and what the "
+        "they were checked against: values published, exact, in closed form, sampled or of "
+        "another program, and what the "
         "source says in words, weighed by exact computation. Of the figures of the source only "
         "captions, tick labels and what its text says are known here, not the lines. Decibels are "
-        "relative to 1 m, which is a reading: the source gives no reference. Every "
-        'computed number is read from the archives beside this page.</p>\n<p class="small">Source: '
+        "relative to 1 m, which is a reading: the source gives no reference. Numbers "
+        "of pictures, landmarks and claims are computed from the archives beside this page; those "
+        "in the words about a study are of the commands that they name. Sample -1 is the tuned "
+        'disk.</p>\n<p class="small">Source: '
         f"{escape(SOURCE)}. "
         f"Computed with symhbm {escape(version('symhbm'))}.</p></header>\n"
         f'<nav id="contents" aria-label="Contents">\n<ol class="cards">\n{_cards(sections)}</ol>\n'
@@ -192,16 +195,24 @@ def _readings() -> str:
 def _claims(sections: Sequence[Section]) -> str:
     """What the source says, weighed, those first that do not hold; and what it is silent about."""
     lists = ""
-    for heading, holds in (("do not hold", False), ("hold", True)):
+    every = [(one, claim) for one in sections for claim in one.claims]
+    kinds = [
+        (f"Claims {whose} that {verdict}", holds, cited)
+        for whose, cited in (("of the source", False), ("that the source cites,", True))
+        for verdict, holds in (("do not hold", False), ("hold", True))
+    ]
+    for title, holds, cited in kinds:
         chosen = [
-            (one, claim) for one in sections for claim in one.claims if bool(claim.holds) is holds
+            (one, claim)
+            for one, claim in every
+            if bool(claim.holds) is holds and ("cited from" in claim.where) is cited
         ]
         lines = "".join(
-            f"<li>{_link(one)}: {_text(claim.words)}. <em>{_text(claim.computed)}.</em></li>\n"
+            f"<li>{_link(one, claim.where)}: {_text(claim.words)}. "
+            f"<em>{_text(claim.computed)}.</em></li>\n"
             for one, claim in chosen
         )
         if lines:
-            title = f"Claims of the source that {heading}"
             lists += _folded(title, f"{len(chosen)}", f"<ul>\n{lines}</ul>\n")
     findings: dict[str, list[str]] = {}
     for one in sections:
@@ -215,8 +226,10 @@ def _claims(sections: Sequence[Section]) -> str:
     return lists + (_folded("Findings of these studies", f"{len(findings)}", ours) if ours else "")
 
 
-def _link(section: Section) -> str:
-    return f'<a href="#{escape(section.name)}">{escape(section.title.partition(":")[0])}</a>'
+def _link(section: Section, words: str | None = None) -> str:
+    """A link to a study, by its title up to the colon or by other words."""
+    shown = section.title.partition(":")[0] if words is None else words
+    return f'<a href="#{escape(section.name)}">{escape(shown)}</a>'
 
 
 def _text(words: str) -> str:

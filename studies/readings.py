@@ -39,8 +39,8 @@ READINGS: tuple[tuple[str, str], ...] = (
     ),
     (
         "Fig. 10",
-        "is computed with F_n = 10 N as stated: peaks from -93.4 to -83.7 dB, below the middle of "
-        "axes that end at -60 dB; 100 N would fill them, with peaks from -76.2 to -64.3 dB",
+        "is computed with F_n = 10 N as stated: peaks from -93.4 to -83.7 dB, on axes from -120 "
+        "to -60 dB; 100 N would fill them, with peaks from -76.2 to -64.3 dB",
     ),
     (
         "Figs. 12 and 13",

@@ -10,7 +10,7 @@ import xarray as xr
 from symhbm.cli.designs import designs
 from symhbm.cli.findings import Lines, count, findings, place, short
 from symhbm.model import is_pattern
-from symhbm.results import DRAWN, OF_STRUCTURE, VARIABLES, Description, parts, variables_of_model
+from symhbm.results import DRAWN, VARIABLES, Description, parts, variables_of_model
 from symhbm.results.reading import is_inner, moving, printable, read
 
 _WIDTH, _MARGIN = 100, 24
@@ -139,9 +139,9 @@ def _force(dataset: xr.Dataset, force: dict[str, Any]) -> str:
 
 def _place_of_force(dataset: xr.Dataset, number: int) -> str:
     """A place that forces name, in the numbers of the whole structure."""
-    if OF_STRUCTURE not in dataset.coords:
+    if "structure_dof" not in dataset.coords:
         return place(dataset, number)
-    kept = np.atleast_1d(dataset[OF_STRUCTURE].values).tolist()
+    kept = np.atleast_1d(dataset["structure_dof"].values).tolist()
     if number in kept:
         return place(dataset, kept.index(number))
     return f"degree of freedom {number} of the whole structure"

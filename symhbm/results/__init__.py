@@ -8,7 +8,6 @@ from symhbm.results.places import check_dof, of_places, places_of
 from symhbm.results.provenance import (
     DRAWN,
     LARGEST_OF,
-    OF_STRUCTURE,
     SCHEMA_VERSION,
     DatasetParts,
     law_of_library,
@@ -35,7 +34,6 @@ __all__ = [
     "LARGEST_OF",
     "OF_LAWS",
     "OF_PEAKS",
-    "OF_STRUCTURE",
     "OWN_DIMENSIONS",
     "SCHEMA_VERSION",
     "SLOPES",
