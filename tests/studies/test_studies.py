@@ -620,7 +620,7 @@ def test_page_has_every_study_and_needs_nothing_else(outcome, datasets):
     page = Page(text)
     assert page.all("section", "id") == list(STUDIES)
     files = [file for name in STUDIES for file in pictures_of(name)]
-    assert len(files) == len(STUDIES) + 4
+    assert len(files) == len(STUDIES) + 5
     cards, pictures = pictures_in(page)
     assert len(cards) == len(STUDIES)
     for small, name in zip(cards, STUDIES, strict=True):
