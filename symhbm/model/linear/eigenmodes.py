@@ -6,7 +6,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.linalg import eig, eigh
-from scipy.sparse.linalg import LinearOperator, eigsh, splu
+from scipy.sparse.linalg import LinearOperator, eigs, eigsh, splu
 
 from symhbm.model.linear.low_rank import LowRankSum
 from symhbm.numerics import DENSE_LIMIT, FloatArray
@@ -78,11 +78,14 @@ def lowest_gyroscopic(
             try:
                 inverse, both = eigh(left.toarray(), right.toarray())
             except np.linalg.LinAlgError:
-                inverse, both = _held_by_rotation(left.toarray(), right.toarray())
+                inverse, both = _held(*eig(left.toarray(), right.toarray()))  # type: ignore
         else:
-            solve: Any = LinearOperator(right.shape, matvec=splu(right).solve, dtype=complex)  # type: ignore
             start = np.random.default_rng(0).normal(size=2 * size).astype(complex)
-            inverse, both = eigsh(left, count, right, which="LA", Minv=solve, v0=start)
+            if _definite(stiffness):
+                solve: Any = LinearOperator(right.shape, matvec=splu(right).solve, dtype=complex)  # type: ignore
+                inverse, both = eigsh(left, count, right, which="LA", Minv=solve, v0=start)
+            else:
+                inverse, both = _some_held(left, right, count, start)
     except (np.linalg.LinAlgError, RuntimeError) as error:
         raise ValueError(
             "stiffness_matrix, mass_matrix: expected positive definite ones, or Coriolis "
@@ -94,15 +97,38 @@ def lowest_gyroscopic(
     return 1 / inverse[order], shapes / np.sqrt(inertia)
 
 
-def _held_by_rotation(left: NDArray, right: NDArray) -> tuple[FloatArray, NDArray]:
-    """Inverse frequencies and vectors of the pair of an indefinite stiffness.
+def _some_held(left: Any, right: Any, count: int, start: NDArray) -> tuple[FloatArray, NDArray]:
+    """As `_held`, ``count`` positive ones: Lanczos needs a definite pair, Arnoldi none."""
+    solve = splu(right).solve
+    operator: Any = LinearOperator(right.shape, matvec=lambda z: solve(left @ z), dtype=complex)  # type: ignore
+    # Those of both signs come by their size.
+    wanted, most = 2 * count, len(start) - 2
+    while True:
+        wanted = min(wanted, most)
+        inverse, both = _held(*eigs(operator, wanted, which="LM", v0=start))
+        if wanted == most or np.count_nonzero(inverse > 0) >= count:
+            return inverse, both
+        wanted *= 2
+
+
+def _held(inverse: NDArray, both: NDArray) -> tuple[FloatArray, NDArray]:
+    """Inverse frequencies and vectors of a pair of an indefinite stiffness.
 
     LinAlgError where a motion grows.
     """
-    inverse, both = eig(left, right)  # type: ignore
     if np.abs(np.imag(inverse)).max() > _GROWS * np.abs(inverse).max():
         raise np.linalg.LinAlgError("a motion grows, the stiffness is not positive definite")
     return np.real(inverse), both
+
+
+def _definite(matrix: Any) -> bool:
+    """Whether a sparse Hermitian matrix is positive definite."""
+    if np.any(matrix.diagonal().real <= 0):
+        return False
+    options = dict(SymmetricMode=True)
+    factors = splu(sp.csc_array(matrix), "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
+    # Pivots on the diagonal have the signs of the eigenvalues.
+    return bool(np.all(factors.U.diagonal().real > 0))
 
 
 def hermitian(matrix: Any) -> Any:

@@ -137,6 +137,34 @@ def test_many_degrees_of_freedom_have_the_same_modes():
     np.testing.assert_allclose(modes, exact, rtol=1e-9)
 
 
+@pytest.mark.parametrize("speed", [1000, 2500])
+def test_many_degrees_of_freedom_have_modes_above_their_critical_speeds(speed):
+    """Of whirling masses on a chain: ``|omega_k - Omega|`` and ``omega_k + Omega``."""
+    n, turning = 150, PER_MINUTE * speed
+    chain = sp.diags_array([np.full(n - 1, -1.0)] * 2, offsets=[1, -1]) + 2 * sp.eye_array(n)
+    one = 5e3 * chain + sp.diags_array(np.linspace(8e3, 1e4, n))
+    mass, stiffness = sp.eye_array(2 * n), sp.kron(one, sp.eye_array(2))
+    skew = sp.kron(sp.eye_array(n), np.array([[0, -2.0], [2, 0]]))
+    runs = {s: stiffness - (PER_MINUTE * s) ** 2 * mass for s in (0, 1000)}
+    rotor = sh.RotatingModel(sh.Model(mass, 0 * mass, stiffness), runs, coriolis=skew)
+    natural = np.sqrt(np.linalg.eigvalsh(one.toarray()))
+    assert natural[0] < turning
+    exact = np.sort(np.abs([natural - turning, natural + turning]), axis=None) / (2 * np.pi)
+    modes = sh.natural_modes(rotor.at(speed), count=5)
+    np.testing.assert_allclose(modes.frequency, exact[:5], rtol=1e-9)
+
+
+def test_motions_that_grow_are_refused_of_many_degrees_of_freedom_too():
+    n = 150
+    stiffness = sp.diags_array(np.tile([1e4, 1.2e4], n))
+    mass = sp.eye_array(2 * n)
+    skew = sp.kron(sp.eye_array(n), np.array([[0, -2.0], [2, 0]]))
+    runs = {s: stiffness - (PER_MINUTE * s) ** 2 * mass for s in (0, 1000)}
+    rotor = sh.RotatingModel(sh.Model(mass, 0 * mass, stiffness), runs, coriolis=skew)
+    with pytest.raises(ValueError, match="Coriolis forces that hold"):
+        sh.natural_modes(rotor.at(1000), count=5)  # between 100 and 109.5 rad/s
+
+
 def test_a_sector_turns_as_the_ring_does():
     n_sectors = 5
     parts = [np.diag([1.0, 0.8, 0]), np.diag([2.0, 1.0, 0]), np.zeros((3, 3))]
