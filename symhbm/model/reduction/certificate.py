@@ -136,13 +136,16 @@ def _shifts(both: tuple[_Wave, _Wave], band: tuple[float, float]) -> list[float]
     """Relative differences of natural frequencies in a band."""
     exact, own = both
     squares = lowest_modes(own.parts.stiffness_matrix, own.parts.mass_matrix)[0]
-    within = squares < (RADIANS * band[1]) ** 2
-    count = min(int(np.count_nonzero(within)), _MODES)
-    if not count:
-        return []
-    true = lowest_modes(exact.parts.stiffness_matrix, exact.parts.mass_matrix, count)[0]
-    chosen = true > (RADIANS * band[0]) ** 2
-    natural = np.sqrt(np.maximum([true, squares[:count]], 0.0))[:, chosen]
+    most, top = min(len(squares), _MODES), (RADIANS * band[1]) ** 2
+    # Those of a reduced structure are higher: some may have left the band by its upper end.
+    count = min(int(np.count_nonzero(squares < top)) + 1, most)
+    while True:
+        true = lowest_modes(exact.parts.stiffness_matrix, exact.parts.mass_matrix, count)[0]
+        if count == most or true[-1] > top:
+            break
+        count = min(2 * count, most)
+    chosen = ((RADIANS * band[0]) ** 2 < true) & (true < top)
+    natural = np.sqrt(np.maximum([true, squares[: len(true)]], 0.0))[:, chosen]
     return np.abs(natural[1] / natural[0] - 1).tolist()
 
 

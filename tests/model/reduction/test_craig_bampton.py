@@ -184,6 +184,16 @@ def test_all_waves_with_modes_in_the_band_are_compared():
     assert certificate.frequency_error >= 0.999 * difference > 0
 
 
+def test_natural_frequencies_that_a_reduction_moves_out_of_the_band_count():
+    whole = chain_sector(24)
+    natural = sh.natural_modes(whole, 7, count=2).frequency.values[1]
+    band = (0.9999 * natural, 1.00001 * natural)
+    small = sh.craig_bampton(whole, 1, band)
+    shifted = sh.natural_modes(small, 7, count=2).frequency.values[1]
+    assert shifted > band[1]
+    assert small.structure.certificate.frequency_error >= 0.999 * (shifted / natural - 1)
+
+
 def test_a_band_without_modes_has_no_error_of_frequencies():
     certificate = sh.craig_bampton(chain_sector(24), 2, (64.0, 70.0)).structure.certificate
     assert np.isnan(certificate.frequency_error)
