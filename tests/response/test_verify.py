@@ -421,3 +421,28 @@ def test_contacts_that_begin_to_touch_pass(seed):
     problem, band = random_system(seed)
     response = sh.frf(problem, band, progress=False)
     assert report(verify(response, exact="none", progress=False))["passed"]
+
+
+@pytest.mark.parametrize("seed", [4, 5, 23, 28])
+def test_round_off_of_contacts_that_hardly_touch_is_no_mismatch(seed):
+    """Neither of what was found, nor of coefficients with another last digit; a millionth is."""
+    problem, band = random_system(seed)
+    response = sh.frf(problem, band, progress=False)
+    signs = np.random.default_rng(seed).choice([-1, 1], response.coefficient.shape)
+    for change, broken in ((0.0, False), (1e-15 * signs, False), (1e-6, True)):
+        changed = response.assign(coefficient=response.coefficient * (1 + change))
+        report = sh.verify(changed, points=150, exact="none", progress=False)
+        figures = json.loads(report.attrs["verification"])["figures"]
+        assert figures["contact_mismatch"]["broken"] == broken
+        assert figures["residual_stored"]["broken"] == broken
+
+
+def test_broken_figures_are_explained():
+    problem, band = random_system(4)
+    point = sh.solve(problem, band[0])
+    wrong = sh.verify(point.assign(amplitude=1.01 * point.amplitude), exact="none")
+    told = summary(wrong).splitlines()
+    [line] = [line for line in told if line.startswith("amplitude_mismatch: ")]
+    assert line.endswith("compute them again")
+    sound = summary(sh.verify(point, exact="none"))
+    assert "compute them again" not in sound

@@ -11,7 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from symhbm.balance import Evaluation, HarmonicBalance, matrices_in
-from symhbm.model.contacts import marched
+from symhbm.model.contacts import NormalLaw, marched
 from symhbm.numerics import (
     FloatArray,
     Table,
@@ -19,29 +19,39 @@ from symhbm.numerics import (
     turning_points,
     unknowns_of,
 )
-from symhbm.response.describe import results_of_contacts, variables_of_laws
+from symhbm.response.describe import results_of_contacts
 
 
 class Figure(NamedTuple):
-    """A figure of a verification: its default bound, its meaning, and the variables it needs."""
+    """A figure of a verification.
+
+    Its default ``bound``, its meaning, the variables it needs, and what to do where it is broken.
+    """
 
     bound: float | None
     long_name: str
     needs: tuple[str, ...] = ()
+    remedy: str = "the stored values are not those of the stored problem: compute them again"
 
 
+_MORE_HARMONICS = "harmonics are left out that matter: give more of them, or accuracy="
 CONTACT = ("contact_state", "stick_fraction", "dissipation", "reversals")
 """Contact results of a point, verified together."""
 FIGURES = {
     "residual_stored": Figure(1e-9, "residual of the stored coefficients, recomputed, relative"),
-    "residual_larger": Figure(None, "residual on a larger harmonic set, relative"),
+    "residual_larger": Figure(
+        None, "residual on a larger harmonic set, relative", remedy=_MORE_HARMONICS
+    ),
     "energy_error": Figure(1e-9, "work of the force less dissipation per cycle, relative"),
     # At the onset of slip the stick fraction moves with the root of round-off.
     "contact_mismatch": Figure(
         1e-6, "stored contact results against the recomputed friction law", CONTACT
     ),
     "march_error": Figure(
-        None, "estimated error of dissipation marched over samples, relative", CONTACT
+        None,
+        "estimated error of dissipation marched over samples, relative",
+        CONTACT,
+        "the march that checks the contacts is too coarse there: lift the bound",
     ),
     "amplitude_mismatch": Figure(
         1e-9, "stored amplitude against the recomputed one, relative", ("amplitude",)
@@ -58,19 +68,25 @@ FIGURES = {
         1e-9, "fold of a parameter against its events; 1 where cycles are beyond it", ("fold",)
     ),
     "angles_difference": Figure(
-        1e-9, "response solved again with the switching angles as unknowns, relative difference"
+        1e-9,
+        "response solved again with the switching angles as unknowns, relative difference",
+        remedy="another solution is near: solve with smaller steps, or without angles=",
     ),
     "exact_difference": Figure(
         None,
         "against the exact periodic motion, relative: amplitude, without a force also frequency "
         "and damping ratio",
         ("amplitude",),
+        _MORE_HARMONICS,
     ),
 }
 """The figures of a verification, all dimensionless; all need the coefficients."""
 
 _EDGE = 1e-12
 """Distance from the limit of slip, in logarithms, within which round-off decides the state."""
+_GRAZING = 1e-9
+"""Share of loads and springs that forces and works of contacts are relative to at least: those of
+contacts that touch for a moment are round-off of these."""
 _FORCE_SHARE = 1e-2
 """Share of the work of the largest force term that energies are relative to at least: solutions are
 accepted with residuals of 1e-11 of that term, which then stay below the bound."""
@@ -112,8 +128,9 @@ def point_figures(
             larger.evaluate(embedded, omega), sustains, size
         ).norm
     if stored.keys() >= {*CONTACT}:
-        mismatch = _contact_mismatch(problem, evaluation, results, stored, of_law, scale)
-        beyond, error = _beyond(sampled, stored, scale)
+        sizes = _sizes_of_contacts(problem, unknowns, omega)
+        mismatch = _contact_mismatch(problem, evaluation, results, stored, of_law, scale, sizes)
+        beyond, error = _beyond(sampled, stored, scale, sizes)
         figures["contact_mismatch"] = max(mismatch, beyond)
         figures["march_error"] = error
     return figures
@@ -236,14 +253,46 @@ def _sampled(
     return result
 
 
+class _Sizes(NamedTuple):
+    """What round-off of contacts scales with: forces [N], motions [m] and works [J], (n,) each."""
+
+    force: FloatArray
+    motion: FloatArray
+    work: FloatArray
+
+    def of(self, units: str) -> FloatArray:
+        """That of results in some units; 1 of shares."""
+        return {"N": self.force, "m": self.motion, "J": self.work}.get(
+            units, np.ones(len(self.force))
+        )
+
+
+def _sizes_of_contacts(problem: HarmonicBalance, unknowns: FloatArray, frequency: float) -> _Sizes:
+    """Sizes of contacts under loads that vary, which may hardly touch; 0 of others."""
+    force, length = np.zeros((2, problem.n_contacts))
+    relative = problem.layout.relative(unknowns)
+    for group in problem.contacts.groups:
+        if isinstance(group.law, NormalLaw):
+            values = problem.contacts.values_of(group)
+            motion = np.abs(problem.contacts.motions(group, relative)).sum(axis=1)
+            springs = [values[n] for n in ("normal_stiffness", "contact_stiffness") if n in values]
+            load = np.abs(group.law.load(frequency, values))
+            force[group.contacts] = load + np.max(springs, axis=0) * motion
+            length[group.contacts] = motion
+    return _Sizes(force, length, force * length)
+
+
 def _beyond(
-    sampled: list[tuple[np.ndarray, Any, Any]], stored: dict, scale: FloatArray
+    sampled: list[tuple[np.ndarray, Any, Any]], stored: dict, scale: FloatArray, sizes_of: _Sizes
 ) -> tuple[float, float]:
     """How far stored results are beyond the errors of marches, and the largest of these errors."""
     beyond, largest = [0.0], [0.0]
     for contacts, found, errors in sampled:
-        force = np.where(found.largest_normal_force > 0, found.largest_normal_force, 1.0)
-        work = np.where(scale[contacts] > 0, scale[contacts], 1.0)
+        least, least_work = _GRAZING * sizes_of.force[contacts], _GRAZING * sizes_of.work[contacts]
+        force = np.maximum(found.largest_normal_force, least)
+        force = np.where(force > 0, force, 1.0)
+        work = np.maximum(scale[contacts], least_work)
+        work = np.where(work > 0, work, 1.0)
         sizes = dict(dissipation=work, open_fraction=np.ones(len(contacts)))
         largest.append(np.max(errors.dissipation / work, initial=0.0))
         for name, value in found._asdict().items():
@@ -277,32 +326,39 @@ def _contact_mismatch(
     stored: dict,
     dissipation: FloatArray,
     scale: FloatArray,
+    sizes: _Sizes,
 ) -> float:
     """Largest difference of state (1), reversals, stick fraction, and dissipation over a scale.
 
-    Of what laws tell beside these, relative to the largest of all contacts.
+    Of what laws tell beside these, relative to the largest of all contacts. Where contacts hardly
+    touch nothing is relative to less than a share of their loads and springs.
     """
     if not problem.n_contacts:
         return 0.0
     near = np.zeros(problem.n_contacts, dtype=bool)
     near[problem.contacts.of_switches[np.abs(evaluation.states.margins) < _EDGE]] = True
+    # What slips or touches for a moment does so for the root of round-off.
+    share = np.where(near, 1.0, _GRAZING)
+    work = np.maximum(scale, share * sizes.work)
     stick, stored_stick = np.nan_to_num([results["stick_fraction"], stored["stick_fraction"]])
     mismatch = [
         (results["contact_state"] != stored["contact_state"]) & ~near,
         results["reversals"] != stored["reversals"],
         np.abs(stick - stored_stick),
-        np.abs(dissipation - stored["dissipation"]) / np.where(scale > 0, scale, 1.0),
+        np.abs(dissipation - stored["dissipation"]) / np.where(work > 0, work, 1.0),
         *(
-            _difference(stored[name], results[name])
-            for name in variables_of_laws(problem)
+            _difference(stored[name], results[name], share * sizes.of(units))
+            for group in problem.groups
+            for name, (units, _) in group.law.variables.items()
             if name in stored
         ),
     ]
     return float(np.max(np.array(mismatch, dtype=float)))
 
 
-def _difference(stored: FloatArray, results: FloatArray) -> FloatArray:
+def _difference(stored: FloatArray, results: FloatArray, sizes: FloatArray) -> FloatArray:
     """Relative difference of values (n_contacts,), 1 where only one of both is a number."""
-    known, size = np.isfinite(results), np.abs(results[np.isfinite(results)]).max(initial=0.0)
-    difference = np.abs(np.where(known, results - stored, 0.0)) / (size or 1.0)
+    known = np.isfinite(results)
+    size = np.maximum(np.abs(results[known]).max(initial=0.0), sizes)
+    difference = np.abs(np.where(known, results - stored, 0.0)) / np.where(size > 0, size, 1.0)
     return np.where(known == np.isfinite(stored), difference, 1.0)

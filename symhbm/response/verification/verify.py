@@ -166,6 +166,8 @@ def _attributes(name: str, prefix: str) -> dict[str, str]:
 def summary(dataset: xr.Dataset) -> str:
     """Table of a verified dataset as plain text: figure, worst, bound, verdict and at which point.
 
+    Below it what each broken figure is, and what to do.
+
     Raises ValueError for a dataset that `verify` has not returned.
     """
     report = Description(dataset).verification if isinstance(dataset, xr.Dataset) else None
@@ -181,6 +183,10 @@ def summary(dataset: xr.Dataset) -> str:
         rows.append((name, worst, bound, verdict, ", ".join(labels)))
     width = [max(map(len, column)) for column in zip(*rows, strict=True)]
     lines = ["  ".join(map(str.ljust, row, width)).rstrip() for row in rows]
+    for name, entry in report["figures"].items():
+        if entry["broken"]:
+            figure = FIGURES[name.removeprefix("peak_")]
+            lines.append(f"{name}: {figure.long_name}; {figure.remedy}")
     failures = f" ({report['n_exact_failed']} impossible)" if report["n_exact_failed"] else ""
     exact = f"{report['n_exact']} against the exact motion{failures}"
     # Archives of earlier versions have no entry for peaks.
