@@ -9,6 +9,7 @@ from symhbm.balance import SustainedMotion, unforced
 from symhbm.continuation import Status, newton
 from symhbm.continuation.path import Path
 from symhbm.continuation.unforced import LimitCycleProblem, NonlinearModeProblem, phase_of
+from symhbm.continuation.unforced.linear_modes import _modes_about
 
 ODD = tuple(range(1, 22, 2))
 
@@ -218,3 +219,15 @@ def test_structure_that_turns_with_the_frequency_is_refused():
     problem = sh.HarmonicBalance(rotor, sh.EngineOrder(3))
     with pytest.raises(ValueError, match=r"at\(speed\)"):
         NonlinearModeProblem(problem, 0)
+
+
+@pytest.mark.parametrize("frequency", [20.0, 150.0])
+def test_modes_about_rest_have_gyroscopic_forces_once(frequency):
+    """Whatever the frequency is that they are linearised at: those of the quadratic problem."""
+    stiffness, skew = np.diag([1e4, 2.25e4]), np.array([[0, 60.0], [-60.0, 0]])
+    model = sh.Model(np.eye(2), np.eye(2) + skew, stiffness)
+    problem = sh.HarmonicBalance(model, harmonics=(1,))
+    natural, _ = _modes_about(problem, np.zeros(problem.n_unknowns), frequency, 2)
+    whole = np.block([[np.zeros((2, 2)), np.eye(2)], [-stiffness, -skew]])
+    expected = np.unique(np.abs(np.linalg.eigvals(whole).imag).round(9))
+    np.testing.assert_allclose(natural, expected, rtol=1e-9)

@@ -568,3 +568,15 @@ def test_a_ring_with_a_loss_factor_of_a_part_is_not_condensed():
     deviating = sh.mistuned_ring(sector, stiffness_deviation=0.01)
     with pytest.raises(TypeError, match="of the tuned disk without the air"):
         sh.condense(deviating, force, (15, 60), progress=False)
+
+
+def test_modes_that_are_not_kept_may_have_one_frequency():
+    """Those of the blade are 15.9 Hz and twice 31.8 Hz; the first one alone is kept."""
+    springs = {(0, 2): 1e4, (0, 3): 4e4, (0, 4): 4e4, (0, 1): 3e4}
+    stiffness = np.diag([2e4, 0, 0, 0, 0])
+    for (i, j), k in springs.items():
+        stiffness[np.ix_([i, j], [i, j])] += (k * np.array([[1, -1], [-1, 1]])).astype(int)
+    model = sh.Model(np.diag([1.0, 0, 1, 1, 1]), np.zeros((5, 5)), stiffness)
+    sector = sh.Sector(model, [0], [1], 4)
+    small = sh.craig_bampton(sector, 2, (1, 60), dofs=[2], blade=[2, 3, 4], blade_modes=1)
+    assert_allclose(small.blade.frequencies, [100 / 2 / np.pi], rtol=1e-12)
