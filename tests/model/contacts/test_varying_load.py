@@ -447,3 +447,19 @@ def test_a_contact_that_touches_by_round_off_is_apart():
         count = march(waves, noise, -1, pieces, np.empty((4, 2)))
         apart = pieces[:count][pieces[:count, KIND] == APART]
         assert np.sum(apart[:, END] - apart[:, BEGIN]) == pytest.approx(2 * np.pi, abs=1e-3)
+
+
+@pytest.mark.parametrize("seed", range(4))
+def test_terms_are_at_least_as_large_as_the_force(seed):
+    """Round-off scales with them, whatever the sign of what gaps and loads leave."""
+    law, basis = sh.VariableLoadFriction(), FourierBasis((0, 1, 2))
+    rng = np.random.default_rng(seed)
+    values = dict(
+        contact_stiffness=2e3, normal_stiffness=1e3, friction_coefficient=0.4, normal_load=1.0
+    )
+    for motion in 2e-3 * rng.normal(size=(10, 2 * basis.n_components)):
+        each = {name: np.array([value]) for name, value in values.items()}
+        events = ca.DM(law.locate(basis, motion[None], 100.0, each).events[0])
+        force = law.force(basis, ca.DM(motion), 100.0, values, events)
+        terms, _ = law.terms(basis, ca.DM(motion), ca.DM(abs(motion)), 100.0, values, events)
+        assert np.all(np.array(terms) >= np.abs(np.array(force)) * (1 - 1e-12))
