@@ -1,5 +1,9 @@
 """Problems of the design tests, small enough to be solved many times."""
 
+import re
+import warnings
+from contextlib import contextmanager
+
 import symhbm as sh
 
 BAND = (5.0, 40.0)
@@ -31,4 +35,14 @@ def ring(n_blades=13, contact_stiffness=1e6, engine_order=3, harmonics=(1,), **p
 def design(problem, parameters="normal_load", bounds=BOUNDS, frequency=BAND, over=None, **options):
     """The design from few starts, silent."""
     options = dict(n_starts=1, progress=False) | options
-    return sh.minimise_peak(problem, parameters, bounds, frequency, over, **options)
+    with any_status():
+        return sh.minimise_peak(problem, parameters, bounds, frequency, over, **options)
+
+
+@contextmanager
+def any_status():
+    """Without the warnings of designs, which are their statuses."""
+    with warnings.catch_warnings():
+        for status in sh.Status:
+            warnings.filterwarnings("ignore", re.escape(str(status)))
+        yield

@@ -12,11 +12,12 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from symhbm.balance import HarmonicBalance
-from symhbm.continuation import SolveError, Status
+from symhbm.continuation import Status
 from symhbm.design import arguments
 from symhbm.design.cases import Cases
 from symhbm.design.outcome import (
     certificate,
+    checked,
     infeasible,
     report,
     report_of_fresh,
@@ -111,7 +112,7 @@ def minimise_peak(
     executor
         Where the cases are computed; by default in this process.
     throw
-        Raise SolveError where no optimum was found instead of returning its status.
+        Raise SolveError where no optimum was found, instead of a warning.
     progress
         By default, show a bar when it takes longer than a few seconds; True: at once, False: never.
 
@@ -169,7 +170,7 @@ def minimise_peak(
         n_starts = check.integer("n_starts", n_starts, minimum=1)
     fresh_sweep = None if fresh is None else _read_fresh(task, fresh, given)
     if feasible(program) is None:
-        return _checked(infeasible(problem, task.variables, task.limits.names), throw)
+        return checked(infeasible(problem, task.variables, task.limits.names), _GOOD, throw)
     cases = Cases(task.work, executor, check_progress(progress))
     search_result = search(program, cases, [] if fixed_start is None else [fixed_start], n_starts)
     design = search_result.design
@@ -192,7 +193,7 @@ def minimise_peak(
             f" Over {fresh_sweep.size} cases that were not designed for, the same statistic is "
             f"{float(result['fresh_amplitude']):.6g} m."
         )
-    return _checked(with_certificate(result, status, text), throw)
+    return checked(with_certificate(result, status, text), _GOOD, throw)
 
 
 def _read_fresh(task: Task, fresh: Any, given: bool) -> Sweep:
@@ -205,10 +206,3 @@ def _read_fresh(task: Task, fresh: Any, given: bool) -> Sweep:
             "fresh: expected None where cases have bands of their own, or with an objective"
         )
     return sweep
-
-
-def _checked(result: xr.Dataset, throw: bool) -> xr.Dataset:
-    status = str(result["design_status"].item())
-    if throw and status not in _GOOD:
-        raise SolveError(status, result)
-    return result

@@ -14,7 +14,9 @@ from symhbm.continuation.status import Status
 from symhbm.design.cases import Work
 from symhbm.design.maxima import Maxima
 from symhbm.design.pareto import points as searched
+from symhbm.design.pareto.dataset import certificate_of
 from symhbm.design.pareto.points import BETWEEN, END, on_front
+from symhbm.design.program import Aim
 
 BOUNDS = (0.5, 20.0)
 AIMS = {
@@ -155,6 +157,8 @@ def test_two_bands_against_each_other():
     assert front.front_aim[0, 0].item() == pytest.approx(optima[0].fun, rel=1e-9)
     assert front.front_aim[-1, 1].item() == pytest.approx(optima[1].fun, rel=1e-9)
     loads = front.front_value.values[:, 0]
+    assert loads.size == 5  # although the aims differ by some 1e-5 along the front
+    assert front.design_status.item() == Status.FRONT_FOUND
     assert np.all(np.diff(loads) > 0) or np.all(np.diff(loads) < 0)
     for load, aims in zip(loads, front.front_aim.values, strict=True):
         expected = [closed_peak(0.5 * load), closed_peak(0.5 * load, contact=2e4)]
@@ -200,6 +204,12 @@ def test_dominated_equal_and_failed_points_are_removed_with_reasons(monkeypatch)
     assert reasons[2].startswith("dominated")
     assert reasons[3] == reasons[4] == "the same as another point"
     assert reasons[5] == str(Status.DESIGN_STALLED)
+    aims = (Aim.of_peak(1), Aim.of_peak(1))
+    text = certificate_of(on_front(points), aims, "")
+    # [4, 2] is no optimum, and better than [5, 3], the fourth of those on the front.
+    assert "are better in both aims than the points 3 of the front" in text
+    del points[5]
+    assert "are better in both aims" not in certificate_of(on_front(points), aims, "")
 
 
 def test_failures_are_told(monkeypatch):
@@ -211,7 +221,8 @@ def test_failures_are_told(monkeypatch):
         return call(self, number, x, previous)
 
     monkeypatch.setattr(Work, "__call__", some)
-    front = front_of(blade(), (1.0, 20.0), n_points=3)
+    with pytest.warns(RuntimeWarning, match="could not be followed over the whole band"):
+        front = front_of(blade(), (1.0, 20.0), n_points=3)
     assert front.n_failed > 0
     assert front.design_status.item() != Status.FRONT_FOUND
     with pytest.raises(sh.SolveError):

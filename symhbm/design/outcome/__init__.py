@@ -3,6 +3,7 @@
 from symhbm.design.outcome.certificate import certificate, status_of
 from symhbm.design.outcome.final_check import Comparison, compared
 from symhbm.design.outcome.report import (
+    checked,
     infeasible,
     labelled,
     report,
@@ -13,6 +14,7 @@ from symhbm.design.outcome.report import (
 __all__ = [
     "Comparison",
     "certificate",
+    "checked",
     "compared",
     "infeasible",
     "labelled",

@@ -7,7 +7,7 @@ import numpy as np
 from symhbm.continuation import Status
 from symhbm.design import tolerances
 from symhbm.design.cases import Cases
-from symhbm.design.descent import is_flat
+from symhbm.design.descent import Design, is_flat
 from symhbm.design.program import ActiveSet, Program, Statistic
 from symhbm.design.search import SearchResult
 from symhbm.numerics import RADIANS, FloatArray
@@ -28,9 +28,11 @@ def status_of(program: Program, search_result: SearchResult, failed: Failures = 
     if not np.isfinite(design.value):
         unbounded = any("unbounded" in state.reason for state in design.states)
         return Status.DESIGN_UNBOUNDED if unbounded else Status.DESIGN_NOT_SURVEYED
+    if any(state.failed for state in design.states):
+        return Status.DESIGN_NOT_SURVEYED  # Its aim does not depend on the response.
     if active is None and not is_flat(program, design):
         return Status.DESIGN_STALLED
-    if not any(state.n_peaks for state in design.states):
+    if not _holds_peak(design):
         return Status.DESIGN_WITHOUT_PEAK
     if active is None or program.is_flat(active.maxima):
         flat = all(is_flat(program, start) for start in search_result.starts)
@@ -46,6 +48,10 @@ def status_of(program: Program, search_result: SearchResult, failed: Failures = 
     if not active.free.all():
         return Status.DESIGN_AT_BOUND
     return Status.DESIGN_OPTIMAL
+
+
+def _holds_peak(design: Design) -> bool:
+    return any(state.n_peaks for state in design.states)
 
 
 def _distance(x: FloatArray, other: FloatArray) -> float:
@@ -84,7 +90,10 @@ def certificate(
             "does not visit."
         )
     if active is not None and not program.is_flat(active.maxima):
-        sentences += _conditions(program, active, cases)
+        sentences += _held_by(program, active, cases)
+        # Without a peak the response only falls away from a resonance outside.
+        if _holds_peak(design):
+            sentences += _curvature(program, active)
     elif active is None and not is_flat(program, design):
         sentences.append("Not found: a minimum, as no exact condition holds there.")
     else:
@@ -92,7 +101,7 @@ def certificate(
             "The response does not change with the design here: contacts never slip, or a maximum "
             "that they do not touch is the largest."
         )
-    if not any(state.n_peaks for state in design.states):
+    if not _holds_peak(design):
         sentences.append(
             "The band holds no peak at this design: the largest response lies at an end of it, and "
             "a resonance outside may be higher."
@@ -176,8 +185,8 @@ def _held(program: Program, search_result: SearchResult) -> list[str]:
     return [*sentences, f"Held by a bound: {', '.join(bound)}."] if bound else sentences
 
 
-def _conditions(program: Program, active: ActiveSet, cases: Cases) -> list[str]:
-    """What holds the design, and how the aim rises around it."""
+def _held_by(program: Program, active: ActiveSet, cases: Cases) -> list[str]:
+    """What holds the design, and how well."""
     names = []
     n_cases = cases.size // len(program.peaks)
     what = "response" if program.aims[0].is_peak else "aim"
@@ -191,10 +200,16 @@ def _conditions(program: Program, active: ActiveSet, cases: Cases) -> list[str]:
     if len(shown) > 6:
         shown = [*shown[:6], f"{len(shown) - 6} more"]
     held = f"It is held by {', '.join(shown)}; the" if shown else "The"
-    sentences = [
+    return [
         f"{held} slopes that nothing holds are below "
         f"{max(active.stationarity, 1e-16):.1e} of the {what} per logarithm of a value."
     ]
+
+
+def _curvature(program: Program, active: ActiveSet) -> list[str]:
+    """How the aim rises around the design."""
+    what = "response" if program.aims[0].is_peak else "aim"
+    sentences = []
     curvature = active.curvature
     smallest = f"The smallest curvature there is {curvature:.4g}"
     if np.isinf(curvature):

@@ -1,6 +1,7 @@
 """An optimal design as a labelled dataset, beside its frequency response."""
 
-from collections.abc import Mapping, Sequence
+import warnings
+from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
 
@@ -8,7 +9,7 @@ import numpy as np
 import xarray as xr
 
 from symhbm.balance import HarmonicBalance
-from symhbm.continuation import Status
+from symhbm.continuation import SolveError, Status
 from symhbm.design import tolerances
 from symhbm.design.cases import Cases
 from symhbm.design.descent import Design
@@ -111,6 +112,17 @@ def with_certificate(result: xr.Dataset, status: Status, text: str) -> xr.Datase
     """The dataset of a design with its status and certificate."""
     said = labelled({"design_status": ((), str(status)), "certificate": ((), text)})
     return result.assign(said.data_vars)
+
+
+def checked(result: xr.Dataset, good: Collection[Status], throw: bool) -> xr.Dataset:
+    """The result of a verb, with a warning, or SolveError, where its status is not ``good``."""
+    status = str(result["design_status"].item())
+    if status in good:
+        return result
+    if throw:
+        raise SolveError(status, result)
+    warnings.warn(status, RuntimeWarning, stacklevel=3)
+    return result
 
 
 def labelled(table: dict[str, Any], records: Mapping[str, Any] = PARAMETERS) -> xr.Dataset:

@@ -7,6 +7,7 @@ import numpy as np
 import xarray as xr
 
 from symhbm.continuation import Status
+from symhbm.design import tolerances
 from symhbm.design.cases import Cases
 from symhbm.design.outcome import labelled
 from symhbm.design.pareto.points import END, FrontPoint
@@ -88,6 +89,12 @@ def certificate_of(points: Sequence[FrontPoint], aims: Sequence[Aim], check: str
         )
     if check:
         sentences.append(check)
+    below = [number for number, point in enumerate(on) if _beaten(point, points)]
+    if below:
+        sentences.append(
+            "Designs that were removed, as no condition shows them to be optimal, are better in "
+            f"both aims than the points {', '.join(map(str, below))} of the front."
+        )
     reasons = [point.removed for point in points if point.removed]
     for reason in dict.fromkeys(reasons):
         sentences.append(f"{reasons.count(reason)} removed: {reason}.")
@@ -96,6 +103,11 @@ def certificate_of(points: Sequence[FrontPoint], aims: Sequence[Aim], check: str
         "from several starts and not from all; nothing is said of the front between points."
     )
     return " ".join(sentences)
+
+
+def _beaten(point: FrontPoint, points: Sequence[FrontPoint]) -> bool:
+    """Whether another design is better in both aims, be it an optimum or not."""
+    return any(bool(np.all(other.aims < point.aims - tolerances.AGREE)) for other in points)
 
 
 def _both(aims: Sequence[Aim]) -> str:

@@ -12,9 +12,9 @@ import xarray as xr
 from numpy.typing import ArrayLike
 
 from symhbm.balance import HarmonicBalance
-from symhbm.continuation import SolveError, Status
+from symhbm.continuation import Status
 from symhbm.design.cases import Cases
-from symhbm.design.outcome import infeasible, with_certificate
+from symhbm.design.outcome import checked, infeasible, with_certificate
 from symhbm.design.pareto.dataset import certificate_of, dataset_of, status_of_front
 from symhbm.design.pareto.kept_designs import KeptDesigns, signature
 from symhbm.design.pareto.points import FrontPoint, on_front, points_of
@@ -22,6 +22,8 @@ from symhbm.design.search import feasible
 from symhbm.design.task import Task
 from symhbm.numerics import check
 from symhbm.workers import check_executor, check_progress
+
+_GOOD = (Status.FRONT_FOUND,)
 
 
 def pareto_front(
@@ -130,10 +132,10 @@ def pareto_front(
     both = [task.read_aim(name, function) for name, function in aims.items()]
     program = task.program(*both)
     if feasible(program) is None:
-        return _checked(infeasible(problem, task.variables, task.limits.names), throw)
+        return checked(infeasible(problem, task.variables, task.limits.names), _GOOD, throw)
     kept_designs = KeptDesigns.of(archive, signature(task, both, n_points, n_starts))
     if kept_designs.complete is not None:
-        return _checked(kept_designs.complete, throw)
+        return checked(kept_designs.complete, _GOOD, throw)
     cases = Cases(task.work, executor, check_progress(progress))
     with kept_designs.told():
         found = points_of(program, (both[0], both[1]), cases, n_points, n_starts, kept_designs)
@@ -143,14 +145,14 @@ def pareto_front(
     if not kept:
         result = infeasible(problem, task.variables, task.limits.names)
         text = "Nothing was found: no point of the front satisfies the conditions of an optimum."
-        return _checked(with_certificate(result, status, text), throw)
+        return checked(with_certificate(result, status, text), _GOOD, throw)
     result = task.responses([point.x for point in kept], executor, progress, dim="front")
     agrees, text = _compared(task, result, kept)
     if not agrees and status == Status.FRONT_FOUND:
         status = Status.FRONT_INCOMPLETE
     result = result.merge(dataset_of(points, program, both, cases))
     text = certificate_of(points, both, text)
-    return _checked(kept_designs.finished(with_certificate(result, status, text)), throw)
+    return checked(kept_designs.finished(with_certificate(result, status, text)), _GOOD, throw)
 
 
 def _is_name(name: object) -> bool:
@@ -175,10 +177,3 @@ def _compared(task: Task, result: xr.Dataset, points: Sequence[FrontPoint]) -> t
         return True, f"Checked: each response was followed once more, and none {what} is higher."
     bad = [number for number, one in enumerate(known) if not one.agrees]
     return False, f"The check failed at the points {', '.join(map(str, bad))} of the front."
-
-
-def _checked(result: xr.Dataset, throw: bool) -> xr.Dataset:
-    status = str(result["design_status"].item())
-    if throw and status != Status.FRONT_FOUND:
-        raise SolveError(status, result)
-    return result

@@ -194,7 +194,8 @@ class _Searches:
     ) -> FrontPoint:
         """The point of the line across the chord at a share of it, in a ``run`` of several."""
         corner = np.abs(first.aims - last.aims)
-        program = self._both(_chord(first, last, share), corner)
+        # Tolerances hold for logarithms of aims: a narrow range is not stretched.
+        program = self._both(_chord(first, last, share), corner / corner.min())
         starts = [*near, (1 - share) * first.x + share * last.x]
         found = self._found(
             f"between {share!r} {run}",
