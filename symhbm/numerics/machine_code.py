@@ -1,9 +1,9 @@
 """Machine code of CasADi functions, where there is a compiler of C, kept between processes.
 
 The library of some functions is a file of the user's cache, called by a checksum of what it is made
-of and one of its own bytes: a file that is damaged, or that somebody else may write, is never
-loaded. Files come to be under another name and are then renamed, so that processes may write the
-same one at once. Those that nobody used for long are removed.
+of and one of its own bytes: a file that is damaged, that somebody else may write or replace, or
+that is a symbolic link, is never loaded. Files come to be under another name and are then renamed,
+so that processes may write the same one at once. Those that nobody used for long are removed.
 """
 
 import hashlib
@@ -12,6 +12,7 @@ import platform
 import shutil
 import subprocess
 import time
+import warnings
 from collections.abc import Callable, Sequence
 from contextlib import suppress
 from functools import lru_cache
@@ -19,6 +20,8 @@ from pathlib import Path
 from tempfile import TemporaryDirectory
 
 import casadi as ca
+
+from symhbm.numerics.own_files import is_own, is_own_file, own_folder
 
 COMPILER = "SYMHBM_C_COMPILER"
 """Environment variable that names the compiler of C; empty for none."""
@@ -95,10 +98,10 @@ def _version(path: str) -> str:
 def _found(key: str) -> Path | None:
     """The library of a key; one that is damaged is removed."""
     target = folder()
-    if not target.is_dir() or not _is_own(target):
+    if not is_own(target):
         return None
     for library in target.glob(f"{key}-*.so"):
-        if not _is_own(library):
+        if not is_own_file(library):
             continue
         if library.stem == f"{key}-{_checksum(library)}":
             with suppress(OSError):
@@ -111,8 +114,13 @@ def _found(key: str) -> Path | None:
 def _made(key: str, functions: Sequence[ca.Function], path: str) -> Path | None:
     """The library of functions, compiled; None where the cache is not this user's alone."""
     target = folder()
-    target.mkdir(mode=0o700, parents=True, exist_ok=True)
-    if not _is_own(target):
+    if not own_folder(target):
+        warnings.warn(
+            f"nothing is compiled: others may write the folder {target} or one above it; take "
+            f"that right from them, or name a folder of your own in {CACHE}",
+            RuntimeWarning,
+            stacklevel=2,
+        )
         return None
     _clean(target)
     generator = ca.CodeGenerator("functions.c")
@@ -132,23 +140,15 @@ def _checksum(library: Path) -> str:
     return hashlib.sha256(library.read_bytes()).hexdigest()[:32]
 
 
-def _is_own(path: Path) -> bool:
-    """Whether nobody but this user can have written a file."""
-    if os.name == "nt":
-        return True
-    status = path.stat()
-    return status.st_uid == os.getuid() and not status.st_mode & 0o022
-
-
 def _clean(target: Path) -> None:
     """Remove files that nobody used for long, and those used longest ago where there are many."""
     kept = 0
-    libraries = [(each.stat().st_mtime, each) for each in target.glob("*-*.so")]
-    for used, library in sorted(libraries, reverse=True):
-        kept += library.stat().st_size
-        if time.time() - used > _UNUSED or kept > _LARGEST_CACHE:
+    libraries = [(each.lstat(), each) for each in target.glob("*-*.so")]
+    for status, library in sorted(libraries, key=lambda pair: pair[0].st_mtime, reverse=True):
+        kept += status.st_size
+        if time.time() - status.st_mtime > _UNUSED or kept > _LARGEST_CACHE:
             library.unlink(missing_ok=True)
     for left in target.glob("tmp*"):  # of a process that was killed
         with suppress(OSError):
-            if time.time() - left.stat().st_mtime > _UNUSED:
+            if time.time() - left.lstat().st_mtime > _UNUSED:
                 shutil.rmtree(left)

@@ -1,5 +1,6 @@
 """Loops say when they are compiled: once, and not where machine code is kept already."""
 
+import os
 import subprocess
 import sys
 
@@ -39,6 +40,18 @@ def test_compiling_is_told_once(tmp_path):
     with told_of_compiling(lambda: told.append(True)):
         assert loop(2.5) == 5.0
     assert told == [True]
+
+
+@pytest.mark.skipif(os.name == "nt", reason="modes of files are of other systems")
+@pytest.mark.parametrize("mode", [0o700, 0o777])
+def test_machine_code_is_kept_where_nobody_else_may_write(tmp_path, monkeypatch, mode):
+    numba = pytest.importorskip("numba")
+    kept = tmp_path / "kept"
+    kept.mkdir()
+    kept.chmod(mode)
+    monkeypatch.setattr(numba.config, "CACHE_DIR", str(kept))
+    assert doubled(tmp_path)(2.5) == 5.0
+    assert bool([*kept.rglob("*.nbc")]) == (mode == 0o700)
 
 
 def test_functions_of_others_are_not_told():

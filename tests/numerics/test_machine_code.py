@@ -43,9 +43,27 @@ def test_a_damaged_or_foreign_library_is_not_loaded(cache):
     assert to_machine_code([function], make=False) is None
     library.chmod(0o700)
     assert to_machine_code([function], make=False) is not None
-    cache.chmod(0o777)
-    assert to_machine_code([function]) is None
-    cache.chmod(0o700)
+    for folder in (cache, cache.parent):
+        folder.chmod(0o777)
+        assert to_machine_code([function], make=False) is None
+        with pytest.warns(RuntimeWarning, match="others may write the folder"):
+            assert to_machine_code([function]) is None
+        folder.chmod(0o700)
+    assert to_machine_code([function], make=False) is not None
+
+
+@needs_compiler
+def test_a_symbolic_link_is_not_loaded_but_replaced(cache, tmp_path):
+    function = power(2)
+    to_machine_code([function])
+    [library] = cache.glob("*.so")
+    elsewhere = library.replace(tmp_path / "elsewhere.so")
+    library.symlink_to(elsewhere)
+    (cache / f"{'0' * 32}-{'0' * 32}.so").symlink_to(tmp_path / "nothing")
+    assert to_machine_code([function], make=False) is None
+    assert to_machine_code([function]) is not None
+    assert not library.is_symlink()
+    assert elsewhere.exists()
 
 
 @needs_compiler

@@ -1,8 +1,9 @@
 """Plain loops, compiled by numba at their first call; without numba the same lines run as Python.
 
 numba is imported with the first call of a loop, so that importing symhbm stays light; it does
-nothing where ``NUMBA_DISABLE_JIT`` is set. Machine code is kept beside the sources: a loop may call
-others, so that each is kept for the sources of all.
+nothing where ``NUMBA_DISABLE_JIT`` is set. Machine code is kept beside the sources, where who may
+write it may write these, or in a folder of the user alone: a loop may call others, so that each is
+kept for the sources of all.
 """
 
 from __future__ import annotations
@@ -13,6 +14,8 @@ from contextlib import contextmanager, suppress
 from functools import cache, cached_property, update_wrapper
 from pathlib import Path
 from typing import Any, ClassVar
+
+from symhbm.numerics.own_files import is_own
 
 
 class Loop:
@@ -48,6 +51,10 @@ class Loop:
             kept: Any = compiled
             with suppress(AttributeError):
                 kept._cache._cache_file._source_stamp = _fingerprint(frozenset(self._sources))
+            folder = Path(kept._cache.cache_path)
+            beside = Path(self._function.__code__.co_filename).absolute().parent
+            if folder.parent != beside and not is_own(folder):
+                kept._cache.disable()
         return compiled
 
     @property
