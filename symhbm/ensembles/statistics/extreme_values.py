@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from typing import Literal
+from typing import Any, Literal
 
 import numpy as np
 import xarray as xr
@@ -12,6 +12,7 @@ from scipy.special import gamma
 
 from symhbm.continuation import Status
 from symhbm.ensembles.statistics.population import meant
+from symhbm.ensembles.statistics.profile import drop, profile_interval
 from symhbm.ensembles.statistics.univariate import (
     BOUND,
     Values,
@@ -29,8 +30,10 @@ _COARSE = 1e-4
 """Tolerance of refits over the width of the maxima: far below their spread."""
 _GUMBEL = 1e-9
 """Absolute shape below which the distribution is Gumbel's, to round-off."""
+_OFF = 1e3
+"""Far more than any drop of a likelihood: off its support it leads back there."""
 _MOST_LOST = 0.05
-"""Share of refits that may fail; above it, the intervals would be biased."""
+"""Share of refits that may fail; above it, the goodness of fit would be biased."""
 
 Distribution = Literal["gev", "gumbel"]
 
@@ -63,7 +66,7 @@ def extreme_value_fit(
     confidence
         Of the intervals.
     n_bootstrap
-        Repetitions, drawn from the fit and fitted anew, for intervals and goodness of fit.
+        Repetitions, drawn from the fit and fitted anew, for the goodness of fit.
     seed
         Of the repetitions.
     of
@@ -71,7 +74,7 @@ def extreme_value_fit(
 
     Returns
     -------
-    Dataset with ``status``, and NaN where the fit or its intervals failed; ``location``,
+    Dataset with ``status``, and NaN where the fit or its repetitions failed; ``location``,
     ``scale``, ``shape``, ``upper_bound`` (infinite unless the shape is negative), ``return_level``
     (level) and the ``..._interval`` of each; ``block_maximum``; the Kolmogorov-Smirnov and
     Anderson-Darling statistics with the probability of a larger one if the fit were true
@@ -110,6 +113,7 @@ def extreme_value_fit(
     intervals = {name: np.full((*np.shape(value), 2), np.nan) for name, value in fitted.items()}
     n_failed = 0
     if fit is not None:
+        intervals = _intervals(maxima, fit, distribution, probabilities, confidence)
         tests = _distances(maxima, fit)
         draws = _quantile(fit, rng.random((n_bootstrap, n_blocks)))
         refits = [(draw, _fit(draw, distribution, _COARSE)[1]) for draw in draws]
@@ -118,13 +122,6 @@ def extreme_value_fit(
         if n_failed > _MOST_LOST * n_bootstrap:
             status = f"{n_failed} of {n_bootstrap} repetitions of the fit failed; try more blocks"
         else:
-            tails = [(1 - confidence) / 2, (1 + confidence) / 2]
-            refitted = [_figures(refit, probabilities) for _, refit in successful]
-            for name in intervals:
-                values_of_refits = np.array([figures[name] for figures in refitted])
-                # No interpolation: a bound may be infinite.
-                ends = np.quantile(values_of_refits, tails, axis=0, method="inverted_cdf")
-                intervals[name] = np.moveaxis(ends, 0, -1)
             refit_distances = [_distances(draw, refit) for draw, refit in successful]
             for name, value in tests.items():
                 larger = sum(distances[name] >= value for distances in refit_distances)
@@ -238,6 +235,70 @@ def _figures(fit: FloatArray | None, probabilities: FloatArray) -> dict[str, Flo
     levels = _quantile(fit, probabilities)
     parameters = dict(location=location, scale=scale, shape=shape, upper_bound=bound)
     return {k: np.array(v) for k, v in parameters.items()} | {"return_level": levels}
+
+
+def _intervals(
+    maxima: FloatArray,
+    fit: FloatArray,
+    distribution: str,
+    probabilities: FloatArray,
+    confidence: float,
+) -> dict[str, FloatArray]:
+    """Intervals of all figures by the profile of the likelihood, (.., 2).
+
+    Each figure takes the place of one parameter. That of the bound is one over its distance from
+    the largest maximum, which goes on through 0 where there is no bound.
+    """
+    centre, width = maxima.mean(), maxima.std()
+    scaled = (maxima - centre) / width
+    location, scale, shape = (fit[0] - centre) / width, fit[1] / width, fit[2]
+    largest = scaled.max()
+    start = np.array([location, np.log(scale), shape])[: 3 if distribution == "gev" else 2]
+    most = drop(maxima.size, start.size, confidence)
+
+    def within(value: float, others: FloatArray, step: float, parameters: Any) -> FloatArray:
+        def minus_log(value: float, others: FloatArray) -> float:
+            fit = np.array(parameters(value, others))
+            shape = fit[2] if fit.size == 3 else 0.0
+            room = 1 + shape * (scaled - fit[0]) / np.exp(fit[1])
+            beyond = max(-room.min(), -1 - shape)
+            return _minus_log_likelihood(fit, scaled) if beyond < 0 else _OFF * (1 + beyond)
+
+        return np.array(profile_interval(minus_log, value, others, step, most))
+
+    def of_level(probability: FloatArray) -> Any:
+        def parameters(value: float, others: FloatArray) -> list[float]:
+            reduced = np.array([0.0, 1.0, *(others[1:] if others.size > 1 else [0.0])])
+            below = np.exp(others[0]) * float(_quantile(reduced, probability))
+            return [value - below, *others]
+
+        return parameters
+
+    def of_bound(value: float, others: FloatArray) -> list[float]:
+        share = 1 + value * (largest - others[0])
+        # Beyond, no shape has that bound: one off the support leads back.
+        return [*others, -np.exp(others[1]) * value / share if share > 0 else share - 2]
+
+    step = 1 / np.sqrt(maxima.size)
+    levels = _quantile(np.array([location, scale, shape]), probabilities)
+    of_levels = [
+        within(level, start[1:], step, of_level(share))
+        for level, share in zip(levels, probabilities, strict=True)
+    ]
+    of_scale = within(start[1], np.delete(start, 1), step, lambda v, o: [o[0], v, *o[1:]])
+    of_shape, bound = np.zeros(2), np.full(2, np.inf)
+    if distribution == "gev":
+        of_shape = within(shape, start[:2], step, lambda v, o: [*o, v])
+        inverse = -shape / (scale - shape * (location - largest))
+        ends = within(inverse, start[:2], step, of_bound)[::-1]
+        bound[ends > 0] = largest + 1 / ends[ends > 0]
+    return {
+        "location": centre + width * within(location, start[1:], step, lambda v, o: [v, *o]),
+        "scale": width * np.exp(of_scale),
+        "shape": of_shape,
+        "upper_bound": centre + width * bound,
+        "return_level": centre + width * np.array(of_levels),
+    }
 
 
 def _distances(maxima: FloatArray, fit: FloatArray) -> dict[str, float]:
