@@ -16,6 +16,12 @@ from numpy.typing import ArrayLike
 from symhbm.model.linear import LowRankSum, lowest_modes
 from symhbm.numerics import DENSE_LIMIT, check
 
+_HELD = (
+    "expected a positive semidefinite stiffness, a motion that grows without Coriolis forces has "
+    "no frequency and no damping ratio; give a RayleighDamping or a damping matrix, above a "
+    "critical speed that of RotatingModel.at(speed) below it for example"
+)
+
 
 class Damping(ABC):
     """Damping that is no matrix yet: it follows from mass and stiffness."""
@@ -67,7 +73,9 @@ class ModalDamping(Damping):
     Raises
     ------
     TypeError, ValueError
-        For ratios that are negative, for another number of ratios than modes.
+        For ratios that are negative, for another number of ratios than modes. Where its matrix is
+        asked for, for a stiffness that lets a motion grow, as that of a rotor above a critical
+        speed: such a motion has no frequency that a ratio is of.
 
     Notes
     -----
@@ -118,7 +126,7 @@ class ModalDamping(Damping):
                 f"modes=None: expected the number of damped modes for {size} degrees of freedom, "
                 f"as in ModalDamping({self.ratio}, modes=50)"
             )
-        squares, shapes = lowest_modes(stiffness, mass, self.modes)
+        squares, shapes = lowest_modes(stiffness, mass, self.modes, f"damping={self!r}: {_HELD}")
         if self.modes is not None and len(squares) < self.modes:
             raise ValueError(
                 f"modes={self.modes}: expected at most {len(squares)}, the modes of this structure"

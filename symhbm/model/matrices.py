@@ -13,7 +13,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from symhbm.model.damping import Damping
+from symhbm.model.damping import Damping, RayleighDamping
 from symhbm.model.mass import check_semidefinite
 from symhbm.model.parameters import BLADE_PARAMETERS, CONTACT_PARAMETERS, PARAMETERS, ReadOnly
 from symhbm.model.places import check_places
@@ -140,6 +140,16 @@ class Model(PolynomialStructure):
             return seen(self.damping_matrix)
         found = self.damping.matrix(mass, stiffness)
         return found if self.coriolis_matrix is None else found + seen(self.coriolis_matrix)
+
+    def without_rule(self) -> Model:
+        """The same without a rule of damping."""
+        if self.damping is None:
+            return self
+        other = object.__new__(type(self))
+        left_out = {*CACHED, "damping_matrix"}
+        kept = {name: value for name, value in vars(self).items() if name not in left_out}
+        other._store(**kept | {"damping": RayleighDamping()})
+        return other
 
     @property
     def loss_factor(self) -> float:  # type: ignore[override]

@@ -472,6 +472,10 @@ class Structure(ABC):
             )
         return Matrices(*(getattr(self, name) for name in Matrices._fields))
 
+    def without_rule(self) -> Structure:
+        """The same without a rule of damping, which its modes do not feel."""
+        return self
+
     def directions_of(self, nodal_diameter: int | None = None) -> Any:
         """Directions (n_rows, n_dof), of a sector of a disk those of a wave, complex."""
         return self.directions

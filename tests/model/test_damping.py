@@ -61,6 +61,38 @@ def test_modal_damping_condenses_massless_degrees_of_freedom():
     assert not found[1].any()
 
 
+def softened(by, n=N):
+    """A chain whose squares of frequencies are all less by the same."""
+    mass = sp.eye_array(n)
+    return mass, 1e4 * (2 * mass - sp.eye_array(n, k=1) - sp.eye_array(n, k=-1)) - by * mass
+
+
+@pytest.mark.parametrize(
+    ("n", "rule"), [(N, sh.ModalDamping(0.01)), (600, sh.ModalDamping(0.01, 3))]
+)
+def test_a_motion_that_grows_has_no_damping_ratio(n, rule):
+    """Above a critical speed; it was left without damping. Growing ones need not be next to 0."""
+    mass, stiffness = softened(1.5e4, n)
+    model = sh.Model(mass, rule, stiffness)
+    with pytest.raises(
+        ValueError, match=r"damping=ModalDamping.*no damping ratio; give a Rayleigh"
+    ):
+        assert model.damping_matrix.shape
+    with pytest.raises(ValueError, match="one grows, and has no natural frequency"):
+        sh.natural_modes(model, count=3)
+
+
+@pytest.mark.parametrize("n", [N, 600])
+def test_a_free_motion_has_no_damping_by_its_ratio(n):
+    """Its square is 0 but for the round-off of a file, of either sign."""
+    mass, stiffness = softened(1e-7, n)
+    stiffness = sp.lil_array(stiffness)
+    stiffness[0, 0] = stiffness[n - 1, n - 1] = 1e4 - 1e-7
+    damping = sh.Model(mass, sh.ModalDamping(0.01, 3), stiffness).damping_matrix
+    assert np.abs(damping @ np.ones(n)).max() < 1e-4 * np.abs(damping @ np.arange(n)).max()
+    assert sh.natural_modes(sh.Model(mass, mass, stiffness), count=3).frequency[0] < 1e-4
+
+
 def test_rayleigh_damping_is_a_sum():
     found = chain(sh.RayleighDamping(0.5, 1e-5)).damping_matrix
     assert abs(found - (0.5 * MASS + 1e-5 * STIFFNESS)).max() < 1e-15

@@ -297,6 +297,11 @@ class Sector(PolynomialStructure):
         other._store(groups=groups)
         return other
 
+    def without_rule(self) -> Sector:
+        """The same without a rule of damping of its structure."""
+        own = self.structure.without_rule()
+        return self if own is self.structure else self._changed(structure=own, _waves={})
+
     @property
     def speed(self) -> float | None:  # type: ignore[override]
         """That of the structure."""

@@ -21,27 +21,34 @@ _MOST = 0.5
 """Share of all modes from which on all of them are computed at once."""
 
 
-def lowest_modes(stiffness: Any, mass: Any, count: int | None = None) -> tuple[FloatArray, NDArray]:
+def lowest_modes(
+    stiffness: Any, mass: Any, count: int | None = None, growing: str | None = None
+) -> tuple[FloatArray, NDArray]:
     """The ``count`` lowest modes, all by default: squares of frequencies, shapes of unit mass.
 
     Ascending, (n_modes,) [rad^2/s^2] and (n_dof, n_modes) [kg^-1/2]. ``stiffness`` and ``mass`` are
     sparse, real symmetric or complex Hermitian. Degrees of freedom without mass follow the others;
     there are fewer modes with them.
 
-    ValueError where some motion has neither mass nor stiffness, or if the modes are not found.
+    ValueError where some motion has neither mass nor stiffness, or if the modes are not found;
+    with the text ``growing`` also where a square is negative, but for round-off.
     """
     size = mass.shape[0]
     stiffness = hermitian(stiffness)
+    below = _below(stiffness, mass)
     try:
         if size <= DENSE_LIMIT or count is None or count > _MOST * size:
             squares, shapes = _all(stiffness.toarray(), mass.toarray())
+            held = bool(squares.min(initial=0.0) >= below)
         else:
-            squares, shapes = _some(sp.csc_array(stiffness), sp.csc_array(mass), count)
+            squares, shapes, held = _some(sp.csc_array(stiffness), sp.csc_array(mass), count, below)
     except (np.linalg.LinAlgError, RuntimeError) as error:
         raise ValueError(
             "mass_matrix: expected one that gives every motion without stiffness some inertia; its "
             f"modes cannot be computed ({error})"
         ) from error
+    if growing is not None and not held:
+        raise ValueError(f"{growing}; a square is {squares.min():.6g} rad^2/s^2")
     order = np.argsort(squares)[:count]
     return squares[order], shapes[:, order]
 
@@ -81,7 +88,7 @@ def lowest_gyroscopic(
                 inverse, both = _held(*eig(left.toarray(), right.toarray()))  # type: ignore
         else:
             start = np.random.default_rng(0).normal(size=2 * size).astype(complex)
-            if _definite(stiffness):
+            if _definite(stiffness) is not None:
                 solve: Any = LinearOperator(right.shape, matvec=splu(right).solve, dtype=complex)  # type: ignore
                 inverse, both = eigsh(left, count, right, which="LA", Minv=solve, v0=start)
             else:
@@ -121,14 +128,19 @@ def _held(inverse: NDArray, both: NDArray) -> tuple[FloatArray, NDArray]:
     return np.real(inverse), both
 
 
-def _definite(matrix: Any) -> bool:
-    """Whether a sparse Hermitian matrix is positive definite."""
+def _definite(matrix: Any) -> Any:
+    """Factors of a sparse Hermitian matrix that is positive definite, None of another one."""
     if np.any(matrix.diagonal().real <= 0):
-        return False
+        return None
     options = dict(SymmetricMode=True)
-    factors = splu(sp.csc_array(matrix), "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options)
+    try:
+        factors = splu(
+            sp.csc_array(matrix), "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options
+        )
+    except RuntimeError:  # singular
+        return None
     # Pivots on the diagonal have the signs of the eigenvalues.
-    return bool(np.all(factors.U.diagonal().real > 0))
+    return factors if np.all(factors.U.diagonal().real > 0) else None
 
 
 def hermitian(matrix: Any) -> Any:
@@ -151,18 +163,26 @@ def _all(stiffness: NDArray, mass: NDArray) -> tuple[FloatArray, NDArray]:
     return squares, shapes
 
 
-def _some(stiffness: Any, mass: Any, count: int) -> tuple[FloatArray, NDArray]:
+def _below(stiffness: Any, mass: Any) -> float:
+    """A square of a frequency below zero by more than round-off."""
     inertia = mass.diagonal().real
     moving = inertia > 0
-    shift = -_BELOW * float(np.max(stiffness.diagonal().real[moving] / inertia[moving]))
-    options = dict(SymmetricMode=True)
+    highest = np.abs(stiffness.diagonal()[moving]) / inertia[moving]
+    return -_BELOW * float(np.max(highest, initial=0.0))
+
+
+def _some(stiffness: Any, mass: Any, count: int, shift: float) -> tuple[FloatArray, NDArray, bool]:
+    """Modes next to a shift, and whether there are none below it."""
     shifted = (stiffness - shift * mass).tocsc()
-    factors = splu(shifted, "MMD_AT_PLUS_A", diag_pivot_thresh=0.1, options=options)
+    held = factors = _definite(shifted)
+    if factors is None:
+        options = dict(SymmetricMode=True)
+        factors = splu(shifted, "MMD_AT_PLUS_A", diag_pivot_thresh=0.1, options=options)
     dtype = shifted.dtype
     inverse: Any = LinearOperator(shifted.shape, matvec=factors.solve, dtype=dtype)  # type: ignore
-    start = np.random.default_rng(0).normal(size=len(inertia)).astype(dtype)
+    start = np.random.default_rng(0).normal(size=mass.shape[0]).astype(dtype)
     squares, shapes = eigsh(stiffness, count, mass, sigma=shift, OPinv=inverse, v0=start)
     # Where many are close, those found are orthogonal to round-off of the iteration only.
     small = [shapes.conj().T @ (matrix @ shapes) for matrix in (stiffness, mass)]
     squares, turned = eigh(*map(hermitian, small))
-    return squares, shapes @ turned
+    return squares, shapes @ turned, held is not None

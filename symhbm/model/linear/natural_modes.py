@@ -7,6 +7,11 @@ from symhbm.model.linear.eigenmodes import gyroscopic_part, lowest_gyroscopic, l
 from symhbm.model.structure import Structure
 from symhbm.numerics import RADIANS, ComplexArray, FloatArray
 
+_GROWING = (
+    "stiffness_matrix: expected a positive semidefinite one, or Coriolis forces that hold the "
+    "motion; one grows, and has no natural frequency"
+)
+
 
 def natural_modes_of(
     structure: Structure, nodal_diameter: int | None, count: int, stuck: bool = False
@@ -15,7 +20,7 @@ def natural_modes_of(
 
     Modes are of unit mass, of one sector where it is one. Contacts are open, or ``stuck``. What of
     the damping matrix takes no power, Coriolis forces, counts. Raises ValueError where some motion
-    has neither mass nor stiffness.
+    has neither mass nor stiffness, or grows.
     """
     mass, damping, stiffness = structure.matrices(nodal_diameter)
     if stuck:
@@ -24,7 +29,7 @@ def natural_modes_of(
         stiffness = stiffness + directions.conj().T @ springs @ directions
     gyroscopic = gyroscopic_part(damping)
     if gyroscopic is None:
-        squares, shapes = lowest_modes(stiffness, mass, count)
+        squares, shapes = lowest_modes(stiffness, mass, count, _GROWING)
         natural = np.sqrt(np.maximum(squares, 0.0))
     else:
         natural, shapes = lowest_gyroscopic(stiffness, gyroscopic, mass, count)

@@ -33,6 +33,8 @@ _ALIKE = 1e-6
 _WAVES = 9
 """Most nodal diameters whose modes tell the motion of interfaces."""
 
+_NOTHING_TOUCHED = "dofs=(): expected at least one for a structure without contacts"
+
 
 class ReducedSector(Sector):
     """A `Sector` on the degrees of freedom that `craig_bampton` keeps of its structure."""
@@ -162,7 +164,7 @@ def craig_bampton(
 
 def _component(model: Model, boundary: NDArray[np.intp], motion: Any, modes: int) -> Component:
     if len(boundary) == 0:
-        raise ValueError("dofs=(): expected at least one for a structure without contacts")
+        raise ValueError(_NOTHING_TOUCHED)
     if len(boundary) == model.n_dof:
         raise ValueError("dofs: expected fewer, nothing is left to be reduced")
     return Component(model.mass_matrix, model.stiffness_matrix, boundary, motion, modes)
@@ -220,6 +222,8 @@ def _sector(
     for dof in watched[np.isin(watched, right)]:
         raise ValueError(f"dofs: expected none on the right, {dof} is one of the next sector")
     touched = np.unique([*sector.touched, *watched]).astype(np.intp)
+    if not len(touched):
+        raise ValueError(_NOTHING_TOUCHED)
     shared, chosen = _interface(sector, np.flatnonzero(np.isin(left, touched)), interface_modes)
     inner = np.setdiff1d(touched, left)
     # Right of a sector is the left of the next one, told in the axes of that one.
@@ -270,6 +274,11 @@ def _interface(
     if count is None:
         return np.eye(len(left)), np.arange(len(left))
     free = np.setdiff1d(np.arange(len(left)), touched)
+    if not len(free):
+        raise ValueError(
+            f"interface_modes={check.shown(count)}: expected None, contacts and dofs= keep all of "
+            "the interface"
+        )
     count = check.integer("interface_modes", count, 1, len(free))
     n_waves = len(sector.nodal_diameters)
     waves = np.unique(np.linspace(0, n_waves - 1, min(n_waves, _WAVES)).astype(int))

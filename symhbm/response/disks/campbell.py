@@ -94,7 +94,8 @@ def campbell(
     Raises
     ------
     TypeError, ValueError
-        For bad arguments, and where modes cannot be computed.
+        For bad arguments, and at the first speed whose modes cannot be computed, as some motion
+        grows there for example.
 
     Notes
     -----
@@ -117,18 +118,24 @@ def campbell(
     """
     if not isinstance(structure, Structure):
         raise TypeError(f"structure={check.shown(structure)}: expected a Model or a Sector")
+    structure = structure.without_rule()
     at = np.unique(check.array("speeds", [*speeds], "non-negative"))
     if len(at) < 2:
         raise ValueError(f"speeds={check.shown(at)}: expected two or more different ones")
     size = structure.n_dof
     count = min(5, size) if count is None else check.integer("count", count, 1, size)
     wanted = [check.integer("orders", order, 1) for order in orders]
+    stuck = check.flag("stuck", stuck)
     both = both_senses(_at(structure, at[-1]))
     waves = waves_of(structure, nodal_diameter, both)
     n_modes = min(count + _SPARE, structure.n_dof)
 
     def modes(speed: float, wave: int | None) -> _Modes:
-        return _modes(_at(structure, speed), wave, n_modes, check.flag("stuck", stuck))
+        try:
+            return _modes(_at(structure, speed), wave, n_modes, stuck)
+        except ValueError as error:
+            of_wave = "" if wave is None else f" and {wave} nodal diameters"
+            raise ValueError(f"speeds: at {speed:.6g} 1/min{of_wave} {error}") from error
 
     least = min(len(modes(at[0], wave).frequencies) for wave in waves)
     if least < count:

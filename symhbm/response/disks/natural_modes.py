@@ -48,7 +48,8 @@ def natural_modes(
     ------
     TypeError, ValueError
         For bad arguments, a structure without matrices, nodal diameters of one that is no sector,
-        and where some motion has neither mass nor stiffness. What has no mass has no mode.
+        and where some motion has neither mass nor stiffness, or grows. What has no mass has no
+        mode.
 
     Notes
     -----
@@ -74,6 +75,7 @@ def natural_modes(
             "structure: expected one at one speed, structure.at(speed), its modes change with it; "
             "symhbm.campbell follows them over the speed"
         )
+    structure = structure.without_rule()
     size = structure.n_dof
     count = min(10, size) if count is None else check.integer("count", count, 1, size)
     stuck = check.flag("stuck", stuck)

@@ -154,6 +154,16 @@ def test_bad_input_is_refused(chain, arguments, error, told):
         sh.craig_bampton(**given)
 
 
+def test_a_sector_needs_places_to_compare_and_an_interface_to_reduce():
+    still = chain_sector(6).with_contacts()
+    with pytest.raises(ValueError, match=r"dofs=\(\): expected at least one .* without contacts"):
+        sh.craig_bampton(still, 2, (1, 40))
+    left = still.interfaces.left
+    with pytest.raises(ValueError, match=r"interface_modes=1: .* dofs= keep all of the interface"):
+        sh.craig_bampton(still, 2, (1, 40), dofs=left, interface_modes=1)
+    assert sh.craig_bampton(still, 2, (1, 40), dofs=left).structure.certificate.error < 1
+
+
 def test_what_moves_freely_is_told():
     free = sh.Model(np.eye(3), np.zeros((3, 3)), np.diag([1.0, 1.0, 0.0]))
     with pytest.raises(ValueError, match="moves freely"):

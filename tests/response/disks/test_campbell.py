@@ -133,11 +133,11 @@ def test_bad_arguments_are_refused(arguments, words):
         sh.campbell(veering(1.0), **arguments)
 
 
-def whirling():
+def whirling(damping=None):
     """A mass on equal springs, seen from the rotating frame: whirls at |w0 - W| and w0 + W."""
     stiffness, turn = 1e4 * np.eye(2), np.array([[0.0, -1], [1, 0]])
     runs = {s: stiffness - (2 * np.pi * s / 60) ** 2 * np.eye(2) for s in (0, 300)}
-    model = sh.Model(np.eye(2), 0.5 * np.eye(2), stiffness)
+    model = sh.Model(np.eye(2), 0.5 * np.eye(2) if damping is None else damping, stiffness)
     return sh.RotatingModel(model, runs, coriolis=2 * turn)
 
 
@@ -178,3 +178,28 @@ def test_motions_that_rotation_does_not_hold_are_refused():
     skew = np.array([[0, 1e-3], [-1e-3, 0]])
     with pytest.raises(ValueError, match="Coriolis forces that hold"):
         sh.natural_modes(sh.RotatingModel(two, soft, coriolis=skew).at(100))
+
+
+def test_a_motion_that_grows_without_coriolis_forces_has_no_frequency():
+    """It was told as a mode of 0 Hz; the speed is named, and the wave of a sector."""
+    blade = sh.Model(np.eye(2), np.eye(2), 1e4 * np.eye(2))
+    softer = {0: np.diag([1e4, 2e4]), 600: np.diag([-1e4, 2e4])}
+    rotor = sh.RotatingModel(blade, softer)
+    with pytest.raises(ValueError, match=r"Coriolis forces.*a square is -10000 rad"):
+        sh.natural_modes(rotor.at(600))
+    assert sh.natural_modes(rotor.at(400)).frequency.min() > 0
+    with pytest.raises(ValueError, match=r"^speeds: at 600 1/min stiffness_matrix: expected"):
+        sh.campbell(rotor, [0, 400, 600, 800])
+    disk = sh.Sector(rotor, left=[0], right=[1], n_sectors=5)
+    with pytest.raises(ValueError, match=r"^speeds: at 900 1/min and 0 nodal diameters"):
+        sh.campbell(disk, [0, 400, 900])
+
+
+def test_damping_by_a_rule_is_no_part_of_modes():
+    """Modal damping has no matrix above a critical speed, and needs none here."""
+    damped, speeds = whirling(sh.ModalDamping(0.01)), [0.0, 900, 1200]
+    of_matrix, of_rule = (sh.campbell(rotor, speeds) for rotor in (whirling(), damped))
+    np.testing.assert_array_equal(of_matrix.frequency, of_rule.frequency)
+    np.testing.assert_array_equal(
+        *(sh.natural_modes(rotor.at(1200)).frequency for rotor in (whirling(), damped))
+    )
