@@ -25,6 +25,7 @@ from symhbm.plot.drawing import (
     one_solution,
     scale_of,
 )
+from symhbm.plot.ends import mark_ends
 from symhbm.plot.lines import Line, Peak, knows_peaks, line_of, located_peaks
 from symhbm.plot.places import Chosen, Shown, chosen
 
@@ -61,7 +62,8 @@ def response(
     rule; for the antiresonances of a single degree of freedom, compute them with ``peaks="each"``.
 
     Unstable responses are dotted lines, or hollow circles. More than 14 curves have a colour bar
-    in the place of a legend; those of a dimension ``sample`` are thin, without marks.
+    in the place of a legend; those of a dimension ``sample`` are thin, without marks of peaks.
+    A red cross is where a curve ends that is not complete, as its ``status`` says.
 
     Parameters
     ----------
@@ -121,6 +123,9 @@ def response(
                     style = look | dict(color=member.color, linestyle=member.style)
                     draw_line(ax, picture.line, shown, **style)
                     marks = picture.marks
+                of_points = shown_amplitude(curve, where)
+                of_points = of_points.max([d for d in of_points.dims if d != parameter.along])
+                mark_ends(ax, curve, parameter.name, shown.of(of_points.values))
                 if peaks and "sample" not in swept:
                     _marks(ax, marks, member.color, shown)
         label_axes(ax, dataset, parameter.name, where.words, shown)

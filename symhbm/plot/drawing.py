@@ -32,6 +32,8 @@ WIDE = 30
 """Ratio of values from which a scale is logarithmic."""
 OUTSIDE: Any = dict(loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0)
 """Place of a legend that covers no curve."""
+ENDS_HERE = "incomplete, ends here"
+"""What a legend says of the marks at the ends of curves that are not complete."""
 FAMILY = ListedColormap(plt.get_cmap("viridis")(np.linspace(0.88, 0.0, 256)))
 """Colours whose lightness falls steadily, so that they differ in greyscale too."""
 
@@ -314,18 +316,20 @@ class Family:
             yield Member(position, color, LINE_STYLES[turn % len(LINE_STYLES)], label)
 
     def explain(self, ax: Axes) -> None:
-        """Add the legend, or the colour bar and a legend of line styles."""
+        """Add the legend, or the colour bar and a legend of line styles, and of ends of curves."""
         styles = {member.label: member for member in self if member.label}
         if self._ramp is not None:
             colorbar(ax, ScalarMappable(self._norm, FAMILY), axis_label(self._dataset, self._ramp))
-        if not 0 < len(styles) <= MOST_LEGEND_ENTRIES:
-            return
+        if len(styles) > MOST_LEGEND_ENTRIES:
+            styles = {}
         handles = []
         for _, color, style, label in styles.values():
             color = "black" if self._many else color
             handles.append(Line2D([], [], color=color, linestyle=style, label=label))
-        where: Any = dict(loc="best") if self._many else OUTSIDE
-        ax.legend(handles=handles, handlelength=2.8, **where)
+        handles += [line for line in ax.lines if line.get_label() == ENDS_HERE][:1]
+        where: Any = dict(loc="best") if self._many or not styles else OUTSIDE
+        if handles:
+            ax.legend(handles=handles, handlelength=2.8, **where)
 
 
 def colorbar(ax: Axes, mappable: ScalarMappable, label: str) -> Any:

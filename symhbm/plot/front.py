@@ -7,6 +7,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
+from symhbm.continuation import Status
 from symhbm.plot.drawing import LINE_STYLES, OUTSIDE, canvas, figure_of, is_wide, shades
 from symhbm.results import check_dataset, check_present
 
@@ -78,6 +79,8 @@ def pareto_front(dataset: xr.Dataset, ax: Axes | None = None) -> Figure:
         above.tick_params(labelbottom=False)
         above.set(ylabel=str(names[0]))
         below.set(xlabel=str(names[1]))
+        if dataset["design_status"].item() == Status.FRONT_INCOMPLETE:
+            above.plot([], [], " ", label="incomplete, design_status tells why")
         _scales(above, first, second)
         above.legend(loc="best")
         return figure_of(whole)

@@ -18,6 +18,7 @@ from symhbm.plot.drawing import (
     is_wide,
     one_solution,
 )
+from symhbm.plot.ends import mark_ends
 from symhbm.results.reading import motion
 
 _UNITS = {"deg": 180 / np.pi, "rad": 1.0}
@@ -34,7 +35,8 @@ def phase(
     """Draw the phase lag of a harmonic over the moving parameter, a line per parameter set.
 
     It is positive where the harmonic ``n`` comes later than ``cos(n omega t)``, as of
-    `symhbm.motion`, and runs on beyond half a turn along a curve.
+    `symhbm.motion`, and runs on beyond half a turn along a curve. A red cross is where a curve ends
+    that is not complete.
 
     Parameters
     ----------
@@ -91,6 +93,7 @@ def phase(
             shown = np.full(len(value), np.nan)
             shown[inside] = factor * np.unwrap(angle[inside])
             ax.plot(value, shown, color=member.color, linestyle=member.style)
+            mark_ends(ax, dataset.isel(member.position), parameter.name, shown)
         which = where.words.removeprefix("response of ")
         ax.set_xlabel(axis_label(dataset, parameter.name))
         turn = r"\omega t" if harmonic == 1 else rf"{harmonic} \omega t"

@@ -9,10 +9,13 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from symhbm.plot.drawing import Family, Member, axis_label, canvas, figure_of, nothing_to_draw
+from symhbm.plot.ends import at_an_end, draw_ends, is_complete
 from symhbm.results import Description, check_dataset, check_present
 
 _STYLES = {1: "-", 0: "--", -1: ":"}
 """Lines of cycles that are stable, unstable, and of which it is not known."""
+_AT_END = 1.1
+"""Ratio of amplitudes that are one, at the ends of their band."""
 _MARK: Any = dict(ls="none", markeredgecolor="black", markeredgewidth=0.6, markersize=4.5, zorder=3)
 
 
@@ -21,7 +24,7 @@ def limit_cycles(dataset: xr.Dataset, *, ax: Axes | None = None) -> Figure:
 
     Cycles that are not stable are dashed, dotted where it is not known; without ``stability`` all
     lines are solid. Squares are folds, where two cycles meet, circles onsets and ends of slip, of
-    contact and of opening.
+    contact and of opening. A red cross is where a branch ends of cycles that are not complete.
 
     Parameters
     ----------
@@ -68,8 +71,7 @@ def limit_cycles(dataset: xr.Dataset, *, ax: Axes | None = None) -> Figure:
             ylabel="amplitude of the first harmonic [m]",
             yscale="log",
         )
-        if dims:
-            family.explain(axes)
+        family.explain(axes)
         return figure_of(axes)
 
 
@@ -78,6 +80,8 @@ def _draw(ax: Axes, one: xr.Dataset, name: str, member: Member) -> None:
     value, amplitude = one[name].values, one["amplitude"].values
     for part, verdict in _runs(one):
         ax.plot(value[part], amplitude[part], color=member.color, ls=_STYLES[verdict])
+    ends = np.array([] if is_complete(one) else [*_ends(one, name)], dtype=int)
+    draw_ends(ax, value[ends], amplitude[ends])
     if "event_kind" not in one.variables or "event_amplitude" not in one.variables:
         return
     kinds = one["event_kind"].values.astype(str)
@@ -101,3 +105,19 @@ def _runs(one: xr.Dataset) -> Iterator[tuple[slice, int]]:
             if branch[begin] >= 0:
                 yield slice(begin, i if ends else i + 1), int(stable[begin])
             begin = i
+
+
+def _ends(one: xr.Dataset, name: str) -> Iterator[int]:
+    """First and last points of branches that are not closed, inside the band and its amplitudes."""
+    value, amplitude = one[name].values, one["amplitude"].values
+    description = Description(one)
+    inside = np.isfinite(amplitude) & ~at_an_end(value, description.band)
+    low, high = description.request["amplitudes"]
+    inside &= (amplitude > _AT_END * low) & (amplitude < high / _AT_END)
+    branch = one["cycle_branch"].values
+    for number in np.unique(branch[np.isfinite(amplitude)]):
+        own = np.flatnonzero(np.isfinite(amplitude) & (branch == number))
+        first, last = int(own[0]), int(own[-1])
+        closed = np.isclose([value[first], amplitude[first]], [value[last], amplitude[last]]).all()
+        if first == last or not closed:
+            yield from (end for end in {first, last} if inside[end])

@@ -17,6 +17,7 @@ from symhbm.plot.drawing import (
     figure_of,
     nothing_to_draw,
 )
+from symhbm.plot.ends import beside_missing, draw_ends
 from symhbm.results import Description, check_dataset, check_present
 
 _LOST: Any = dict(color="0.93", lw=0, label="no disturbance is held")
@@ -29,7 +30,8 @@ def flutter_limit(dataset: xr.Dataset, *, ax: Axes | None = None) -> Figure:
 
     Each line is of one disturbance: below it that is held below the largest amplitude. The thick
     part of that of the smallest one is where two limit cycles meet; above it, in grey, none is
-    held. A diamond is the best value of a design, two are the ends of a range of such values.
+    held. A diamond is the best value of a design, two are the ends of a range of such values. A red
+    cross is beside values at which no limit was found.
 
     Parameters
     ----------
@@ -79,6 +81,9 @@ def flutter_limit(dataset: xr.Dataset, *, ax: Axes | None = None) -> Figure:
                 ls=LINE_STYLES[k % len(LINE_STYLES)],
                 label=f"disturbance of {1e3 * disturbance:.4g} mm",
             )
+        for limit in dataset["flutter_limit"].values.T:
+            ends = beside_missing(np.isfinite(limit))
+            draw_ends(axes, values[ends], limit[ends])
         _draw_lost(axes, dataset.isel(disturbance=0), values)
         if "design_from" in dataset.variables:
             _mark_best(axes, dataset)
@@ -88,7 +93,8 @@ def flutter_limit(dataset: xr.Dataset, *, ax: Axes | None = None) -> Figure:
             xlim=(values.min(), values.max()),
             xscale="log" if values.min() > 0 and is_wide else "linear",
         )
-        axes.legend(**OUTSIDE)
+        handles, labels = axes.get_legend_handles_labels()
+        axes.legend(handles=[*dict(zip(labels, handles, strict=True)).values()], **OUTSIDE)
         return figure_of(axes)
 
 

@@ -8,6 +8,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 from symhbm.plot.drawing import Family, Member, axis_label, canvas, figure_of, one_solution
+from symhbm.plot.ends import mark_ends
 from symhbm.results import Description, check_dataset, check_present
 
 _PANELS = {"frequency": (0.54, "frequency [Hz]"), "damping_ratio": (0.0, "damping ratio")}
@@ -24,7 +25,7 @@ def nonlinear_modes(dataset: xr.Dataset, *, ax: Axes | None = None) -> Figure:
     """Draw frequency and damping ratio over what moves, one line per parameter set.
 
     Circles are onsets and ends of slip, of contact and of opening, squares folds, diamonds maxima
-    and minima of the damping ratio.
+    and minima of the damping ratio. A red cross is where a curve ends that is not complete.
 
     Parameters
     ----------
@@ -73,9 +74,10 @@ def nonlinear_modes(dataset: xr.Dataset, *, ax: Axes | None = None) -> Figure:
         first, last = panels
         first.tick_params(labelbottom=False)
         label = _AMPLITUDE if over_amplitude else axis_label(dataset, moves)
-        last.set(xlabel=label, ylim=(0.0, None))
-        if dims:
-            family.explain(first)
+        last.set_xlabel(label)
+        if not (dataset["damping_ratio"] < 0).any():
+            last.set_ylim(bottom=0.0)
+        family.explain(first)
         return figure_of(whole)
 
 
@@ -83,6 +85,7 @@ def _draw(panel: Axes, one: xr.Dataset, name: str, member: Member) -> None:
     """Draw a variable of one parameter set, and mark its events."""
     moves = Description(one).moving
     panel.plot(one[moves], one[name], color=member.color, ls=member.style)
+    mark_ends(panel, one, moves, one[name].values)
     if "event_kind" not in one.variables or f"event_{name}" not in one.variables:
         return
     kinds = one["event_kind"].values.astype(str)

@@ -1,0 +1,58 @@
+"""Where curves end before they are complete."""
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+from matplotlib.axes import Axes
+
+from symhbm.numerics import FloatArray
+from symhbm.plot.drawing import ENDS_HERE
+from symhbm.results import Description
+from symhbm.results.reading import COMPLETE
+
+_NEAR = 1e-6
+"""Relative distance from an end of a band within which a path has reached it."""
+_MARK: Any = dict(ls="none", marker="x", color="tab:red", ms=7, mew=1.6, zorder=4, clip_on=False)
+
+
+def mark_ends(ax: Axes, curve: xr.Dataset, name: str, shown: FloatArray) -> None:
+    """Mark the points beside which a curve over the parameter ``name`` is missing.
+
+    ``shown`` (n,) is what is drawn at its points, NaN where there is nothing. Of a path that is the
+    last one, unless it is at an end of the band; on a grid those beside values without a solution.
+    """
+    value = curve[name].values
+    found = np.isfinite(value) & np.isfinite(shown)
+    if is_complete(curve) or not found.any():
+        return
+    if "point" in curve[name].dims:
+        last = np.flatnonzero(found)[-1:]
+        ends = last[~at_an_end(value[last], Description(curve).band)]
+    else:
+        ends = beside_missing(found)
+    draw_ends(ax, value[ends], shown[ends])
+
+
+def draw_ends(ax: Axes, value: FloatArray, shown: FloatArray) -> None:
+    """Mark points (n,) at which something ends that is not complete."""
+    if len(value):
+        ax.plot(value, shown, label=ENDS_HERE, **_MARK)
+
+
+def is_complete(curve: xr.Dataset) -> bool:
+    """Whether nothing is missing of a curve, as its status says, or it has none."""
+    known = "status" in curve.variables and not curve["status"].ndim
+    return not known or str(curve["status"].values) in [*map(str, COMPLETE)]
+
+
+def beside_missing(found: np.ndarray) -> np.ndarray:
+    """Numbers of the points that are found and have a neighbour that is not."""
+    padded = np.concatenate([[True], found, [True]])
+    return np.flatnonzero(found & ~(padded[:-2] & padded[2:]))
+
+
+def at_an_end(value: FloatArray, band: Any) -> np.ndarray:
+    """Whether values (n,) are ends of a band; False where the band is unknown."""
+    ends = np.array(band if band is not None else (np.nan, np.nan), dtype=float)
+    return (np.abs(value[:, None] - ends) <= _NEAR * np.abs(ends).max()).any(axis=1)
