@@ -1,5 +1,7 @@
 """Motions without a force: their equations, and the paths of modes and of limit cycles."""
 
+from dataclasses import replace
+
 import numpy as np
 import pytest
 from scipy.optimize import minimize_scalar
@@ -8,7 +10,14 @@ import symhbm as sh
 from symhbm.balance import SustainedMotion, unforced
 from symhbm.continuation import Status, newton
 from symhbm.continuation.path import Path
-from symhbm.continuation.unforced import LimitCycleProblem, NonlinearModeProblem, phase_of
+from symhbm.continuation.unforced import (
+    LimitCycleProblem,
+    NonlinearModeProblem,
+    cycles_of_mode,
+    follow_mode,
+    linear_mode,
+    phase_of,
+)
 from symhbm.continuation.unforced.linear_modes import _modes_about
 
 ODD = tuple(range(1, 22, 2))
@@ -127,6 +136,23 @@ def cycle_problem(damping, harmonics, amplitude, frequency):
     start[problem.basis.component(1)], start[-1] = amplitude, frequency
     phase = phase_of(problem, start[:-1])
     return LimitCycleProblem(problem, "c", phase), start
+
+
+@pytest.mark.parametrize("ratio", [0.0, 1e-12, -1e-12])
+def test_a_cycle_at_a_point_is_that_between_its_neighbours(ratio):
+    """Where the damping ratio of a point of the mode is 0, or round-off of either sign."""
+    problem = cycle_problem(-0.5, (1,), 1e-4, 141.0)[0].problem
+    mode, linear = NonlinearModeProblem(problem, 0), linear_mode(problem, 0, None, (0,))
+    branch = follow_mode(mode, linear, (-5.0, -3.0), 1000)
+    (cycle,) = cycles_of_mode(branch)
+    assert mode.amplitude(cycle) == pytest.approx(1.508422732e-4, rel=1e-9)
+    ratios = np.array([mode.damping_ratio(point.state) for point in branch.points])
+    (after,) = np.flatnonzero(np.diff(np.sign(ratios))) + 1
+    state = np.concatenate([cycle, [ratio, np.log10(mode.amplitude(cycle))]])
+    points = branch.points.copy()
+    points.insert(after, points[after]._replace(state=state))
+    (same,) = cycles_of_mode(replace(branch, points=points))
+    np.testing.assert_array_equal(same, cycle)
 
 
 @pytest.mark.parametrize(

@@ -197,7 +197,7 @@ def test_dominated_equal_and_failed_points_are_removed_with_reasons(monkeypatch)
         point(one, [4.0, 2.0], status=Status.DESIGN_STALLED),
         point(one, [9.0, 1.0], END),
         point(one, [5.0, 3.0]),  # A design that is removed itself removes no other.
-        point(one, [2.0, 6.0]),  # One as good in an aim, and worse in the other.
+        point(one, [2.0 * (1 - 5e-10), 6.0]),  # One as good in an aim, and worse in the other.
     ]
     reasons = [each.removed for each in on_front(points)]
     assert [bool(reason) for reason in reasons] == [0, 0, 1, 1, 1, 1, 0, 0, 1]

@@ -8,7 +8,8 @@ from symhbm.continuation import solve_point
 from symhbm.numerics import RADIANS
 from symhbm.time_domain.floquet import multipliers
 from symhbm.time_domain.motion import exact_motion_of
-from symhbm.time_domain.planar_march import planar_march
+from symhbm.time_domain.normal_springs import APART
+from symhbm.time_domain.planar_march import planar_march, planar_shot
 from symhbm.time_domain.planar_motion import PlanarMotion
 from tests.quick import quick_first
 
@@ -131,6 +132,18 @@ def test_derivative_of_the_march(load, hertz, build):
             ends.append(planar_march(linear, moved, 4.0).end)
         slope = (ends[1] - ends[0]) / 2e-5
         np.testing.assert_allclose(jacobian[:, i], slope, rtol=0, atol=1e-5)
+
+
+def test_a_contact_that_is_apart_begins_without_friction():
+    """Whatever a guess says: a limit of friction is none of how far it is apart."""
+    linear = PlanarMotion(problem_of(dict(pad=pressed(3.0))), RADIANS * 24, 0.02)
+    state = np.array([4e-3, -6e-3, -2e-3, 5e-3, 8e-3, 2e-3, 0.0, 0.0])
+    assert linear.pressure(state[:3]) < -10
+    guessed = planar_shot(linear, state + np.array([0.0] * 6 + [0.4, -0.2]))
+    bare = planar_shot(linear, state)
+    assert (guessed.run.cells.state[0] == APART).all()
+    np.testing.assert_array_equal(guessed.state, bare.state)
+    np.testing.assert_allclose(guessed.residual, bare.residual, rtol=0, atol=1e-9)
 
 
 def test_multipliers_of_a_balance():
