@@ -72,6 +72,7 @@ from symhbm.response import (
     synthesised_response,
     verify,
 )
+from symhbm.results import Run
 from symhbm.results.archive import ArchiveError, load, merge, rebuild, save
 from symhbm.results.reading import motion, output, seen_from, table, trimmed
 
@@ -108,6 +109,7 @@ __all__ = [
     "PolynomialLaw",
     "RayleighDamping",
     "RotatingModel",
+    "Run",
     "Sector",
     "SmoothLaw",
     "SolveError",

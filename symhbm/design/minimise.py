@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import Executor
 from dataclasses import replace
-from typing import Any, Literal
+from typing import Any, Literal, Unpack
 
 import numpy as np
 import xarray as xr
@@ -27,8 +26,7 @@ from symhbm.design.outcome import (
 from symhbm.design.search import feasible, search
 from symhbm.design.task import Task
 from symhbm.numerics import check
-from symhbm.results import Sweep, parse
-from symhbm.workers import check_executor, check_progress
+from symhbm.results import Sweep, parse, runs
 
 _GOOD = (Status.DESIGN_OPTIMAL, Status.DESIGN_AT_BOUND)
 """Statuses of an optimum."""
@@ -50,9 +48,7 @@ def minimise_peak(
     start: ArrayLike | None = None,
     n_starts: int | None = None,
     fresh: Mapping[str, Any] | xr.Dataset | None = None,
-    executor: Executor | None = None,
-    throw: bool = False,
-    progress: bool | None = None,
+    **run: Unpack[runs.Sharing],
 ) -> xr.Dataset:
     """Parameters that make the largest response as small as it gets, with a certificate.
 
@@ -109,12 +105,9 @@ def minimise_peak(
         designs around them, by default 2.
     fresh
         Other cases, not designed for, whose statistic at the optimum is reported.
-    executor
-        Where the cases are computed; by default in this process.
-    throw
-        Raise SolveError where no optimum was found, instead of a warning.
-    progress
-        By default, show a bar when it takes longer than a few seconds; True: at once, False: never.
+    **run
+        ``executor`` (of the cases), ``throw`` (where no optimum was found) and ``progress``, as
+        `symhbm.Run` tells.
 
     Returns
     -------
@@ -153,7 +146,7 @@ def minimise_peak(
     >>> light.design_value.values.round(6), light.named_peak_amplitude.values.round(8)
     (array([2.845496]), array([0.00031046]))
     """
-    check_executor(executor)
+    running = runs.Running.of(run, runs.Sharing)
     task = Task.of(
         *(problem, parameters, bounds, frequency, over),
         vary=vary,
@@ -162,7 +155,6 @@ def minimise_peak(
         constraint=constraint,
         peaks=peaks,
     )
-    throw = check.flag("throw", throw)
     fixed_start = arguments.read_start(task.variables, start)
     given = objective is not None or peaks is not None
     program = task.program(*([task.read_aim("objective", objective)] if given else []))
@@ -170,12 +162,12 @@ def minimise_peak(
         n_starts = check.integer("n_starts", n_starts, minimum=1)
     fresh_sweep = None if fresh is None else _read_fresh(task, fresh, given)
     if feasible(program) is None:
-        return checked(infeasible(problem, task.variables, task.limits.names), _GOOD, throw)
-    cases = Cases(task.work, executor, check_progress(progress))
+        return checked(infeasible(problem, task.variables, task.limits.names), _GOOD, running.throw)
+    cases = Cases(task.work, running.executor, running.progress)
     search_result = search(program, cases, [] if fixed_start is None else [fixed_start], n_starts)
     design = search_result.design
     status = status_of(program, search_result, cases.failed)
-    result = task.responses([design.x], executor, progress)
+    result = task.responses([design.x], running)
     found = None
     if np.isfinite(design.value):
         found = task.compared(result, np.array([state.height for state in design.states]))
@@ -193,7 +185,7 @@ def minimise_peak(
             f" Over {fresh_sweep.size} cases that were not designed for, the same statistic is "
             f"{float(result['fresh_amplitude']):.6g} m."
         )
-    return checked(with_certificate(result, status, text), _GOOD, throw)
+    return checked(with_certificate(result, status, text), _GOOD, running.throw)
 
 
 def _read_fresh(task: Task, fresh: Any, given: bool) -> Sweep:

@@ -2,7 +2,6 @@
 
 import warnings
 from collections.abc import Mapping, Sequence
-from concurrent.futures import Executor
 from dataclasses import dataclass
 from typing import Any
 
@@ -20,7 +19,7 @@ from symhbm.model.linear import natural_band
 from symhbm.numerics import FloatArray, check
 from symhbm.peaks import COMPLETE
 from symhbm.response import frf
-from symhbm.results import Sweep, parse
+from symhbm.results import Sweep, parse, runs
 
 
 @dataclass(frozen=True)
@@ -123,8 +122,7 @@ class Task:
     def responses(
         self,
         designs: Sequence[FloatArray],
-        executor: Executor | None,
-        progress: bool | None,
+        running: runs.Running,
         dim: str | None = None,
     ) -> xr.Dataset:
         """Frequency responses of all cases at one design, or at several along ``dim``."""
@@ -149,7 +147,8 @@ class Task:
         with warnings.catch_warnings():
             # The problem was warned of already.
             warnings.filterwarnings("ignore", message=DOUBT)
-            return frf(best, self.hull, over=over or None, executor=executor, progress=progress)
+            shared: runs.Sharing = dict(executor=running.executor, progress=running.progress)
+            return frf(best, self.hull, over=over or None, **shared)
 
     def compared(self, result: xr.Dataset, heights: FloatArray) -> Comparison | None:
         """Responses at one design beside the heights (n_responses,) that the search found there.

@@ -3,9 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Sequence
-from concurrent.futures import Executor
 from itertools import pairwise
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 import xarray as xr
@@ -20,8 +19,15 @@ from symhbm.peaks.islands import Islands
 from symhbm.peaks.peak_rows import results_of, rows_of, status_of
 from symhbm.peaks.survey import Surveyor, sector_of
 from symhbm.peaks.tracking import LeadingBranches, Parameter, UpperEnvelope, upper_envelope
-from symhbm.results import Request, check_band, check_grid, check_index, check_parameter, schema
-from symhbm.workers import check_executor, check_progress
+from symhbm.results import (
+    Request,
+    check_band,
+    check_grid,
+    check_index,
+    check_parameter,
+    runs,
+    schema,
+)
 
 _ROUNDS = 6
 """Largest number of times that minima and exchanges are surveyed and missed branches followed."""
@@ -36,9 +42,7 @@ def peak_curve(
     frequency: tuple[float, float] | Sequence[tuple[float, float]] | None = None,
     contact: int | None = None,
     dof: int | None = None,
-    executor: Executor | None = None,
-    throw: bool = False,
-    progress: bool | None = None,
+    **run: Unpack[runs.Sharing],
 ) -> xr.Dataset:
     """Largest peak of the response over a named parameter, with its minima and events.
 
@@ -70,12 +74,9 @@ def peak_curve(
         default one that holds all resonances of the structure.
     contact, dof
         The one contact or blade whose parameter moves; by default it is set for all alike.
-    executor
-        Where surveys are computed; by default in this process.
-    throw
-        Raise SolveError unless the curve is complete and bounded, instead of returning its status.
-    progress
-        By default, show a bar when it takes longer than a few seconds; True: at once, False: never.
+    **run
+        ``executor`` (of the surveys), ``throw`` (unless the curve is complete and bounded) and
+        ``progress``, as `symhbm.Run` tells.
 
     Returns
     -------
@@ -117,8 +118,7 @@ def peak_curve(
     low, high = sorted(ends)
     grid = check_grid(at, ends)
     index = check_index(problem, parameter, contact, dof)
-    check_executor(executor)
-    throw, progress = check.flag("throw", throw), check_progress(progress)
+    running = runs.Running.of(run, runs.Sharing)
     if problem.samples is not None:
         raise ValueError(
             f"samples={problem.samples}: expected a problem with located switching angles; "
@@ -131,7 +131,7 @@ def peak_curve(
     problem.model.check_frequencies("frequency", limits)
     warn_of_doubts(problem.model, limits, problem.harmonics, moving=[parameter])
     start = last if index is not None else sector_of(last)
-    with Surveyor(bands, executor, progress) as surveyor:
+    with Surveyor(bands, running.executor, running.progress) as surveyor:
         leading = LeadingBranches(Parameter(start, parameter, index, low, high), surveyor)
         leading.follow([] if grid is None else grid.tolist())
         envelope = _verified_envelope(leading)
@@ -143,7 +143,7 @@ def peak_curve(
     results = results_of(leading, envelope, rows, islands)
     status = status_of(leading, envelope, rows, islands)
     result = schema.label_peak_curve(problem, request, bands, results, status)
-    if throw and result["status"].item() != Status.REACHED_END:
+    if running.throw and result["status"].item() != Status.REACHED_END:
         raise SolveError(result["status"].item(), result)
     return result
 

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Iterable, Mapping
-from concurrent.futures import Executor
-from typing import Any
+from collections.abc import Mapping
+from typing import Any, Unpack
 
 import xarray as xr
 from numpy.typing import ArrayLike
@@ -16,7 +14,7 @@ from symhbm.model import warn_of_doubts
 from symhbm.numerics import check
 from symhbm.response.accuracy import check_accuracy
 from symhbm.response.curve import prepared
-from symhbm.response.run import reported, run
+from symhbm.response.run import reported, run_sweep
 from symhbm.results import (
     Angles,
     Peaks,
@@ -29,9 +27,9 @@ from symhbm.results import (
     check_parameter,
     parse,
     parts,
+    runs,
 )
 from symhbm.time_domain import check_stability
-from symhbm.workers import check_executor, check_progress
 
 
 def frf(
@@ -40,20 +38,13 @@ def frf(
     at: ArrayLike | None = None,
     over: Mapping[str, Any] | xr.Dataset | None = None,
     *,
-    part: parts.JobPart | None = None,
     accuracy: float | None = None,
     stability: bool = False,
     phase_resonances: bool = False,
     angles: Angles | None = None,
     peaks: Peaks = "largest",
     sector: bool = True,
-    keep: Iterable[str] | None = None,
-    verifiable: bool = True,
-    archive: str | os.PathLike[str] | None = None,
-    executor: Executor | None = None,
-    throw: bool = False,
-    progress: bool | None = None,
-    max_points: int = 5000,
+    **run: Unpack[runs.Run],
 ) -> xr.Dataset:
     """Frequency response between two frequencies, with every peak.
 
@@ -77,10 +68,6 @@ def frf(
         list becomes a dimension of its own name. A DataArray may have the dimension ``dof`` or
         ``contact`` (a pattern) and any other, for example ``sample``. Several names give their
         product; names that share a dimension go in pairs.
-    part
-        Compute these parameter sets alone: ``(k, n)``, the k-th of n parts of the longest dimension
-        of ``over``, a ``range`` of positions along it, or ``{dimension: range}``. Each job of
-        many computes one, with the same ``over``; `symhbm.merge` makes one result of all.
     accuracy
         Largest error of the displacements by truncation of the harmonics, relative to their
         amplitudes, and of normal forces that vary with the motion, relative to the largest over
@@ -115,27 +102,9 @@ def frf(
         Solve one sector of a structure whose sectors are equal and equally excited (a tuned disk
         under an engine order), and give the results of all ``n_sectors``. Not with ``stability``,
         cubic springs or friction over samples.
-    keep
-        Names of the variables to keep, by default all. Coordinates, parameters, ``status``, counts
-        and the variables that tell valid points (``converged``, ``contact_model_valid``,
-        ``residual_norm``) are always kept. The attribute ``left_out`` names the others.
-    verifiable
-        Keep also the variables of the peaks that `symhbm.verify` needs: value, amplitude and
-        Fourier coefficients (5 kB for each disk of 13 mistuned blades under one harmonic).
-    archive
-        NetCDF file to write. Each parameter set is safe in the working file ``<archive>.partial`` a
-        tenth of a second after it is finished; the same call, or `symhbm.resume`, goes on after an
-        interruption. A finished archive is opened without computing, and a line on stderr says so
-        where ``progress`` is shown. The checksum of the whole archive is compared each time.
-    executor
-        Where parameter sets are computed; by default in this process.
-    throw
-        Raise SolveError when a curve is incomplete, instead of a warning.
-    progress
-        By default, show a bar when the sweep takes longer than a few seconds; True: at once,
-        False: never.
-    max_points
-        Largest number of points of one path.
+    **run
+        ``part``, ``keep``, ``verifiable``, ``archive``, ``executor``, ``throw``, ``progress`` and
+        ``max_points``, as `symhbm.Run` tells.
 
     Returns
     -------
@@ -177,18 +146,9 @@ def frf(
     band = check_band("frequency", frequency, "positive", " in Hz")
     problem.model.check_frequencies("frequency", band)
     axis = dict(name="frequency", band=band, at=check_grid(at, band))
-    options = (
-        accuracy,
-        stability,
-        phase_resonances,
-        angles,
-        peaks,
-        sector,
-        keep,
-        verifiable,
-        max_points,
-    )
-    return _run(problem, axis, options, over, part, archive, executor, throw, progress)
+    asked = dict(accuracy=accuracy, stability=stability, phase_resonances=phase_resonances)
+    asked |= dict(angles=angles, peaks=peaks, sector=sector)
+    return _response(problem, axis, over, runs.Running.of(run), **asked)
 
 
 def follow(
@@ -198,7 +158,6 @@ def follow(
     at: ArrayLike | None = None,
     over: Mapping[str, Any] | xr.Dataset | None = None,
     *,
-    part: parts.JobPart | None = None,
     frequency: float,
     contact: int | None = None,
     dof: int | None = None,
@@ -208,13 +167,7 @@ def follow(
     angles: Angles | None = None,
     peaks: Peaks = "largest",
     sector: bool = True,
-    keep: Iterable[str] | None = None,
-    verifiable: bool = True,
-    archive: str | os.PathLike[str] | None = None,
-    executor: Executor | None = None,
-    throw: bool = False,
-    progress: bool | None = None,
-    max_points: int = 5000,
+    **run: Unpack[runs.Run],
 ) -> xr.Dataset:
     """Response at one frequency between two values of any named parameter.
 
@@ -231,16 +184,12 @@ def follow(
         springs may make several, as in `frf`. Peaks lie between the values.
     over
         Other parameters to sweep, as in `frf`.
-    part
-        The parameter sets of one job, as in `frf`.
     frequency
         The constant excitation frequency [Hz].
     contact, dof
         The contact or blade whose parameter moves; by default it moves for all alike.
-    accuracy, stability, phase_resonances, angles, peaks, sector, keep, verifiable
+    accuracy, stability, phase_resonances, angles, peaks, sector, **run
         As in `frf`; peaks are maxima over the parameter.
-    archive, executor, throw, progress, max_points
-        As in `frf`.
 
     Returns
     -------
@@ -281,18 +230,9 @@ def follow(
         index=check_index(problem, parameter, contact, dof),
     )
     problem.model.check_frequencies("frequency", frequency)
-    options = (
-        accuracy,
-        stability,
-        phase_resonances,
-        angles,
-        peaks,
-        sector,
-        keep,
-        verifiable,
-        max_points,
-    )
-    return _run(problem, axis, options, over, part, archive, executor, throw, progress)
+    asked = dict(accuracy=accuracy, stability=stability, phase_resonances=phase_resonances)
+    asked |= dict(angles=angles, peaks=peaks, sector=sector)
+    return _response(problem, axis, over, runs.Running.of(run), **asked)
 
 
 def _damping_values(axis: dict[str, Any], sweep: Sweep) -> list[float]:
@@ -302,25 +242,22 @@ def _damping_values(axis: dict[str, Any], sweep: Sweep) -> list[float]:
     return [*moving, *swept]
 
 
-def _run(
+def _response(
     problem: HarmonicBalance,
     axis: dict[str, Any],
-    options: tuple[Any, ...],
     over: Mapping[str, Any] | xr.Dataset | None,
-    part: parts.JobPart | None,
-    archive: str | os.PathLike[str] | None,
-    executor: Executor | None,
-    throw: bool,
-    progress: bool | None,
+    running: runs.Running,
+    *,
+    accuracy: float | None,
+    stability: bool,
+    phase_resonances: bool,
+    angles: Angles | None,
+    peaks: Peaks,
+    sector: bool,
 ) -> xr.Dataset:
-    check_executor(executor)
-    throw, progress = check.flag("throw", throw), check_progress(progress)
-    accuracy, stability, phase_resonances, *others = options
-    angles, peaks, sector, keep, verifiable, max_points = others
-    if not isinstance(peaks, str) or peaks not in ("largest", "each"):
-        raise ValueError(f"peaks={check.shown(peaks)}: expected 'largest' or 'each'")
+    check.one_of("peaks", peaks, ("largest", "each"))
     sweep = parse(problem, over)
-    chosen = parts.check_part(part, sweep)
+    chosen = parts.check_part(running.part, sweep)
     if axis["name"] in sweep.values:
         raise ValueError(f"over: {axis['name']!r} is the parameter that is followed")
     moving = {axis["name"], *sweep.values}
@@ -341,13 +278,12 @@ def _run(
         may_fold=may_fold,
         stability=check_stability(problem, stability) or may_fold,
         phase_resonances=check.flag("phase_resonances", phase_resonances),
-        max_points=check.integer("max_points", max_points, minimum=2),
+        max_points=running.max_points,
         accuracy=accuracy,
         sector=check.flag("sector", sector),
-        keep=check_keep(keep, verifiable, axis["name"], accuracy),
+        keep=check_keep(running.keep, running.verifiable, axis["name"], accuracy),
         angles=angles,
     )
     computed = sweep if chosen is None else parts.restricted(sweep, chosen)
-    request = prepared(problem, computed, request, progress)
-    result = run(problem, sweep, request, archive, executor, progress, chosen)
-    return reported(result, throw, depth=4)
+    request = prepared(problem, computed, request, running.progress)
+    return reported(run_sweep(problem, sweep, request, running), running.throw, depth=4)

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import os
-from collections.abc import Iterable, Mapping, Sequence
-from concurrent.futures import Executor
-from typing import Any
+from collections.abc import Mapping, Sequence
+from typing import Any, Unpack
 
 import xarray as xr
 from numpy.typing import ArrayLike
@@ -13,7 +11,7 @@ from numpy.typing import ArrayLike
 from symhbm.balance import HarmonicBalance
 from symhbm.model import Place
 from symhbm.numerics import check
-from symhbm.response.run import reported, run
+from symhbm.response.run import reported, run_sweep
 from symhbm.response.unforced import (
     amplitudes_of,
     axis_of,
@@ -24,7 +22,7 @@ from symhbm.response.unforced import (
     with_cycle_dof,
     with_dof,
 )
-from symhbm.results import Request, check_grid, check_keep, parts
+from symhbm.results import Request, check_grid, check_keep, runs
 from symhbm.time_domain import check_stability
 
 
@@ -35,19 +33,13 @@ def nonlinear_modes(
     at: ArrayLike | None = None,
     over: Mapping[str, Any] | xr.Dataset | None = None,
     *,
-    part: parts.JobPart | None = None,
     mode: int = 0,
     amplitude: float | tuple[float, float] = (1e-6, 1e-2),
     dof: Place | None = 0,
     nodal_diameter: int | None = None,
     contact: int | None = None,
     blade: int | None = None,
-    keep: Iterable[str] | None = None,
-    archive: str | os.PathLike[str] | None = None,
-    executor: Executor | None = None,
-    throw: bool = False,
-    progress: bool | None = None,
-    max_points: int = 5000,
+    **run: Unpack[runs.Sweeping],
 ) -> xr.Dataset:
     """Frequency and damping ratio of one mode over its amplitude, with contacts that rub and open.
 
@@ -75,16 +67,15 @@ def nonlinear_modes(
     dof
         The degree of freedom that tells the amplitude, by its number or by its name as ``"tip:y"``;
         None for the one that moves most in the linear mode of the first parameter set.
-    part
-        The parameter sets of one job, as in `symhbm.frf`.
     nodal_diameter
         Of a disk of equal sectors, numbered one after the other, the mode of the wave in which each
         sector lags the one before by ``2 pi nodal_diameter / N``; negative ones go the other way.
         One sector is solved. Of a `symhbm.Sector` it is by default the engine order of its force.
     contact, blade
         The one contact or blade whose parameter moves, by default all alike.
-    keep, archive, executor, throw, progress, max_points
-        As in `symhbm.frf`.
+    **run
+        ``part``, ``keep``, ``archive``, ``executor``, ``throw``, ``progress`` and ``max_points``,
+        as `symhbm.Run` tells.
 
     Returns
     -------
@@ -140,7 +131,7 @@ def nonlinear_modes(
     >>> best.event_normal_load.values.round(4), best.event_damping_ratio.values.round(4)
     (array([2.3039]), array([0.1138]))
     """
-    sweep, throw, progress = checked(problem, over, executor, throw, progress)
+    running, sweep = runs.Running.of(run, runs.Sweeping), checked(problem, over)
     wave = wave_of(nodal_diameter)
     axis: dict[str, Any]
     if parameter is None:
@@ -154,16 +145,15 @@ def nonlinear_modes(
     request = Request(
         **axis,
         may_fold=True,
-        max_points=check.integer("max_points", max_points, minimum=2),
-        keep=check_keep(keep, False, axis["name"], None),
+        max_points=running.max_points,
+        keep=check_keep(running.keep, False, axis["name"], None),
         unforced="nonlinear mode",
         mode=check.integer("mode", mode, minimum=0),
         nodal_diameter=wave,
         dof=None if dof is None else problem.model.number_of(dof),
     )
     request = with_dof(first_of(problem, sweep), request)
-    chosen = parts.check_part(part, sweep)
-    return reported(run(problem, sweep, request, archive, executor, progress, chosen), throw)
+    return reported(run_sweep(problem, sweep, request, running), running.throw)
 
 
 def limit_cycles(
@@ -173,7 +163,6 @@ def limit_cycles(
     at: ArrayLike | None = None,
     over: Mapping[str, Any] | xr.Dataset | None = None,
     *,
-    part: parts.JobPart | None = None,
     mode: int | Sequence[int] = 0,
     amplitude: tuple[float, float] = (1e-6, 1.0),
     dof: Place | None = None,
@@ -181,12 +170,7 @@ def limit_cycles(
     contact: int | None = None,
     blade: int | None = None,
     stability: bool | None = None,
-    keep: Iterable[str] | None = None,
-    archive: str | os.PathLike[str] | None = None,
-    executor: Executor | None = None,
-    throw: bool = False,
-    progress: bool | None = None,
-    max_points: int = 5000,
+    **run: Unpack[runs.Sweeping],
 ) -> xr.Dataset:
     """Self-excited periodic motions: negative damping drives them, contacts and damping hold them.
 
@@ -205,8 +189,6 @@ def limit_cycles(
         there may be several cycles or none. By default the result holds points along ``point``.
     over
         Named parameters to sweep, as in `symhbm.frf`.
-    part
-        The parameter sets of one job, as in `symhbm.frf`.
     mode
         Number of the mode whose cycles are looked for, from the lowest, 0 first, or several.
     amplitude
@@ -224,8 +206,9 @@ def limit_cycles(
         contacts, without that of a shift in time. By default it is told of cycles at the problem's
         own parameters, of structures with matrices. Of a wave around a ring all its blades are
         disturbed.
-    keep, archive, executor, throw, progress, max_points
-        As in `symhbm.frf`.
+    **run
+        ``part``, ``keep``, ``archive``, ``executor``, ``throw``, ``progress`` and ``max_points``,
+        as `symhbm.Run` tells.
 
     Returns
     -------
@@ -275,7 +258,7 @@ def limit_cycles(
     >>> over.fold_damping.values.round(3)  # beyond it friction cannot hold the blade
     np.float64(-26.317)
     """
-    sweep, throw, progress = checked(problem, over, executor, throw, progress)
+    running, sweep = runs.Running.of(run, runs.Sweeping), checked(problem, over)
     amplitudes = amplitudes_of(amplitude)
     wave = wave_of(nodal_diameter)
     axis: dict[str, Any] = dict(name="amplitude", band=amplitudes, at=None, index=None)
@@ -289,8 +272,8 @@ def limit_cycles(
         **axis,
         may_fold=True,
         stability=check_stability(problem, stability),
-        max_points=check.integer("max_points", max_points, minimum=2),
-        keep=check_keep(keep, False, axis["name"], None),
+        max_points=running.max_points,
+        keep=check_keep(running.keep, False, axis["name"], None),
         unforced="limit cycle",
         mode=modes_of(mode),
         nodal_diameter=wave,
@@ -298,5 +281,4 @@ def limit_cycles(
         amplitudes=amplitudes,
     )
     request = with_cycle_dof(first_of(problem, sweep), request)
-    chosen = parts.check_part(part, sweep)
-    return reported(run(problem, sweep, request, archive, executor, progress, chosen), throw)
+    return reported(run_sweep(problem, sweep, request, running), running.throw)

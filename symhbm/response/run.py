@@ -19,7 +19,7 @@ from symhbm.model.contacts import ContactLaw
 from symhbm.numerics import Table, check, on_one_thread
 from symhbm.response.curve import blank_curve, prepared
 from symhbm.response.ensemble import compute
-from symhbm.results import DatasetParts, Request, Sweep, parts, schema, tables
+from symhbm.results import DatasetParts, Request, Sweep, parts, runs, schema, tables
 from symhbm.results.archive import (
     SUFFIX,
     ArchiveError,
@@ -39,14 +39,8 @@ from symhbm.workers import check_executor, check_progress
 
 
 @on_one_thread
-def run(
-    problem: HarmonicBalance,
-    sweep: Sweep,
-    request: Request,
-    archive: str | os.PathLike[str] | None = None,
-    executor: Executor | None = None,
-    progress: bool | None = None,
-    part: parts.Part | None = None,
+def run_sweep(
+    problem: HarmonicBalance, sweep: Sweep, request: Request, running: runs.Running
 ) -> xr.Dataset:
     """Dataset of the curves of all parameter sets, opened lazily where it is an ``archive``.
 
@@ -56,6 +50,8 @@ def run(
     Raises KeyError for names to keep that the result does not have, and ArchiveError if the archive
     is of another computation, is in use, or cannot be written.
     """
+    executor, progress = running.executor, running.progress
+    part = parts.check_part(running.part, sweep)
     call, blank = schema.describe(problem, sweep, request), _blank(problem, request)
     if part is not None:
         sweep, whole = parts.restricted(sweep, part), call
@@ -63,14 +59,14 @@ def run(
         call = parts.call_of_part(call, whole, part, tables.encode(blank()))
     if request.keep is not None:
         call.attributes["left_out"] = json.dumps(_left_out(problem, request, call))
-    if archive is None:
+    if running.archive is None:
         with Spool() as spool, _with_note(lambda: _lost_text(len(spool), sweep.size)):
             for encoded in compute(problem, sweep, request, blank, executor, progress):
                 spool.add(encoded)
             if part is not None:
                 call.attributes[parts.COMPUTED] = json.dumps([computed_here()])
             return schema.label(call, sweep, request, spool.stacked())
-    target = _target("archive", archive)
+    target = _target("archive", running.archive)
     file, call = working_file(target), call.dataset()
     if target.exists():
         complete = _checked_archive(call, target, progress)

@@ -1,10 +1,9 @@
 """Datasets: the request, names and units of the variables, provenance."""
 
-from symhbm.results import parts, schema, tables, variables
-from symhbm.results.blocks import consecutive_blocks
+from symhbm.results import parts, runs, schema, tables, variables
 from symhbm.results.description import Description, records_of_problem
 from symhbm.results.outputs import values_of, variables_of
-from symhbm.results.places import check_dof, of_places, places_of
+from symhbm.results.places import of_places, places_of
 from symhbm.results.provenance import (
     DRAWN,
     LARGEST_OF,
@@ -25,6 +24,7 @@ from symhbm.results.request import (
     check_keep,
     check_parameter,
 )
+from symhbm.results.runs import Run
 from symhbm.results.schema import check_dataset, check_forced, check_present, recall, without
 from symhbm.results.sweep import Sweep, parse
 from symhbm.results.variables import OF_LAWS, OWN_DIMENSIONS, SLOPES, VARIABLES, meaning
@@ -43,17 +43,16 @@ __all__ = [
     "Description",
     "Peaks",
     "Request",
+    "Run",
     "Sweep",
     "check_band",
     "check_dataset",
-    "check_dof",
     "check_forced",
     "check_grid",
     "check_index",
     "check_keep",
     "check_parameter",
     "check_present",
-    "consecutive_blocks",
     "law_of_library",
     "meaning",
     "of_places",
@@ -62,6 +61,7 @@ __all__ = [
     "places_of",
     "recall",
     "records_of_problem",
+    "runs",
     "schema",
     "tables",
     "values_of",

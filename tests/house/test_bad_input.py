@@ -434,6 +434,13 @@ def test_max_points(value):
         frf(max_points=value)
 
 
+def test_unexpected_arguments():
+    with refused("executer=2", "did you mean 'executor'", kind=TypeError):
+        frf(executer=2)
+    with refused("verifiable=True", "progress", kind=TypeError):
+        sh.nonlinear_modes(PROBLEM, verifiable=True)  # its peaks are no peaks of responses
+
+
 @pytest.mark.parametrize("value", ["pool", 4, [], ThreadPoolExecutor], ids=repr)
 def test_executor(value):
     with refused("executor=", "Executor", kind=TypeError):

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 import warnings
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 import xarray as xr
@@ -23,7 +23,7 @@ from symhbm.design.flutter.surface import ModeSurface
 from symhbm.model import Place
 from symhbm.numerics import unknowns_of
 from symhbm.response import nonlinear_modes
-from symhbm.results import recall
+from symhbm.results import recall, runs
 
 
 def maximise_damping(
@@ -37,9 +37,7 @@ def maximise_damping(
     nodal_diameter: int | None = None,
     contact: int | None = None,
     blade: int | None = None,
-    throw: bool = False,
-    progress: bool | None = None,
-    max_points: int = 5000,
+    **run: Unpack[runs.Following],
 ) -> xr.Dataset:
     """The value of a parameter that damps vibrations of one amplitude most, with a certificate.
 
@@ -51,13 +49,12 @@ def maximise_damping(
         The named parameter to choose, for example ``"normal_load"``, and its lower and upper value.
     amplitude
         Amplitude [m] of the vibration: that of the first harmonic at ``dof``.
-    mode, dof, nodal_diameter, contact, blade, max_points
+    mode, dof, nodal_diameter, contact, blade
         As in `symhbm.nonlinear_modes`: which mode, where its amplitude is told, and which value of
         the parameter is chosen.
-    throw
-        Raise SolveError where there is no best value instead of returning the status.
-    progress
-        By default, show a bar when it takes longer than a few seconds; True: at once, False: never.
+    **run
+        ``throw``, ``progress`` and ``max_points``, as `symhbm.Run` tells; ``throw`` where there is
+        no best value.
 
     Returns
     -------
@@ -92,7 +89,9 @@ def maximise_damping(
     (array([2.303898]), np.float64(0.113793))
     """
     given: Any = dict(mode=mode, dof=dof, nodal_diameter=nodal_diameter, contact=contact)
-    given |= dict(blade=blade, amplitude=amplitude, progress=progress, max_points=max_points)
+    given |= dict(blade=blade, amplitude=amplitude)
+    running = runs.Running.of(run, runs.Following)
+    given |= dict(progress=running.progress, max_points=running.max_points)
     with warnings.catch_warnings():
         warnings.simplefilter("ignore", RuntimeWarning)  # the status of the design tells it
         found = nonlinear_modes(problem, parameter, bounds, **given)
@@ -122,7 +121,7 @@ def maximise_damping(
     )
     text = certificate(*said, optimum, point, scanned, complete)
     result = found.merge(report(problem, request, optimum, point, scanned))
-    return finished(result, status, text, throw)
+    return finished(result, status, text, running.throw)
 
 
 def _complete(found: xr.Dataset) -> bool:

@@ -4,7 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Sequence
 from dataclasses import replace
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 import xarray as xr
@@ -27,7 +27,7 @@ from symhbm.model import Place
 from symhbm.numerics import Table, check
 from symhbm.response import reported
 from symhbm.response.unforced import amplitudes_of, axis_of, checked, wave_of, with_dof
-from symhbm.results import Request, schema
+from symhbm.results import Request, runs, schema
 
 _SCANNED = 61
 """Amplitudes at which the damping ratios of an independent scan are solved for."""
@@ -46,9 +46,7 @@ def flutter_limit(
     nodal_diameter: int | None = None,
     contact: int | None = None,
     blade: int | None = None,
-    throw: bool = False,
-    progress: bool | None = None,
-    max_points: int = 5000,
+    **run: Unpack[runs.Following],
 ) -> xr.Dataset:
     """Largest negative damping under which contacts hold disturbances, over a parameter.
 
@@ -66,12 +64,11 @@ def flutter_limit(
         ``dof``.
     disturbance : (n,), ascending
         Amplitudes [m] of disturbances, by default the smallest amplitude.
-    mode, dof, nodal_diameter, contact, blade, max_points
+    mode, dof, nodal_diameter, contact, blade
         As in `symhbm.nonlinear_modes`.
-    throw
-        Raise SolveError where a limit is missing instead of returning its status.
-    progress
-        By default, show a bar when it takes longer than a few seconds; True: at once, False: never.
+    **run
+        ``throw`` (where a limit is missing), ``progress`` and ``max_points``, as `symhbm.Run`
+        tells.
 
     Returns
     -------
@@ -120,15 +117,15 @@ def flutter_limit(
            [0.1138, 0.1138],
            [0.0018, 0.0018]])
     """
-    throw = check.flag("throw", throw)
-    given = mode, dof, nodal_diameter, contact, blade, progress, max_points
-    limits, request = _limits(problem, parameter, band, at, amplitude, disturbance, *given)
+    running = runs.Running.of(run, runs.Following)
+    given = mode, dof, nodal_diameter, contact, blade
+    limits, request = _limits(problem, parameter, band, at, amplitude, disturbance, running, *given)
     band = request.band
     if request.at is None:
         rows = limits.sample(band)
     else:
         rows = [limits.row(value) for value in request.at.tolist()]
-    return reported(_dataset(problem, request, limits, rows), throw)
+    return reported(_dataset(problem, request, limits, rows), running.throw)
 
 
 def maximise_flutter_limit(
@@ -142,9 +139,7 @@ def maximise_flutter_limit(
     nodal_diameter: int | None = None,
     contact: int | None = None,
     blade: int | None = None,
-    throw: bool = False,
-    progress: bool | None = None,
-    max_points: int = 5000,
+    **run: Unpack[runs.Following],
 ) -> xr.Dataset:
     """The value of a parameter with which contacts hold the most negative damping.
 
@@ -157,10 +152,8 @@ def maximise_flutter_limit(
     amplitude
         The amplitude [m] of the disturbance, and the largest amplitude that is allowed, as of
         `symhbm.flutter_limit`.
-    mode, dof, nodal_diameter, contact, blade, progress, max_points
-        As in `symhbm.flutter_limit`.
-    throw
-        Raise SolveError where there is no best value instead of returning the status.
+    mode, dof, nodal_diameter, contact, blade, **run
+        As in `symhbm.flutter_limit`; ``throw`` where there is no best value.
 
     Returns
     -------
@@ -192,9 +185,9 @@ def maximise_flutter_limit(
     >>> best.design_value.values.round(4), best.design_damping_ratio.values.round(4)
     (array([1.2]), np.float64(0.1445))
     """
-    throw = check.flag("throw", throw)
-    given = mode, dof, nodal_diameter, contact, blade, progress, max_points
-    limits, request = _limits(problem, parameter, bounds, None, amplitude, None, *given)
+    running = runs.Running.of(run, runs.Following)
+    given = mode, dof, nodal_diameter, contact, blade
+    limits, request = _limits(problem, parameter, bounds, None, amplitude, None, running, *given)
     optimum = best_limit(limits, request.band)
     rows = sorted(limits.rows.values(), key=lambda row: row.value)
     result = _dataset(problem, request, limits, rows)
@@ -220,7 +213,7 @@ def maximise_flutter_limit(
     )
     text = certificate(*said, optimum, point, scanned, not missing)
     result = result.merge(report(problem, request, optimum, point, scanned))
-    return finished(result, status, text, throw)
+    return finished(result, status, text, running.throw)
 
 
 def _limits(
@@ -230,16 +223,15 @@ def _limits(
     at: Any,
     amplitude: Any,
     disturbance: Any,
+    running: runs.Running,
     mode: Any,
     dof: Any,
     nodal_diameter: Any,
     contact: Any,
     blade: Any,
-    progress: Any,
-    max_points: Any,
 ) -> tuple[FlutterLimits, Request]:
     """What computes the limits, and the request that asks for them; raises for bad arguments."""
-    sweep, _, progress = checked(problem, None, None, False, progress)
+    sweep = checked(problem, None)
     wave, amplitudes = wave_of(nodal_diameter), amplitudes_of(amplitude)
     disturbances = (
         (amplitudes[0],) if disturbance is None else _disturbances(disturbance, amplitudes)
@@ -247,7 +239,7 @@ def _limits(
     request = Request(
         **axis_of(problem, parameter, band, at, contact, blade, sweep, wave),
         may_fold=True,
-        max_points=check.integer("max_points", max_points, minimum=2),
+        max_points=running.max_points,
         unforced="nonlinear mode",
         mode=check.integer("mode", mode, minimum=0),
         nodal_diameter=wave,
@@ -255,7 +247,9 @@ def _limits(
         amplitude=amplitudes[1],
     )
     request = with_dof(problem, request)
-    limits = FlutterLimits(ModeSurface(problem, request), amplitudes, disturbances, progress)
+    limits = FlutterLimits(
+        ModeSurface(problem, request), amplitudes, disturbances, running.progress
+    )
     return limits, replace(request, unforced="flutter limit", amplitude=None, amplitudes=amplitudes)
 
 

@@ -2,10 +2,8 @@
 
 from __future__ import annotations
 
-import os
 from collections.abc import Callable, Mapping, Sequence
-from concurrent.futures import Executor
-from typing import Any, Literal
+from typing import Any, Literal, Unpack
 
 import numpy as np
 import xarray as xr
@@ -21,7 +19,7 @@ from symhbm.design.pareto.points import FrontPoint, on_front, points_of
 from symhbm.design.search import feasible
 from symhbm.design.task import Task
 from symhbm.numerics import check
-from symhbm.workers import check_executor, check_progress
+from symhbm.results import runs
 
 _GOOD = (Status.FRONT_FOUND,)
 
@@ -41,10 +39,7 @@ def pareto_front(
     tail: float = 0.1,
     constraint: Any = None,
     n_starts: int | None = None,
-    archive: str | os.PathLike[str] | None = None,
-    executor: Executor | None = None,
-    throw: bool = False,
-    progress: bool | None = None,
+    **run: Unpack[runs.Archiving],
 ) -> xr.Dataset:
     """Designs of which none is better in both of two aims, from one aim's optimum to the other's.
 
@@ -63,11 +58,9 @@ def pareto_front(
     n_starts
         Designs spread over the bounds that a search between the ends begins at, beside those of
         its neighbours; by default 1.
-    archive
-        File to write the result to. Every point that is found is kept in a working file beside it,
-        from which the same call goes on after an interruption.
-    executor, throw, progress
-        As in `minimise_peak`.
+    **run
+        ``archive``, ``executor``, ``throw`` and ``progress``, as `symhbm.Run` tells. Every point
+        that is found is kept in a working file beside the archive.
 
     Returns
     -------
@@ -111,8 +104,7 @@ def pareto_front(
     >>> front.front_aim.sel(aim="load").values.round(3)
     array([3.089, 1.401, 0.5  ])
     """
-    check_executor(executor)
-    throw = check.flag("throw", throw)
+    running = runs.Running.of(run, runs.Archiving)
     n_points = check.integer("n_points", n_points, minimum=2)
     if n_starts is not None:
         n_starts = check.integer("n_starts", n_starts, minimum=1)
@@ -132,11 +124,11 @@ def pareto_front(
     both = [task.read_aim(name, function) for name, function in aims.items()]
     program = task.program(*both)
     if feasible(program) is None:
-        return checked(infeasible(problem, task.variables, task.limits.names), _GOOD, throw)
-    kept_designs = KeptDesigns.of(archive, signature(task, both, n_points, n_starts))
+        return checked(infeasible(problem, task.variables, task.limits.names), _GOOD, running.throw)
+    kept_designs = KeptDesigns.of(running.archive, signature(task, both, n_points, n_starts))
     if kept_designs.complete is not None:
-        return checked(kept_designs.complete, _GOOD, throw)
-    cases = Cases(task.work, executor, check_progress(progress))
+        return checked(kept_designs.complete, _GOOD, running.throw)
+    cases = Cases(task.work, running.executor, running.progress)
     with kept_designs.told():
         found = points_of(program, (both[0], both[1]), cases, n_points, n_starts, kept_designs)
     points = on_front(found)
@@ -145,14 +137,16 @@ def pareto_front(
     if not kept:
         result = infeasible(problem, task.variables, task.limits.names)
         text = "Nothing was found: no point of the front satisfies the conditions of an optimum."
-        return checked(with_certificate(result, status, text), _GOOD, throw)
-    result = task.responses([point.x for point in kept], executor, progress, dim="front")
+        return checked(with_certificate(result, status, text), _GOOD, running.throw)
+    result = task.responses([point.x for point in kept], running, dim="front")
     agrees, text = _compared(task, result, kept)
     if not agrees and status == Status.FRONT_FOUND:
         status = Status.FRONT_INCOMPLETE
     result = result.merge(dataset_of(points, program, both, cases))
     text = certificate_of(points, both, text)
-    return checked(kept_designs.finished(with_certificate(result, status, text)), _GOOD, throw)
+    return checked(
+        kept_designs.finished(with_certificate(result, status, text)), _GOOD, running.throw
+    )
 
 
 def _is_name(name: object) -> bool:

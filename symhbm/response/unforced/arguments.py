@@ -13,23 +13,18 @@ from symhbm.results import (
     check_parameter,
     parse,
 )
-from symhbm.workers import check_executor, check_progress
 
 
-def checked(
-    problem: HarmonicBalance, over: Any, executor: Any, throw: bool, progress: bool | None
-) -> tuple[Sweep, bool, bool | None]:
-    """The sweep and flags of a call; raises for a problem whose modes are not known."""
+def checked(problem: HarmonicBalance, over: Any) -> Sweep:
+    """The sweep of a call; raises for a problem whose modes are not known."""
     check_problem(problem)
-    check_executor(executor)
-    throw, progress = check.flag("throw", throw), check_progress(progress)
     if problem.samples is not None:
         raise ValueError(f"samples={problem.samples}: expected a problem with located angles")
     if 1 not in problem.harmonics:
         raise ValueError(
             f"harmonics={problem.harmonics}: expected 1 among them, its amplitude is that of modes"
         )
-    return parse(problem, over), throw, progress
+    return parse(problem, over)
 
 
 def amplitudes_of(amplitude: Any) -> tuple[float, float]:
