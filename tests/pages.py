@@ -13,7 +13,7 @@ class Look:
         page.goto(path.as_uri())
         # Functions that wait would have to evaluate texts, which the policy of the page forbids.
         # The time-out guards against a page that never gets ready.
-        page.wait_for_selector("html[data-ready=yes]", state="attached", timeout=600_000)
+        page.wait_for_selector("html[data-ready=yes]", state="attached", timeout=1_800_000)
         self.as_opened()
 
     def _heard(self, message):
@@ -42,7 +42,7 @@ class Look:
         self.page.mouse.move(5, 5)
         left, top = self.pixel(x, y, axis)
         label = None
-        for turn in range(600):  # a guard against what never comes
+        for turn in range(18_000):  # a guard against what never comes
             # Plotly does not look at every move of a pointer.
             self.page.mouse.move(left + 0.2 * (turn % 2), top)
             self.page.wait_for_timeout(100)
@@ -82,7 +82,7 @@ class Look:
         script = """() => [...document.querySelectorAll(".plot")]
           .every((p) => !p._fullLayout || !p.clientWidth || p._fullLayout.width === p.clientWidth)
           && document.documentElement.scrollWidth <= window.innerWidth"""
-        for _ in range(1200):  # a guard, as above
+        for _ in range(36_000):  # a guard, as above
             if self.run(script):
                 return
             self.page.wait_for_timeout(50)

@@ -3,12 +3,11 @@
 import json
 import os
 import re
-import signal
 import sqlite3
 import subprocess
 import sys
 import time
-from contextlib import closing, suppress
+from contextlib import closing
 from pathlib import Path
 
 import pytest
@@ -36,6 +35,29 @@ print(2013)
 """Slurm's command as far as the guide needs it: it waits for its jobs, so that none depends."""
 
 
+KILLED = """
+import os, signal
+from pathlib import Path
+
+mark = Path("killed-" + os.environ.get("PART", ""))
+if mark.exists():
+    mark.unlink()
+    from symhbm.results.archive.working_files import Store
+    add, count = Store.add, []
+
+    def stored(*given):
+        add(*given)
+        count.append(1)
+        if len(count) == 3:
+            os.kill(os.getpid(), signal.SIGKILL)
+
+    Store.add = stored
+"""
+"""What Python runs at first: a job with a mark is killed with three samples stored, once."""
+HANGS = 1800
+"""Seconds after which a job hangs: no machine is so slow."""
+
+
 @pytest.fixture
 def folder(tmp_path, monkeypatch):
     """An empty folder with the files of the guide, and its programs on the path."""
@@ -43,8 +65,9 @@ def folder(tmp_path, monkeypatch):
     programs.mkdir()
     here.mkdir()
     (programs / "sbatch.py").write_text(SBATCH)
+    (programs / "sitecustomize.py").write_text(KILLED)
     for name, command in {
-        "python": 'echo $$ > "pid-$PART"; exec {python} "$@"',
+        "python": 'exec {python} "$@"',
         "symhbm": 'exec {python} -m symhbm "$@"',
         "sbatch": 'exec {python} {folder}/sbatch.py "$@"',
     }.items():
@@ -52,7 +75,7 @@ def folder(tmp_path, monkeypatch):
         (programs / name).write_text(f"#!/bin/sh\n{text}\n")
         (programs / name).chmod(0o755)
     monkeypatch.setenv("PATH", f"{programs}:{os.environ['PATH']}")
-    monkeypatch.setenv("PYTHONPATH", str(PAGE.parent.parent.parent))
+    monkeypatch.setenv("PYTHONPATH", f"{programs}:{PAGE.parent.parent.parent}")
     # Which curves machine code evaluates depends on their number in a job.
     monkeypatch.setenv(COMPILER, "")
     for block in BLOCK.finditer(PAGE.read_text(encoding="utf-8")):
@@ -72,18 +95,11 @@ def start(folder: Path, code: str) -> subprocess.Popen:
     return subprocess.Popen(["sh", "-c", code], cwd=folder)
 
 
-def kill_in_the_middle(folder: Path, job: int) -> int:
-    """Kill a job that has stored some of its samples; returns their number."""
-    file, n_done = folder / f"part-{job}.nc.partial", 0
-    end = time.monotonic() + 600  # a job that hangs
-    while not n_done and time.monotonic() < end:
-        time.sleep(0.005)
-        if file.exists():
-            with suppress(sqlite3.Error), closing(sqlite3.connect(file)) as rows:
-                [[n_done]] = rows.execute("SELECT count(*) FROM results WHERE number >= 0")
-    os.kill(int((folder / f"pid-{job}").read_text()), signal.SIGKILL)
-    assert not (folder / f"part-{job}.nc").exists()
-    return n_done
+def finished(folder: Path) -> list[int]:
+    """The samples of the second job that are stored, in a file that it left."""
+    with closing(sqlite3.connect(folder / "part-2.nc.partial")) as rows:
+        found = rows.execute("SELECT number FROM results WHERE number >= 0 ORDER BY number")
+        return [number for (number,) in found]
 
 
 def one_job(folder: Path) -> Path:
@@ -100,23 +116,24 @@ def one_job(folder: Path) -> Path:
 @pytest.mark.parametrize("way", ["sbatch", "xargs"])
 def test_three_jobs_one_killed_are_one_job(way, folder):
     code = commands(way)
+    (folder / "killed-2").touch()
     if way == "sbatch":
-        jobs = start(folder, code)
-        assert 0 < kill_in_the_middle(folder, 2) < 10
-        assert jobs.wait(300) == 0
+        assert start(folder, code).wait(HANGS) == 0
     else:
         line, merging = code.splitlines()
-        jobs = start(folder, line)
-        assert 0 < kill_in_the_middle(folder, 2) < 10
-        assert jobs.wait(300) != 0
+        assert start(folder, line).wait(HANGS) != 0
+        assert len(finished(folder)) == 3
         # It does not wait for the others.
+        end = time.monotonic() + HANGS
         while not all((folder / f"part-{job}.nc").exists() for job in (1, 3)):
+            assert time.monotonic() < end
             time.sleep(0.1)
-        assert start(folder, merging).wait(300) != 0  # a part is not there
+        assert start(folder, merging).wait(HANGS) != 0  # a part is not there
         assert not (folder / "disks.nc").exists()
-        assert start(folder, line).wait(300) == 0
+        assert start(folder, line).wait(HANGS) == 0
         (folder / "disks.nc.partial").unlink()
-        assert start(folder, merging).wait(300) == 0
+        assert start(folder, merging).wait(HANGS) == 0
+    assert not (folder / "killed-2").exists()
     merged, one = sh.load(folder / "disks.nc"), sh.load(one_job(folder))
     told = json.loads(merged.attrs.pop("merged_from"))
     assert [entry["archive"] for entry in told] == [f"part-{job}.nc" for job in (1, 2, 3)]

@@ -337,7 +337,7 @@ def test_a_cluster_whose_worker_is_killed_from_outside(tmp_path):
             xr.testing.assert_identical(archive.load(), alone)
         # Work was under way when the first piece had come back, and the worker is no more.
         assert killed[0] > 0
-        client.wait_for_workers(3, timeout=600)  # one that never comes back
+        client.wait_for_workers(3, timeout=1800)  # one that never comes back
         assert min(workers) not in client.run(os.getpid).values()
         executor.submit = submit
         xr.testing.assert_identical(

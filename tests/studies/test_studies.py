@@ -718,7 +718,7 @@ def test_page_in_a_browser(outcome, tmp_path):
         capture_output=True,
         text=True,
         check=True,
-        timeout=600,  # a browser that hangs
+        timeout=1800,  # a browser that hangs
     )
     assert "CONSOLE" not in done.stderr
     page = Page(done.stdout.partition("<html")[1] + done.stdout.partition("<html")[2])
