@@ -16,9 +16,10 @@ import xarray as xr
 from symhbm.balance import HarmonicBalance, SecondOrder
 from symhbm.continuation.between import TIE, Peak, PeakKind
 from symhbm.model.contacts import ContactLaw
-from symhbm.numerics import RADIANS, FloatArray, largest_displacement, unknowns_of
+from symhbm.numerics import RADIANS, largest_displacement, unknowns_of
 from symhbm.peaks.conditions import Conditions, solve
 from symhbm.peaks.maximum import Maximum
+from symhbm.peaks.one_sided import Slopes, both_sides, switches_on_limit
 from symhbm.results import (
     OWN_DIMENSIONS,
     VARIABLES,
@@ -32,6 +33,10 @@ from symhbm.results.archive import ArchiveError, rebuild
 
 EXACT = "exact"
 UNBOUNDED = "none: nothing limits this peak"
+ONE_SIDED = (
+    "one-sided: contact {contact} begins to slip here; derivatives are those towards larger "
+    "values, those towards smaller ones are beside them"
+)
 SEVERAL_ON_LIMIT = (
     "none: contacts {contacts} are on their limits together, derivatives by one of them would be "
     "one-sided"
@@ -48,7 +53,10 @@ _SLOPE = 1e-5
 """Scaled slope below which a response as large as that of a peak also peaks there."""
 _REST = 1e-12
 """Motion of a contact, relative to that of the structure, that round-off explains."""
-_Derivatives = dict[int, tuple[FloatArray, FloatArray]]
+_SIDE = "towards_smaller"
+"""End of the names of derivatives towards smaller values, where those differ."""
+_Derivatives = dict[int, tuple[Slopes, Slopes]]
+"""By the degree of freedom that peaks, towards larger and smaller values."""
 
 
 def sensitivity(dataset: xr.Dataset, *, laws: Iterable[ContactLaw] = ()) -> xr.Dataset:
@@ -69,8 +77,11 @@ def sensitivity(dataset: xr.Dataset, *, laws: Iterable[ContactLaw] = ()) -> xr.D
     degree of freedom whose peak it is, and ``dof`` or ``contact`` for the one whose parameter
     changes. Where several peak together, as the blades of a tuned disk do, each has its own;
     others have NaN. At a load or a friction coefficient of 0 derivatives are those towards larger
-    values. ``sensitivity_status`` is ``"exact"``, or tells why a peak has no derivatives (NaN); it
-    is empty where there is no peak. Peaks, parameters and the problem come with it.
+    values. So they are where a peak is at the onset of slip; ``peak_amplitude_by_<parameter>_``
+    ``towards_smaller``, and the same of the frequency, are then there, too, and those of the
+    frequency NaN on the side of slip. ``sensitivity_status`` is ``"exact"``, tells that derivatives
+    are one-sided, or why a peak has none (NaN); it is empty where there is no peak. Peaks,
+    parameters and the problem come with it.
 
     Raises
     ------
@@ -95,18 +106,27 @@ def sensitivity(dataset: xr.Dataset, *, laws: Iterable[ContactLaw] = ()) -> xr.D
     """
     stored = _stored_peaks(dataset, laws)
     status = np.full(stored.shape, "", dtype=object)
-    derivatives: dict[str, tuple[FloatArray, FloatArray]] = {}
+    larger: dict[str, Slopes] = {}
+    one_sided: list[tuple[tuple[int, ...], Slopes]] = []
     problem, parameters = stored.problem, stored.problem.parameters
     n_dof = problem.whole.n_peaking
     for name in stored.names:
         shape = (*stored.shape, n_dof, *np.shape(parameters[name]))
-        derivatives[name] = np.full(shape, np.nan), np.full(shape, np.nan)
+        larger[name] = Slopes(np.full(shape, np.nan), np.full(shape, np.nan))
     for index in np.ndindex(stored.shape):
         status[index], by_dof = stored.derivatives(index)
-        for dof, rows in by_dof.items():
-            for name, columns in stored.columns.items():
-                for target, row in zip(derivatives[name], rows, strict=True):
-                    target[(*index, dof)] = row[columns].reshape(np.shape(parameters[name]))
+        for dof, (towards_larger, towards_smaller) in by_dof.items():
+            stored.enter(larger, (*index, dof), towards_larger)
+            if towards_smaller is not towards_larger:
+                one_sided.append(((*index, dof), towards_smaller))
+    sides = {"": larger}
+    if one_sided:
+        smaller = {
+            name: Slopes(*(values.copy() for values in pair)) for name, pair in larger.items()
+        }
+        for place, slopes in one_sided:
+            stored.enter(smaller, place, slopes)
+        sides[_SIDE] = smaller
     kept_dims = {"dof", "contact", "peak"}
     result = dataset.drop_dims([d for d in dataset.dims if d in {*OWN_DIMENSIONS} - kept_dims])
     dropped = [name for name in result.variables if name in VARIABLES and name not in _KEPT]
@@ -115,12 +135,14 @@ def sensitivity(dataset: xr.Dataset, *, laws: Iterable[ContactLaw] = ()) -> xr.D
     result = result.assign_coords(peaking_dof=("peaking_dof", np.arange(n_dof), attributes))
     result["sensitivity_status"] = stored.dims, status, _attributes(VARIABLES["sensitivity_status"])
     records = records_of_problem(stored.problem)
-    for name, pair in derivatives.items():
-        parameter_dims = stored.problem.model.dims_of(name) if np.ndim(parameters[name]) else ()
-        dims = (*stored.dims, "peaking_dof", *parameter_dims)
-        for of, values in zip(("peak_amplitude", "peak_frequency"), pair, strict=True):
-            meaning = variables.derivative(of, name, records)
-            result[f"{of}_by_{name}"] = dims, values, _attributes(meaning)
+    for side, derivatives in sides.items():
+        for name, pair in derivatives.items():
+            own = stored.problem.model.dims_of(name) if np.ndim(parameters[name]) else ()
+            dims = (*stored.dims, "peaking_dof", *own)
+            for of, values in zip(("peak_amplitude", "peak_frequency"), pair, strict=True):
+                meaning = variables.derivative(of, name, records, side.replace("_", " "))
+                label = f"{of}_by_{name}" + f"_{side}" * bool(side)
+                result[label] = dims, values, _attributes(meaning)
     result.attrs.pop("verification", None)
     return result
 
@@ -156,6 +178,12 @@ class _StoredPeaks:
         ends = np.cumsum([np.size(self.problem.parameters[name]) for name in self.names]).tolist()
         pairs = pairwise([0, *ends])
         return {name: slice(*pair) for name, pair in zip(self.names, pairs, strict=True)}
+
+    def enter(self, derivatives: dict[str, Slopes], place: tuple[int, ...], slopes: Slopes) -> None:
+        """Enter the derivatives of one peak and degree of freedom by all parameters."""
+        for name, columns in self.columns.items():
+            for target, row in zip(derivatives[name], slopes, strict=True):
+                target[place] = row[columns].reshape(np.shape(self.problem.parameters[name]))
 
     def derivatives(self, index: tuple[int, ...]) -> tuple[str, _Derivatives]:
         """Sensitivity status of one peak, and derivatives of its amplitude and frequency by dof."""
@@ -248,14 +276,16 @@ def _derivatives(
     if peak.dof not in tied:
         return NOT_VERIFIED, {}
     maximum = Maximum.at_peak(problem, peak)
-    on_limit: set[int] = set()
+    onset = switches_on_limit(maximum)
+    switches = onset if len(onset) > 1 else []
     if maximum.further_contacts:
         switches = [maximum.contact, *maximum.further_contacts]
-        on_limit = {*problem.contacts.of_switches[switches].tolist()}
+    on_limit: set[int] = {*problem.contacts.of_switches[switches].tolist()}
     for text, contacts in ((SEVERAL_ON_LIMIT, on_limit), (AT_REST, _contacts_at_rest(maximum))):
         if contacts:
             return text.format(contacts=", ".join(map(str, sorted(contacts)))), {}
     derivatives: _Derivatives = {}
+    status = EXACT
     try:
         for dof in tied:
             start = Conditions.of(second_order, replace(maximum, dof=dof))
@@ -264,10 +294,17 @@ def _derivatives(
             solved = solve(start)
             if solved is None or not _is_same(solved.maximum, peak):
                 return NOT_VERIFIED, {}
-            derivatives[dof] = solved.gradient, solved.frequency_gradient / RADIANS
+            sides = both_sides(solved, onset[0]) if onset else None
+            if sides is None:
+                slopes = Slopes.of(solved)
+                sides = slopes, slopes
+            else:
+                contact = problem.contacts.of_switches[onset[0]]
+                status = ONE_SIDED.format(contact=contact)
+            derivatives[dof] = sides
     except ArithmeticError:
         return NOT_VERIFIED, {}
-    return EXACT, derivatives
+    return status, derivatives
 
 
 def _contacts_at_rest(maximum: Maximum) -> list[int]:

@@ -123,7 +123,7 @@ VARIABLES = {
     ),
     "peaking_dof": Variable((), "1", "degree of freedom whose peak it is"),
     "sensitivity_status": Variable(
-        (), "1", "whether the derivatives of the peak are exact, or why there are none"
+        (), "1", "whether the derivatives of the peak are exact or one-sided, or why there are none"
     ),
     "surveyed": Variable(
         (), "1", "whether all peaks over the whole band were looked for here, or some followed"
@@ -367,12 +367,18 @@ def meaning(name: str, records: Records = PARAMETERS) -> Variable:
     return Variable((), parameter.units, parameter.meaning + suffixes[prefix])
 
 
-def derivative(name: str, parameter: str, records: Records = PARAMETERS) -> Variable:
-    """Meaning of the derivative of a variable by a parameter, ``<name>_by_<parameter>``."""
+def derivative(
+    name: str, parameter: str, records: Records = PARAMETERS, side: str = ""
+) -> Variable:
+    """Meaning of the derivative of a variable by a parameter, ``<name>_by_<parameter>``.
+
+    ``side`` tells which of two it is where they differ.
+    """
     of, by = meaning(name, records), meaning(parameter, records)
     powers: defaultdict[str, float] = defaultdict(float)
     for variable, sign in ((of, 1), (by, -1)):
         for symbol, power in re.findall(r"([A-Za-z]+)(-?[\d.]*)", variable.units):
             powers[symbol] += sign * float(power or 1)
     units = " ".join(f"{s}{'' if p == 1 else f'{p:g}'}" for s, p in powers.items() if p)
-    return Variable((), units or "1", f"derivative of the {of.long_name} by the {by.long_name}")
+    words = f"derivative of the {of.long_name} by the {by.long_name}{f', {side}' * bool(side)}"
+    return Variable((), units or "1", words)

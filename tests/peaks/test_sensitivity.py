@@ -136,6 +136,38 @@ def test_blades_of_a_tuned_disk():
         assert difference == pytest.approx(exact[dof, 2], abs=1e-4 * np.abs(exact).max())
 
 
+def test_slopes_of_both_sides_at_the_onset_of_slip():
+    """Against differences to either side; one side sticks, and the other dissipates."""
+    band = (15, 30)
+    stuck = frf(BLADE.with_parameters(normal_load=1e4), band).peak_amplitude.item()
+    problem = BLADE.with_parameters(normal_load=stuck * 1e4 / 0.5)
+    found = sh.sensitivity(frf(problem, band))
+    assert found.sensitivity_status.item().startswith("one-sided: contact 0 begins to slip here")
+    for name in ("damping", "normal_load", "stiffness", "contact_stiffness", "force_amplitude"):
+        for sign, side in ((1, ""), (-1, "_towards_smaller")):
+            step = sign * 1e-5 * float(np.max(problem.parameters[name]))
+            moved = problem.with_parameters(**{name: np.max(problem.parameters[name]) + step})
+            slope = (frf(moved, band).peak_amplitude.item() - stuck) / step
+            told = found[f"peak_amplitude_by_{name}{side}"].item()
+            # The step, and heights to 1e-9 over it.
+            assert told == pytest.approx(slope, rel=1e-3, abs=1e-9 * abs(stuck / step))
+        smaller = found[f"peak_amplitude_by_{name}_towards_smaller"]
+        assert "towards smaller" in smaller.long_name
+    # More damping sticks: the frequency of that side is known, that of the other is not.
+    assert np.isfinite(found.peak_frequency_by_damping).all()
+    assert np.isnan(found.peak_frequency_by_damping_towards_smaller).all()
+    beside = sh.sensitivity(frf(problem.with_parameters(damping=0.5001), band))
+    assert beside.sensitivity_status.item() == EXACT
+    assert "peak_amplitude_by_damping_towards_smaller" not in beside
+
+
+def test_contacts_that_begin_to_slip_together_have_no_slopes():
+    stuck = frf(TUNED.with_parameters(normal_load=1e5))
+    relative = 2 * np.sin(np.pi / 5) * stuck.peak_amplitude.max().item()
+    found = sh.sensitivity(frf(TUNED.with_parameters(normal_load=relative * 1e5 / 0.5)))
+    assert "contacts 0, 1, 2, 3, 4 are on their limits" in found.sensitivity_status.item()
+
+
 def test_blades_that_do_not_peak():
     """A disk with mistuned loads is tuned while all contacts stick, until the first onset."""
     response = frf(TUNED.with_parameters(normal_load=[14.1, 11.1, 12.3, 10.4, 14.4]), peaks="each")
