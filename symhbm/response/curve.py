@@ -1,6 +1,5 @@
 """One response curve as plain arrays: the computation for one parameter set."""
 
-import math
 import sys
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
@@ -13,7 +12,6 @@ import numpy as np
 from symhbm.balance import HarmonicBalance, compile_checks, slip_angles
 from symhbm.continuation import (
     ContinuationProblem,
-    Event,
     FrequencyProblem,
     ParameterProblem,
     Status,
@@ -23,7 +21,7 @@ from symhbm.continuation import (
 from symhbm.continuation.angles import ANGLES_ENDED, covered
 from symhbm.continuation.between import Peak
 from symhbm.model import Symmetry, is_pattern
-from symhbm.numerics import RADIANS, FloatArray, Table, by_harmonic, on_one_thread
+from symhbm.numerics import RADIANS, Table, by_harmonic, on_one_thread
 from symhbm.response.accuracy import (
     BranchPart,
     Refinement,
@@ -33,6 +31,7 @@ from symhbm.response.accuracy import (
     joined,
     status_of,
 )
+from symhbm.response.curve_table import CurveTable, put
 from symhbm.response.describe import describe_each, unsolved
 from symhbm.response.events_between import events_between
 from symhbm.response.unforced import (
@@ -41,7 +40,7 @@ from symhbm.response.unforced import (
     cycle_curve,
     mode_curve,
 )
-from symhbm.results import SLOPES, Request, Sweep, tables, values_of
+from symhbm.results import SLOPES, Request, Sweep, values_of
 
 SMALLEST = 1e-3
 """Share of the largest value of a band below which steps along it are no longer relative."""
@@ -64,7 +63,7 @@ def compute_curve(problem: HarmonicBalance, request: Request) -> Table:
     if request.at is not None:
         values = request.unit * np.array(request.at)
         solutions_at = [_solutions_at(refinement, parts, value) for value in values.tolist()]
-    return Curve(request, refinement, symmetry, parts, solutions_at).table()
+    return Curve(request, refinement, parts, solutions_at).table()
 
 
 def blank_curve(problem: HarmonicBalance, request: Request) -> Table:
@@ -74,7 +73,7 @@ def blank_curve(problem: HarmonicBalance, request: Request) -> Table:
         return blank(problem, request)
     n_values = 0 if request.at is None else len(request.at)
     solutions_at = [[Solution(np.nan, 0, None, np.nan, 0)]] * n_values
-    return Curve(request, _refinement(problem, request), None, [], solutions_at).table()
+    return Curve(request, _refinement(problem, request), [], solutions_at).table()
 
 
 def _refinement(problem: HarmonicBalance, request: Request) -> Refinement:
@@ -144,12 +143,11 @@ def symmetry_of(request: Request, problem: HarmonicBalance) -> Symmetry | None:
 
 
 @dataclass(frozen=True)
-class Curve:
+class Curve(CurveTable):
     """A response curve: its branch ``parts``, and on a grid the solutions at each of its values."""
 
     request: Request
     refinement: Refinement
-    symmetry: Symmetry | None
     parts: list[BranchPart]
     solutions_at: list[list[Solution]]
 
@@ -164,18 +162,20 @@ class Curve:
         solutions = chain(*(part.solutions() for part in self.parts), *self.solutions_at)
         return max((item.level for item in chain(self.parts, solutions)), default=0)
 
+    @property
+    def ended(self) -> Status:
+        """How the parts end."""
+        accuracy = self.request.accuracy
+        return status_of(self.parts, accuracy) if self.parts else Status.NOT_STARTED
+
     def status(self, points: Table) -> Status:
         """How the curve ends, of all parts and of its ``points``."""
-        accuracy = self.request.accuracy
-        status = status_of(self.parts, accuracy) if self.parts else Status.NOT_STARTED
-        if status not in (Status.REACHED_END, Status.CLOSED):
-            return status
-        if any(error > (accuracy or np.inf) for error in self._grid_errors):
+        status = super().status(points)
+        whole = status in (Status.REACHED_END, Status.CLOSED, Status.POINTS_MISSING)
+        accuracy = self.request.accuracy or np.inf
+        if whole and any(error > accuracy for error in self._grid_errors):
             return Status.ACCURACY_NOT_REACHED
-        solved = points["converged"]
-        if "n_solutions" in points:
-            solved = solved | (np.arange(solved.shape[1]) >= points["n_solutions"][:, None])
-        return status if solved.all() else Status.POINTS_MISSING
+        return status
 
     @property
     def _grid_errors(self) -> list[float]:
@@ -187,15 +187,18 @@ class Curve:
         errors += [error for part in self.parts for error in part.peak_errors]
         assert self.request.accuracy is not None
         worst = float(np.nanmax(errors))
-        return advice(self._problem(self.highest_level), worst, self.request.accuracy)
+        return advice(self.problem_of(self.highest_level), worst, self.request.accuracy)
 
     def table(self) -> Table:
         """All results as arrays."""
-        request, solutions, lost = self.request, self.solutions, 0
-        points = self._path() if request.at is None else self._grid(request.at)
+        request, solutions, lost, points = self.request, self.solutions, 0, self.points()
         if request.at is None and (request.tells_stability or request.phase_resonances):
-            solutions, points, lost = self._with_events(points)
-        events = [(s.value, event) for s in solutions if s.events for event in self._events(s)]
+            solutions, inserted, lost = events_between(request, self.refinement, solutions, points)
+            if inserted:
+                points = self.inserted(points, inserted)
+            for place, solution in reversed(inserted):
+                solutions.insert(place, solution)
+        events = self.events(solutions)
         located = [
             (peak, part.level, error)
             for part in self.parts
@@ -208,7 +211,6 @@ class Curve:
             n_events=len(events),
             rejected_steps=self.refinement.rejected,
             linear_solves=self.refinement.solves,
-            n_sectors=1 if self.symmetry is None else self.symmetry.n_sectors,
         )
         ended = self.status(points)
         if lost and ended in (Status.REACHED_END, Status.CLOSED):
@@ -221,71 +223,23 @@ class Curve:
             counts["angles_share"] = share
             if ended in ANGLES_ENDED:
                 status += f" (it was followed over {share:.1%} of the band)"
-        table = dict(
-            event_value=request.shown([value for value, _ in events]),
-            event_kind=np.array([str(event.kind) for _, event in events], dtype=object),
-            event_contact=np.array([event.contact for _, event in events], dtype=int),
-        )
-        table |= {name: np.array(count) for name, count in counts.items()}
-        harmonics = np.array(self._problem(self.highest_level).harmonics)
         evaluated = by_machine_code(self.refinement.equations(0)) if self.parts else -1
-        table |= dict(by_machine_code=np.array(evaluated, dtype=np.int8))
-        table |= dict(harmonics=harmonics, status=np.array(status, dtype=object))
-        return points | peaks | table
+        table = dict(by_machine_code=np.array(evaluated, dtype=np.int8))
+        table |= dict(status=np.array(status, dtype=object))
+        return points | peaks | self.of_events(events) | self.counts(**counts) | table
 
-    def _problem(self, level: int) -> HarmonicBalance:
+    def problem_of(self, level: int) -> HarmonicBalance:
+        """The problem with the harmonics of a level."""
         return self.refinement.equations(level).problem
 
-    def _path(self) -> Table:
-        solutions = self.solutions
-        values = self.request.shown([solution.value for solution in solutions])
-        table = self._described(solutions, (len(solutions),), np.arange(len(solutions)))
-        return {"value": values} | table
+    def blank(self, size: int) -> Table:
+        """Results of as many solutions that were not found."""
+        highest = self.highest_level
+        table = unsolved(self.problem_of(highest), size, self.request.stability)
+        table |= self._truncation(size, highest) | self._normal(size)
+        return table | {name: np.full_like(table["amplitude"], np.nan) for name in self._slopes}
 
-    def _with_events(self, points: Table) -> tuple[list[Solution], Table, int]:
-        """The solutions with events between them, their results, and how many lack."""
-        solutions, inserted, lost = events_between(
-            self.request, self.refinement, self.solutions, points
-        )
-        if inserted:
-            places, new = [place for place, _ in inserted], [solution for _, solution in inserted]
-            rows = self._described(new, (len(new),), np.arange(len(new)))
-            rows["value"] = self.request.shown([solution.value for solution in new])
-            points = {n: np.insert(values, places, rows[n], axis=0) for n, values in points.items()}
-            for place, solution in reversed(inserted):
-                solutions.insert(place, solution)
-        return solutions, points, lost
-
-    def _grid(self, at: FloatArray) -> Table:
-        """Solutions at the values of a grid; where the curve may fold, several at one value."""
-        sizes = list(map(len, self.solutions_at))
-        shape = len(at), max(sizes)
-        places = [i * shape[1] + k for i, size in enumerate(sizes) for k in range(size)]
-        table = self._described([*chain(*self.solutions_at)], shape, np.array(places, dtype=int))
-        if not self.request.may_fold:
-            return {"value": at} | {name: values[:, 0] for name, values in table.items()}
-        return {"value": at, "n_solutions": np.array(sizes, dtype=np.int32)} | table
-
-    def _described(
-        self, solutions: list[Solution], shape: tuple[int, ...], at: np.ndarray
-    ) -> Table:
-        """Results of solutions in arrays of a ``shape``, at their places in the flattened array."""
-        size, highest = math.prod(shape), self.highest_level
-        solved = [i for i, solution in enumerate(solutions) if solution.unknowns is not None]
-        levels = {solutions[i].level for i in solved}
-        if len(solved) == size and levels == {highest}:
-            table = self._rows(highest, solutions)  # all of them, in order
-        else:
-            table = unsolved(self._problem(highest), size, self.request.stability)
-            table |= self._truncation(size, highest) | self._normal(size)
-            table |= {name: np.full_like(table["amplitude"], np.nan) for name in self._slopes}
-            table["iterations"][at] = [solution.solves for solution in solutions]
-            for level in levels:
-                of_level = [i for i in solved if solutions[i].level == level]
-                _put(table, at[of_level], self._rows(level, [solutions[i] for i in of_level]))
-        return {name: values.reshape(shape + values.shape[1:]) for name, values in table.items()}
-
-    def _rows(self, level: int, solutions: list[Solution]) -> Table:
+    def rows(self, level: int, solutions: list[Solution]) -> Table:
         """Results of solutions with the harmonics of one level."""
         equations = self.refinement.equations(level)
         problems, omegas = zip(*(equations.at(s.value) for s in solutions), strict=True)
@@ -319,12 +273,12 @@ class Curve:
         """Highest harmonics and errors of ``count`` rows; empty without an accuracy."""
         if self.request.accuracy is None:
             return {}
-        highest = np.full(count, max(self._problem(level).harmonics), dtype=np.int32)
+        highest = np.full(count, max(self.problem_of(level).harmonics), dtype=np.int32)
         return dict(highest_harmonic=highest, truncation_error=np.full(count, errors, dtype=float))
 
     def _normal(self, count: int, solutions: Sequence[Solution] = ()) -> Table:
         """Errors of normal forces of ``count`` rows; empty without an accuracy or such contacts."""
-        problem = self._problem(0)
+        problem = self.problem_of(0)
         if self.request.accuracy is None or not has_normal_forces(problem):
             return {}
         errors = np.full((count, problem.model.n_contacts), np.nan)
@@ -333,28 +287,15 @@ class Curve:
                 errors[i] = solution.normal
         return dict(normal_force_error=errors)
 
-    def _events(self, solution: Solution) -> list[Event]:
-        """The events at one point, of the contacts of all sectors."""
-        symmetry = self.symmetry
-        if symmetry is None:
-            return list(solution.events)
-        of_all_sectors = [
-            replace(event, contact=contact)
-            for event in solution.events
-            # What is of no contact is one event of all sectors.
-            for contact in symmetry.images(event.contact).tolist() or [-1]
-        ]
-        return sorted(of_all_sectors, key=lambda event: event.contact)
-
     def _peaks(self, located: list[tuple[Peak, int, float]]) -> Table:
         """Results of peaks, located with the harmonics of a level and a truncation error.
 
         Peaks of every degree of freedom are repeated for those of the other sectors.
         """
-        per_dof, symmetry = self.request.per_dof, self.symmetry
+        per_dof, symmetry = self.request.per_dof, self.problem_of(0).symmetry
         offsets = [0]
         # Outputs are of all sectors as they are.
-        if symmetry is not None and per_dof and self._problem(0).peaks_of is None:
+        if symmetry is not None and per_dof and self.problem_of(0).peaks_of is None:
             offsets = [i * symmetry.n_dof for i in range(symmetry.n_sectors)]
         shown = self.request.shown([peak.value for peak, _, _ in located]).tolist()
         rows = [
@@ -363,7 +304,7 @@ class Curve:
             for offset in offsets
         ]
         rows.sort(key=lambda row: (per_dof * row[1], row[0]))
-        whole = self._problem(self.highest_level)
+        whole = self.problem_of(self.highest_level)
         shape = whole.model.n_dof, len(whole.harmonics)
         table: Table = dict(
             peak_value=np.array([value for value, *_ in rows], float),
@@ -379,7 +320,10 @@ class Curve:
             size = output.rows.shape[:1] if output.several else ()
             table[f"peak_{name}_amplitude"] = np.full((len(rows), *size), np.nan)
         for level in {level for _, level, _ in located}:
-            problem, at = self._problem(level), [i for i, row in enumerate(rows) if row[3] == level]
+            problem, at = (
+                self.problem_of(level),
+                [i for i, row in enumerate(rows) if row[3] == level],
+            )
             unknowns = np.array([rows[i][2].unknowns for i in at])
             coefficients = by_harmonic(problem.basis, problem.layout.everywhere(unknowns))
             of_level = self._truncation(len(at), level, [rows[i][4] for i in at])
@@ -387,13 +331,5 @@ class Curve:
             for name, output in problem.model.outputs.items():
                 of_output = values_of(output, problem.basis, problem.output_of(name, unknowns))
                 of_level[f"{name}_amplitude"] = of_output[f"{name}_amplitude"]
-            _put(table, np.array(at), {f"peak_{name}": of for name, of in of_level.items()})
+            put(table, np.array(at), {f"peak_{name}": of for name, of in of_level.items()})
         return table
-
-
-def _put(table: Table, at: np.ndarray, rows: Table) -> None:
-    """Put rows into a table, with coefficients of the harmonics that they lack."""
-    for name, values in rows.items():
-        if name.endswith("coefficient"):
-            values = tables.widened(values, table[name].shape[-2])
-        table[name][at] = values

@@ -153,7 +153,7 @@ def _table(problem: HarmonicBalance, request: Request, found: FoundBranch) -> Ta
     part = refinement.whole(0, found.branch)
     refinement.fill(part)
     refinement.solves = found.solves  # not those of all branches
-    table = Curve(request, refinement, None, [part], []).table()
+    table = Curve(request, refinement, [part], []).table()
     return table | dict(
         branch_origin=np.array(str(found.origin), dtype=object),
         branch_parent=np.array(found.parent, dtype=np.int32),

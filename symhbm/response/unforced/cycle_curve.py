@@ -1,6 +1,5 @@
 """Limit cycles over a parameter, or at the problem's own: the computation for one parameter set."""
 
-from collections.abc import Sequence
 from dataclasses import replace
 from typing import ClassVar
 
@@ -22,7 +21,8 @@ from symhbm.continuation.unforced import (
     settled,
 )
 from symhbm.numerics import FloatArray, Table
-from symhbm.response.unforced.curve import Motion, UnforcedCurve
+from symhbm.response.accuracy import Solution
+from symhbm.response.unforced.curve import UnforcedCurve
 from symhbm.response.unforced.mode_curve import SMALLEST, free_problem, mode_problem, with_dof
 from symhbm.results import Request
 from symhbm.time_domain import cycle_growth_rate, verdict
@@ -56,11 +56,12 @@ class CycleCurve(UnforcedCurve):
                 table["cycle_branch"] = np.array(numbers, dtype=np.int32)
         return table
 
-    def _rows(self, motions: Sequence[Motion]) -> Table:
-        table = super()._rows(motions)
+    def rows(self, level: int, solutions: list[Solution]) -> Table:
+        """As of any unforced motion, and its stability where that is wanted."""
+        table = super().rows(level, solutions)
         if self.request.tells_stability:
             rates, frequencies = [], []
-            for motion in motions:
+            for motion in solutions:
                 assert motion.unknowns is not None
                 problem, omega = self.curve.problem_at(motion.value), motion.unknowns[-1]
                 given = problem, omega, motion.unknowns[:-1], self.curve.phase

@@ -31,7 +31,7 @@ class ModeCurve(UnforcedCurve):
 
     def own(self, unknowns: FloatArray) -> Table:
         """As of any unforced motion, the damping ratio and the modal amplitude of all sectors."""
-        symmetry = self.problem.symmetry
+        symmetry = self.problem_of().symmetry
         several = 1.0 if symmetry is None else np.sqrt(symmetry.n_sectors)
         amplitudes = [several * self.curve.modal_amplitude(row) for row in unknowns]
         return super().own(unknowns) | dict(
