@@ -27,6 +27,7 @@ from symhbm.continuation.events import (
     LARGEST_PREDICTION_ERROR,
     SMALLEST_STEP,
     ResonanceFinder,
+    beyond_limits,
     brief_crossing,
     find_branch_point,
     find_folds,
@@ -125,7 +126,10 @@ class Path:
                 may_cross = self._curve.single_valued and self._curve.angles is None
                 if stuck and may_cross:
                     # A step that shrank from corner to corner does not suit the path beyond.
-                    attempt, step = self._cross_corner(point, max(usual, SMALLEST_CORNER_STEP))
+                    corner_step = max(usual, SMALLEST_CORNER_STEP)
+                    attempt, length = self._cross_corner(point, corner_step)
+                    # Where there is no corner, the path turns: only a shorter step follows it.
+                    step, usual = (step, 0.0) if attempt is None else (length, usual)
                 elif stuck and not self._curve.single_valued:
                     attempt = self._acute_corner(point, 4 * step)
                     folds = None if attempt is None else self._folds(point, attempt[0])
@@ -347,17 +351,17 @@ class Path:
     def _locate_limit(
         self, base: PathPoint, past_limit: Corrected, scale: FloatArray
     ) -> PathPoint | None:
-        """The point on the first limit crossed before ``past_limit``, the contact state flipped."""
+        """The point on the first limit crossed before ``past_limit``, in the states beyond it."""
         limit = first_limit(self.corrector, base, past_limit, scale, self._orientation)
         if limit is None:
             return None
-        solution, flipped = limit
-        switches = base.switches ^ flipped
-        solution = self._orient(solution)
-        far_side = self.corrector.tangent(solution.point, scale, solution.direction, switches)
-        if far_side is None:
+        solution, limits = self._orient(limit[0]), limit[1]
+        beyond = beyond_limits(
+            self.corrector, solution, scale, base.switches, limits, self._orientation
+        )
+        if beyond is None:
             return None
-        far_side = self._orient(far_side)
+        far_side, switches = beyond
         events = switched(self._curve.problem, base.switches, switches)
         if solution.direction[-1] * far_side.direction[-1] < 0 and not self._curve.single_valued:
             events += (Event(EventKind.FOLD),)

@@ -183,3 +183,15 @@ def test_events_are_those_of_short_steps(monkeypatch):
     for name in ("event_contact", "event_kind"):
         assert curve[name].values.tolist() == expected[name].values.tolist()
     np.testing.assert_allclose(curve.event_frequency, expected.event_frequency, rtol=1e-11)
+
+
+def test_a_path_that_bends_between_two_events_close_to_each_other():
+    """One contact begins to slip, and another ends after 1/300 of the step before."""
+    problem, widths = fig12.problem(), dict(mass=0.02, stiffness=0.05, damping=0.1)
+    draws = sh.mistuning.uniform(problem, 2, seed=118, **widths)
+    disk = problem.with_parameters(**{name: of.values[1] for name, of in draws.items()})
+    up, down = (sh.frf(disk, band, throw=True) for band in [(148.8, 149), (149, 148.8)])
+    np.testing.assert_allclose(
+        up.event_frequency.values, down.event_frequency.values[::-1], rtol=1e-9
+    )
+    assert len(up.event_frequency) == 7

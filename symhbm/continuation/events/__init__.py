@@ -1,7 +1,7 @@
 """Events on a path: contact limits, folds, branch points, resonances."""
 
 from symhbm.continuation.events.branch_points import at_crossing, find_branch_point
-from symhbm.continuation.events.contact_limits import brief_crossing, first_limit
+from symhbm.continuation.events.contact_limits import beyond_limits, brief_crossing, first_limit
 from symhbm.continuation.events.corners import (
     BEYOND_CORNER,
     LARGEST_PREDICTION_ERROR,
@@ -31,6 +31,7 @@ __all__ = [
     "Reduced",
     "ResonanceFinder",
     "at_crossing",
+    "beyond_limits",
     "brief_crossing",
     "curvature_of",
     "find_branch_point",

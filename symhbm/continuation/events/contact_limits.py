@@ -26,6 +26,8 @@ _SHARP = 0.1
 """Cosine of the angle between both tangents below which the parameter measures the step."""
 _FLAT = 1e-3
 """Component of a tangent along a step below which a cubic does not follow the path."""
+_LEVEL = 1e-9
+"""Rate of a margin along the path up to which it is zero but for round-off."""
 _LARGEST_SHARE = 1.0001
 """Largest share of a step at which a limit lies on the step, above 1 by round-off."""
 
@@ -40,7 +42,8 @@ def first_limit(
     """Solve for the first limit crossed between ``base`` and ``past_limit``.
 
     ``orientation`` is the sign of tangents along the path. Returns the solution and which switches
-    change state there (n_switches,), None if limits can be told apart only over a shorter step.
+    are at their limits there (n_switches,), None if limits can be told apart only over a shorter
+    step, as where a contact comes back to its limit from beyond.
     """
     single_valued = corrector.curve.single_valued
     of_base = base.state, base.after, base.switches, base.margins, base.rate
@@ -60,10 +63,47 @@ def first_limit(
         if not 0 < share < _LARGEST_SHARE or not (forward or not single_valued):
             return None
         if not solution.crosses:
-            at_limit = np.abs(solution.margins) <= ON_LIMIT
-            return solution, at_limit & (base.switches == base.switches[contact])
+            # Those that were at their limits at the start of the step come from it.
+            limits = (np.abs(solution.margins) <= ON_LIMIT) & (np.abs(base.margins) > ON_LIMIT)
+            near_side = solution if solution.sign == orientation else solution.turned()
+            outward = np.where(base.switches, -near_side.rate, near_side.rate)
+            return None if (limits & (outward < -_LEVEL)).any() else (solution, limits)
         past_limit = solution
     return None
+
+
+def beyond_limits(
+    corrector: Corrector,
+    solution: Corrected,
+    scale: FloatArray,
+    before: NDArray[np.bool_],
+    limits: NDArray[np.bool_],
+    orientation: int,
+) -> tuple[Corrected, NDArray[np.bool_]] | None:
+    """The tangent beyond a point with switches at their ``limits``, and the states there.
+
+    Where one contact that slips relieves another, that one goes back from its limit and does not
+    change. States are consistent where each margin goes to the side of its state; those that are
+    not are turned one by one (the least-index method of linear complementarity). ``before`` are
+    the states on this side. None where there is no tangent.
+    """
+    switches, tried = before ^ limits, set()
+    row, places = solution.direction, np.flatnonzero(limits)
+    first = None
+    while switches.tobytes() not in tried:
+        tried.add(switches.tobytes())
+        tangent = corrector.tangent(solution.point, scale, row, switches)
+        if tangent is None:
+            break
+        tangent = tangent if tangent.sign == orientation else tangent.turned()
+        first = first or (tangent, switches)
+        inward = np.where(switches, -tangent.rate, tangent.rate)[places]
+        wrong = places[inward > _LEVEL]
+        if len(places) == 1 or not len(wrong):
+            return tangent, switches
+        switches = switches.copy()
+        switches[wrong[0]] = ~switches[wrong[0]]
+    return first
 
 
 @Loop
