@@ -1,7 +1,8 @@
 """Run all studies and write a page about them: ``python -m studies``."""
 
+import argparse
 import sys
-from collections.abc import Callable, Mapping
+from collections.abc import Callable, Mapping, Sequence
 from datetime import UTC, datetime
 from importlib import import_module
 from pathlib import Path
@@ -113,5 +114,13 @@ def main(studies: Mapping[str, float] = STUDIES, results: Path = RESULTS) -> int
     return int(bool(wrong))
 
 
+def folder(arguments: Sequence[str] | None = None) -> Path:
+    """The folder that the command line names; it ends where it asks for help or for what is not."""
+    parser = argparse.ArgumentParser(prog="python -m studies", description=__doc__)
+    words = f"folder of archives, pictures and the page (default: {RESULTS})"
+    parser.add_argument("--results", type=Path, default=RESULTS, metavar="FOLDER", help=words)
+    return parser.parse_args(arguments).results
+
+
 if __name__ == "__main__":
-    sys.exit(main())
+    sys.exit(main(results=folder()))

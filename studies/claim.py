@@ -3,6 +3,8 @@
 from collections.abc import Iterable
 from dataclasses import dataclass
 
+from studies.landmark import number
+
 
 @dataclass(frozen=True)
 class Claim:
@@ -47,7 +49,7 @@ class Finding:
 
 def below(value: float, bound: float) -> str:
     """A value that is to be small, in words: round-off has no digits to tell."""
-    return f"less than {bound:.0e}" if abs(value) < bound else f"{value:.1e}"
+    return f"less than {number(bound)}" if abs(value) < bound else f"{value:.1e}"
 
 
 def unmet(statements: Iterable[Claim | Finding]) -> list[str]:

@@ -167,7 +167,8 @@ def of_wave_amplitude(where: str, level: float, end: float) -> Finding:
     return Finding(
         "With waves of amplitude f0 lines leave the axes of the source at their lower end, with "
         "the sqrt(2) f0 of Eq. (12) they would not",
-        f"{where}: {level:.1f} and {higher:.1f} dB, the axis ends at {end:g} dB",
+        f"{where}: {level:.1f} dB with f0, {higher:.1f} dB with sqrt(2) f0; the axis ends at "
+        f"{end:g} dB",
         level < end < higher,
     )
 

@@ -1,8 +1,9 @@
 """Fig. 4: friction force over the angle, and the hysteresis loop of one blade at 3 N and 20 Hz.
 
-The force of a truncated motion is that of the slider marched over it: ``k_d y`` and an offset while
+The force of a truncated motion is that of the slider marched over it: ``k_d x`` and an offset while
 it sticks, ``+-mu F_n`` while it slips, between the located angles. The balance itself sees only the
-first terms of its Fourier series.
+first terms of its Fourier series. Its loop is over ``x`` of Eq. (1), the displacement of the mass;
+``y = x - z`` of the source is what the spring of the contact is stretched by, the force over `k_d`.
 
 The source does not say how many harmonics its `MHBM` has: 1, 3 and 5 are a reading. Its axis of the
 displacement reaches from -1 to 1 mm; with the stated 3 N and 20 Hz the loop has 0.30 mm to either
@@ -291,7 +292,7 @@ def _draw_loop(ax: Axes, dataset: xr.Dataset) -> None:
         middle = (x[a] + x[b]) / 2, force[a]
         align = "bottom" if side > 0 else "top"
         ax.annotate("slips", middle, (0, 6 * side), ha="center", va=align, **beside)
-    ax.set_xlabel("relative displacement $y$ [mm]")
+    ax.set_xlabel("displacement $x$ of the mass [mm]")
     areas = [
         f"{1e3 * float(row.loop_area):.4f} mJ ({str(row.motion.values).removeprefix('harmonics ')})"
         for row in (dataset.isel(motion=number) for number in range(dataset.sizes["motion"]))

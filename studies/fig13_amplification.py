@@ -190,14 +190,14 @@ def landmarks(dataset: xr.Dataset) -> list[Landmark]:
             Source.SAMPLED,
             few,
         ),
-        # Nine of ten draws of 25 lie up to 24 % higher.
+        # Of nine in ten draws of 25 it is from 8 % less to 12 % more, of fewer disks less.
         Landmark(
             f"worst of {len(same)} at the same frequency",
             float(same.max()),
-            PUBLISHED,
+            WORST_AT_FREQUENCY[1],
             "",
-            Source.PUBLISHED,
-            0.35,
+            Source.SAMPLED,
+            0.15 if len(same) >= fig12.N_SAMPLES >= 25 else 0.4,
         ),
         Landmark(
             "frequency of the largest amplification, median",
@@ -224,7 +224,19 @@ def claims(dataset: xr.Dataset) -> list[Claim]:
     same = dataset.largest_amplification_at_frequency
     worst = dataset.isel(sample=int(same.argmax("sample")))
     at = float(worst.frequency_of_largest_amplification)
+    blade = int(worst.amplification_at_frequency.argmax("dof"))
+    steps = ratio_over_step(dataset).sel(part="median", drop=True)
+    fine, coarse = (float(steps.sel(step=step, method="nearest")) for step in (0.2, 1.0))
     return [
+        Claim(
+            f"The amplification factor is equal to {PUBLISHED:g} for the fifth dof",
+            "Fig. 13",
+            f"{fine:.1f} in {len(same)} disks of ours, on blade {blade + 1} of 13, on a step of "
+            f"0.2 Hz, {coarse:.1f} on one of 1 Hz; neither the disks nor the step of the source "
+            "are told",
+            abs(fine / PUBLISHED - 1) < 0.1,
+            False,
+        ),
         Claim(
             "The maximal amplitude is observed on the first mode, near 77 Hz",
             "Fig. 13",

@@ -129,8 +129,8 @@ def page(sections: Sequence[Section]) -> str:
         "captions, tick labels and what its text says are known here, not the lines. Decibels are "
         "relative to 1 m, which is a reading: the source gives no reference. Numbers "
         "of pictures, landmarks and claims are computed from the archives beside this page; those "
-        "in the words about a study are of the commands that they name. Sample -1 is the tuned "
-        'disk.</p>\n<p class="small">Source: '
+        "in the words about a study are of the commands that they name, those of a reading in "
+        'closed form. Sample -1 is the tuned disk.</p>\n<p class="small">Source: '
         f"{escape(SOURCE)}. "
         f"Computed with symhbm {escape(version('symhbm'))}.</p></header>\n"
         f'<nav id="contents" aria-label="Contents">\n<ol class="cards">\n{_cards(sections)}</ol>\n'
@@ -156,7 +156,7 @@ def _cards(sections: Sequence[Section]) -> str:
 def _totals(sections: Sequence[Section]) -> str:
     """What all sections found, in numbers."""
     landmarks = [mark for one in sections for mark in one.landmarks]
-    claims = [claim for one in sections for claim in one.claims]
+    claims = [claim for one in sections for claim in one.claims if not is_cited(claim)]
     minutes = sum(one.seconds for one in sections) / 60
     return (
         f"{len(sections)} studies in {minutes:.1f} minutes; landmarks: {_agree(landmarks)}; "
@@ -205,7 +205,7 @@ def _claims(sections: Sequence[Section]) -> str:
         chosen = [
             (one, claim)
             for one, claim in every
-            if bool(claim.holds) is holds and ("cited from" in claim.where) is cited
+            if bool(claim.holds) is holds and is_cited(claim) is cited
         ]
         lines = "".join(
             f"<li>{_link(one, claim.where)}: {_text(claim.words)}. "
@@ -224,6 +224,11 @@ def _claims(sections: Sequence[Section]) -> str:
         for words, lines in findings.items()
     )
     return lists + (_folded("Findings of these studies", f"{len(findings)}", ours) if ours else "")
+
+
+def is_cited(claim: Claim) -> bool:
+    """Whether the source cites the claim from others."""
+    return "cited from" in claim.where
 
 
 def _link(section: Section, words: str | None = None) -> str:

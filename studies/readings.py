@@ -25,7 +25,8 @@ READINGS: tuple[tuple[str, str], ...] = (
     (
         "Fig. 4",
         "compares one harmonic, MHBM and time; how many harmonics MHBM has is not told, here they "
-        "are 1, 3 and 5",
+        "are 1, 3 and 5; the loop is over x of Eq. (1), not over y = x - z, by which the spring of "
+        "the contact is stretched",
     ),
     (
         "Fig. 6",
@@ -45,7 +46,9 @@ READINGS: tuple[tuple[str, str], ...] = (
     (
         "Figs. 12 and 13",
         "draw contacts with variations of 40 % (mu), 20 % (k_d) and 30 % (F_n): half-widths of "
-        "uniform distributions about the nominal values; blades 2, 6 and 10 count from 1",
+        "uniform distributions about the nominal values; blades 2, 6 and 10 count from 1; the "
+        "amplification factor is the ratio at the same frequency, whose largest is near 77 Hz, not "
+        "that of the peaks",
     ),
 )
 """Figure or equation, and how it is read."""
