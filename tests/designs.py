@@ -3,6 +3,9 @@
 import re
 import warnings
 from contextlib import contextmanager
+from itertools import product
+
+import numpy as np
 
 import symhbm as sh
 
@@ -46,3 +49,37 @@ def any_status():
         for status in sh.Status:
             warnings.filterwarnings("ignore", re.escape(str(status)))
         yield
+
+
+def lowest_of_grid(problem, bounds, bands, n=(41, 13), rounds=2):
+    """The lowest band maximum over a grid of designs, and over a finer one around it."""
+    names, best = [*bounds], (np.inf, {})
+    low, high = (np.log([bounds[name][end] for name in names]) for end in (0, 1))
+    first, last = low, high
+    for _ in range(rounds):
+        count = n[len(names) - 1]
+        values = np.exp(np.linspace(first, last, count)).T
+        designs = dict(zip(names, values, strict=True))
+        for index, height in largest_responses(problem, designs, bands).items():
+            if height < best[0]:
+                best = height, values[np.arange(len(names)), index]
+        step = 1.5 * (last - first) / (count - 1)
+        centre = np.log(best[1])
+        first, last = np.maximum(low, centre - step), np.minimum(high, centre + step)
+    return best[0]
+
+
+def largest_responses(problem, designs, bands):
+    """Largest responses in bands by the index of a design, of those followed to every end."""
+    tops = []
+    for band in bands:
+        response = sh.frf(problem, band, over=designs, progress=False)
+        amplitude = response.amplitude.max([d for d in response.amplitude.dims if d not in designs])
+        if response.sizes["peak"]:
+            amplitude = np.fmax(amplitude, response.peak_amplitude.max("peak").fillna(0))
+        ended = [sh.Status.REACHED_END, sh.Status.OTHER_SOLUTIONS, sh.Status.BRANCH_POINTS]
+        amplitude = amplitude.where(response.status.isin([*map(str, ended)]))
+        tops.append(amplitude.transpose(*designs).values)
+    highest = np.max(tops, axis=0)
+    indices = product(*(range(size) for size in highest.shape))
+    return {index: highest[index] for index in indices if np.isfinite(highest[index])}

@@ -100,7 +100,8 @@ def minimise_peak(
     start
         Values to start from, one or one per variable, beside those that are spread over the bounds.
     n_starts
-        Number of those that are spread; by default one per factor of 25, at least 3. Where values
+        Number of those that are spread; by default one per factor of 25, at least 3, and eight
+        times as many where an end of a band is the highest at the best of them. Where values
         of one parameter may differ, the best equal ones are found first, and these are as many
         designs around them, by default 2.
     fresh

@@ -1,7 +1,7 @@
 """The search for an optimal design: several starts, and descents from them."""
 
 from collections.abc import Iterable, Iterator
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
 from itertools import compress
 
 import numpy as np
@@ -12,6 +12,7 @@ from symhbm.design.descent import Descent, Design, descend, is_flat
 from symhbm.design.program import ActiveSet, Program
 from symhbm.design.variables import DesignVariables
 from symhbm.numerics import FloatArray
+from symhbm.peaks import MaximumKind
 
 
 @dataclass(frozen=True)
@@ -35,14 +36,41 @@ def search(
     variables = program.variables
     alike, index = program.alike()
     if len(variables.names) == variables.n_variables or feasible(alike) is None:
-        return best_of(program, cases, fixed_starts, n_starts, tolerances.DESCENTS)
+        return _spread_wide(program, cases, fixed_starts, n_starts)
     alike_cases = cases.changed(variables=alike.variables)
-    best = best_of(alike, alike_cases, [], n_starts, tolerances.DESCENTS)
+    best = _spread_wide(alike, alike_cases, [], n_starts)
     cases.failed += [(failed[index], reason) for failed, reason in alike_cases.failed]
     x = best.design.x[index]
     # A symmetric optimum may be a saddle, or the highest of several minima.
     nearby = around(variables, x, n_starts or tolerances.AROUND)
     return best_of(program, cases, [*fixed_starts, x, *nearby], 1, 0)
+
+
+def _spread_wide(
+    program: Program, cases: Cases, fixed_starts: list[FloatArray], n_starts: int | None
+) -> SearchResult:
+    """The best design from starts over the bounds, from more where an end of a band is highest.
+
+    The ends rise and fall against each other and against peaks that come and go: minima are many.
+    """
+    found = best_of(program, cases, fixed_starts, n_starts, tolerances.DESCENTS)
+    if n_starts is not None or not _ends_are_highest(program, found.design):
+        return found
+    more = tolerances.FINER * len(starts(program.variables, None))
+    finer = best_of(program, cases, [], more, tolerances.FINER)
+    best = finer if finer.design.value < found.design.value - tolerances.AGREE else found
+    designs, descents = found.starts + finer.starts, found.descents + finer.descents
+    return replace(best, starts=designs, descents=descents)
+
+
+def _ends_are_highest(program: Program, design: Design) -> bool:
+    """Whether the largest of a response that an aim depends on is at an end of its band."""
+    used = np.repeat(program.used, len(design.states) // len(program.used))
+    return any(
+        one.maximum.kind == MaximumKind.EDGE and one.value >= state.height - tolerances.TIE
+        for state in compress(design.states, used)
+        for one in state.contenders
+    )
 
 
 def best_of(
@@ -64,8 +92,8 @@ def best_of(
     spread = [_surveyed(program, cases, x) for x in others]
     designs = [*given, *spread]
     chosen = [design for design in given if np.isfinite(design.value)]
-    chosen += _promising(program.variables, spread, n_descents)
-    sloping = [design for design in chosen if not is_flat(program, design)]
+    chosen = [design for design in chosen if not is_flat(program, design)]
+    sloping = chosen + _promising(program, spread, n_descents)
     if not sloping:
         finite = sorted((d for d in designs if np.isfinite(d.value)), key=_value)
         sloping = [design for design in finite if not is_flat(program, design)][:1]
@@ -131,17 +159,17 @@ def _spread(n_variables: int, n_points: int) -> FloatArray:
     return sobol.random_base2(int(np.ceil(np.log2(n_points))))[:n_points]
 
 
-def _promising(variables: DesignVariables, designs: list[Design], most: int) -> list[Design]:
+def _promising(program: Program, designs: list[Design], most: int) -> list[Design]:
     """Designs from which to descend: local minima over one variable, the lowest of several."""
-    finite = [design for design in designs if np.isfinite(design.value)]
-    if variables.n_variables > 1:
-        return sorted(finite, key=_value)[:most]
-    # What is not known, or unbounded, is higher than its neighbours.
-    along = sorted(designs, key=lambda design: design.x[0])
-    values = [np.inf, *(design.value for design in along), np.inf]
-    sides = zip(values, values[1:], values[2:], strict=False)
-    low = [value <= before and value < after for before, value, after in sides]
-    return sorted(compress(along, low), key=_value)[:most]
+    low = designs
+    if program.variables.n_variables == 1:
+        # What is not known, or unbounded, is higher than its neighbours.
+        along = sorted(designs, key=lambda design: design.x[0])
+        values = [np.inf, *(design.value for design in along), np.inf]
+        sides = zip(values, values[1:], values[2:], strict=False)
+        low = [*compress(along, (value <= one and value < other for one, value, other in sides))]
+    sloping = [d for d in low if np.isfinite(d.value) and not is_flat(program, d)]
+    return sorted(sloping, key=_value)[:most]
 
 
 def _surveyed(program: Program, cases: Cases, x: FloatArray) -> Design:

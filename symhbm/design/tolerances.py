@@ -40,6 +40,9 @@ APART = np.log(25.0)
 DESCENTS = 3
 """Descents from the starts that are spread over the bounds, from the lowest: each costs several
 surveys, and minima are few."""
+FINER = 8
+"""Times as many starts, and descents, where an end of a band is the highest: minima are a factor of
+two apart there, not of five."""
 TRIED = 32
 """Points from which a design that satisfies constraints is looked for."""
 AROUND = 2

@@ -165,6 +165,26 @@ def test_two_bands_against_each_other():
         assert aims == pytest.approx(expected, rel=DIGITS)
 
 
+@pytest.mark.slow
+def test_an_end_may_be_as_good_at_designs_around_it():
+    """Below the resonances all loads that stick are the best; the least of them is, above."""
+    low, high = (10.0, 17.0), (22.0, 30.0)
+    front = front_of(
+        blade(),
+        (1.0, 50.0),
+        [low, high],
+        peaks={"low": {"frequency": low}, "high": {"frequency": high}},
+        aims={"low": lambda peaks, _: peaks["low"], "high": lambda peaks, _: peaks["high"]},
+        n_points=2,
+    )
+    assert front.design_status.item() == Status.FRONT_FOUND
+    frequency = 2 * np.pi * low[1]
+    stuck = 1 / abs(2e4 - frequency**2 + 0.5j * frequency)
+    assert front.front_aim[0, 0].item() == pytest.approx(stuck, rel=2e-6)  # up to a millionth
+    assert front.front_value[0].item() == pytest.approx(1e4 * stuck / 0.5, rel=1e-3)
+    assert "which is as good at designs around it" in front.certificate.item()
+
+
 def test_aims_that_agree_have_one_point():
     aims = {"peak": AIMS["peak"], "square": lambda peaks, _: peaks["largest"] ** 2}
     front = front_of(blade(), aims=aims)
@@ -210,6 +230,9 @@ def test_dominated_equal_and_failed_points_are_removed_with_reasons(monkeypatch)
     assert "are better in both aims than the points 3 of the front" in text
     del points[5]
     assert "are better in both aims" not in certificate_of(on_front(points), aims, "")
+    flat = [point(one, [1.0, 9.0], END, Status.DESIGN_ON_PLATEAU), point(one, [9.0, 1.0], END)]
+    assert not any(each.removed for each in on_front(flat))
+    assert "as good at designs around it" in certificate_of(on_front(flat), aims, "")
 
 
 def test_failures_are_told(monkeypatch):

@@ -10,7 +10,7 @@ from symhbm.continuation import Status
 from symhbm.design import tolerances
 from symhbm.design.cases import Cases
 from symhbm.design.outcome import labelled
-from symhbm.design.pareto.points import END, FrontPoint
+from symhbm.design.pareto.points import END, FLAT, FrontPoint
 from symhbm.design.program import Aim, Program
 from symhbm.design.variables import DesignVariables
 from symhbm.results import records_of_problem
@@ -79,6 +79,7 @@ def certificate_of(points: Sequence[FrontPoint], aims: Sequence[Aim], check: str
         if point.kind == END:
             aim = aims[round(point.along)].name
             share = f", up to {point.up_to:g} of it" if point.up_to else ""
+            share += ", which is as good at designs around it" if point.status in FLAT else ""
             said = f"at the optimum of {aim}{share}: {_told(point, aims)}"
             sentences.append(f"End {said}{f' ({point.removed})' if point.removed else ''}.")
     optima = [p.found.active.stationarity for p in on if p.found.active is not None]

@@ -27,12 +27,15 @@ _NEAR_OPTIMUM = 1e-6
 """Share of an optimum that is given up for the other aim where several designs have it."""
 _FAR = 10.0
 """Logarithm by which no aim is better."""
+FLAT = (Status.DESIGN_ON_PLATEAU, Status.DESIGN_WITHOUT_EFFECT)
+"""Statuses of designs whose aim is as good around them."""
 _ACCEPTED = (
     Status.DESIGN_OPTIMAL,
     Status.DESIGN_AT_BOUND,
     Status.DESIGN_AT_EDGE,
     Status.DESIGN_WITHOUT_PEAK,
     Status.DESIGN_BESIDE_FAILURES,
+    *FLAT,
 )
 """Statuses of designs that satisfy the conditions of an optimum."""
 
