@@ -197,7 +197,7 @@ def landmarks(dataset: xr.Dataset) -> list[Landmark]:
             WORST_AT_FREQUENCY[1],
             "",
             Source.SAMPLED,
-            0.15 if len(same) >= fig12.N_SAMPLES >= 25 else 0.4,
+            0.15 if len(same) >= 25 else 0.4,
         ),
         Landmark(
             "frequency of the largest amplification, median",
