@@ -12,10 +12,10 @@ import scipy.sparse as sp
 
 import symhbm as sh
 from symhbm.balance import is_held
-from symhbm.cli.describe import describe
 from symhbm.model import find_symmetry
 from symhbm.model.contacts import Weights
 from symhbm.plot.contact import loops_of
+from symhbm.results.telling import as_text as describe
 
 FRICTION = dict(contact_stiffness=8e3, friction_coefficient=0.4, normal_load=2.0)
 

@@ -10,10 +10,10 @@ import pytest
 
 import symhbm as sh
 from symhbm.balance import HarmonicBalance
-from symhbm.cli.describe import describe
 from symhbm.continuation.start import _grow_force, linear_response
 from symhbm.model import find_symmetry, force_coefficients
 from symhbm.numerics.fourier import FourierBasis
+from symhbm.results.telling import as_text as describe
 
 BASIS = FourierBasis((0, 1, 2, 3))
 VALUES = dict(mass=1.0, stiffness=1e4, damping=0.5, contact_stiffness=5e3, friction_coefficient=0.5)

@@ -5,8 +5,8 @@ from pathlib import Path
 import click
 
 from symhbm.cli.arguments import archive_argument
-from symhbm.cli.describe import describe
 from symhbm.cli.terminal import opened, say, size
+from symhbm.results.telling import as_text
 
 
 @click.command()
@@ -30,4 +30,4 @@ def info(archive: Path) -> None:
     """
     with opened(archive) as dataset:
         say(f"{'archive':<23} {archive}, {size(archive.stat().st_size)}", err=False)
-        say(describe(dataset), err=False)
+        say(as_text(dataset), err=False)

@@ -23,7 +23,9 @@ from symhbm.plot.viewer.sets import (
     spoken,
     values_of,
 )
+from symhbm.results import Description
 from symhbm.results.reading import COMPLETE
+from symhbm.results.telling import account
 
 _VALUES, _LINES, _PLACES = 250_000, 250_000, 600
 """Most numbers of all points, most points of all drawn lines, and most lines of a page."""
@@ -229,9 +231,8 @@ class Collected:
     def sections(self, layout: Layout | None, places: list[str]) -> list[tuple[str, str]]:
         """The parts of the page in HTML, by their names."""
         dataset = self.dataset
-        facts = self.tried("The problem", lambda: tables.facts_of(dataset, layout), [])
         failed = self.tried("Statuses", lambda: tables.failed_table(dataset), None)
-        parts = {"title": escape(self.name), "facts": tables.facts_html(facts)}
+        parts = {"title": escape(self.name), "facts": self.account()}
         for what in ("peak", "event"):
             table = None
             if layout is not None:
@@ -244,10 +245,6 @@ class Collected:
                 )
             parts[f"{what}s"] = table or f"<p>The archive holds no {what}s.</p>"
         parts["failed"] = failed or "<p>All curves are complete.</p>" * bool(self.data["curves"])
-        parts["parameters"] = (
-            self.tried("Parameters", lambda: tables.parameters_table(dataset), None)
-            or "<p>The archive tells no parameters.</p>"
-        )
         parts["provenance"] = self.tried(
             "Provenance", lambda: tables.provenance_html(dataset), "<p>Unknown.</p>"
         )
@@ -258,6 +255,18 @@ class Collected:
         parts["notes"] = f"<ul>{listed}</ul>" if notes else "<p>Nothing is left out.</p>"
         parts["thinning"] = escape(self.data.pop("thinning", ""))
         return [*parts.items()]
+
+    def account(self) -> str:
+        """The account of the archive, as far as it can be told."""
+        rows: list[tuple[str, str]] = []
+        sections = self.tried("The account", lambda: [*account(self.dataset, DIGITS)], [])
+        for name, section in sections:
+            # What is told before an error stays.
+            self.tried(
+                f"The {name} of the account", lambda section=section: rows.extend(section), None
+            )
+        about = self.tried("Meanings", lambda: Description(self.dataset).parameters, {})
+        return tables.account_html(rows, {name: each.long_name for name, each in about.items()})
 
 
 def _limits(dataset: xr.Dataset, sets: Sets, layout: Layout, share: float) -> Limits:

@@ -11,6 +11,7 @@ import xarray as xr
 from symhbm.plot.viewer.packing import number, plain, with_units
 from symhbm.results import Description, places_of
 from symhbm.results.reading import COMPLETE, set_dimensions
+from symhbm.results.telling import Words
 
 MOST_CURVES, _FEWEST, _STATES = 120, 6, 2_000_000
 """Most curves that a page shows one by one, fewest of many, and most states of their contacts."""
@@ -96,17 +97,9 @@ def label_of(dataset: xr.Dataset, dim: str, position: int) -> str:
 def values_of(dataset: xr.Dataset, position: dict[str, int]) -> str:
     """The swept values of one set in words, those that are single numbers."""
     words = []
-    for dim, index in position.items():
-        units = dataset[dim].attrs.get("units") if dim in dataset.coords else None
-        label = label_of(dataset, dim, index)
-        words.append(f"{spoken(dim)} = {with_units(label, units)}")
-    for name in Description(dataset).swept:
-        if name in position or name not in dataset.variables:
-            continue
-        value = dataset[name]
-        if value.ndim and set(map(str, value.dims)) <= set(position):
-            at = value.isel({dim: position[str(dim)] for dim in value.dims})
-            words.append(f"{spoken(name)} = {with_units(at.item(), at.attrs.get('units'))}")
+    for name, value, units in Words(dataset).parameter_set(position):
+        value = label_of(dataset, name, position[name]) if name in position else value
+        words.append(f"{spoken(name)} = {with_units(value, units)}")
     return ", ".join(words)
 
 

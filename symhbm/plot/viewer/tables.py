@@ -9,13 +9,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from symhbm.model import is_pattern
 from symhbm.plot.drawing import decibel
 from symhbm.plot.viewer.layout import Layout
-from symhbm.plot.viewer.packing import number, plain, with_units
+from symhbm.plot.viewer.packing import number, plain
 from symhbm.plot.viewer.sets import label_of, spoken, values_of
-from symhbm.results import Description
-from symhbm.results.reading import COMPLETE, INNER, completeness, largest, set_dimensions
+from symhbm.results.reading import COMPLETE, set_dimensions
 
 MOST_ROWS = 400
 """Most rows of a table."""
@@ -31,12 +29,6 @@ _HEADS = {
     "event_contact": "contact",
 }
 """Columns of the tables of peaks and events, as far as an archive has them."""
-_TRUST = {
-    "residual_norm": "largest residual",
-    "truncation_error": "largest estimated error by truncation",
-    "peak_residual_norm": "largest residual of peaks",
-    "condensation_error": "largest error of the condensation",
-}
 
 
 def table_of(caption: str, head: Sequence[str], rows: Iterable[Sequence[str]], note: str) -> str:
@@ -145,90 +137,14 @@ def failed_table(dataset: xr.Dataset) -> str | None:
     return table_of(f"{len(bad)} of {total} curves are not complete", head, rows, note)
 
 
-def facts_of(dataset: xr.Dataset, layout: Layout | None) -> list[tuple[str, str]]:
-    """What was computed, how much of it is complete, and how far to trust it."""
-    description = Description(dataset)
-    problem, facts = description.problem, []
-    if layout is not None:
-        kind = description.unforced
-        what = f"{kind}s" if kind else "responses"
-        facts.append(("computed", f"{what} over {layout.title}"))
-        band = description.band
-        if band is not None:
-            ends = " to ".join(with_units(float(end), layout.units) for end in band)
-            facts.append((layout.title, ends))
-    if problem:
-        contacts = problem.get("contacts") or []
-        n_dof = problem.get("n_dof")
-        body = "degree of freedom" if n_dof == 1 else "degrees of freedom"
-        ending = "" if len(contacts) == 1 else "s"
-        facts.append(("structure", f"{plain(n_dof)} {body}, {len(contacts)} contact{ending}"))
-        groups = problem.get("groups") or {}
-        if groups:
-            words = [
-                f"{plain(name, 60)}: {plain(of.get('law'), 60)}" for name, of in groups.items()
-            ]
-            facts.append(("contact laws", plain("; ".join(words), 400)))
-        forces = (
-            ["none"] if description.unforced else [_force(force) for force in description.forces]
-        )
-        facts.append(("excitation", " and ".join(forces)))
-        facts.append(("harmonics", plain(", ".join(map(str, problem.get("harmonics", []))), 200)))
-    complete, waiting, failed = completeness(dataset)
-    total = complete + waiting + failed.total()
-    if total:
-        words = f"{complete} of {total} complete"
-        words += f", {failed.total()} not" if failed else ""
-        words += f", {waiting} not computed yet" if waiting else ""
-        facts.append(("curves", words))
-    for name, words in _TRUST.items():
-        if name in dataset.variables and dataset[name].dtype.kind == "f":
-            worst = largest(dataset, name)
-            if worst is not None:
-                facts.append((words, f"{worst[0]:.2g}"))
-    report = description.verification
-    if report is not None:
-        facts.append(("verification", "passed" if report.get("passed") else "a bound is broken"))
-    if description.left_out:
-        facts.append(("left out by keep=", plain(", ".join(description.left_out), 400)))
-    return facts
-
-
-def _force(force: dict[str, Any]) -> str:
-    """A force in words: its class, and what is given of it."""
-    given = [f"{name} {entry}" for name, entry in force.items() if entry is not None][:12]
-    words = ", ".join(text for text in given if not text.startswith("type "))
-    return plain(f"{force.get('type', 'force')} ({words})", 300)
-
-
-def facts_html(facts: list[tuple[str, str]]) -> str:
-    """Facts as a list of HTML."""
-    rows = "".join(f"<dt>{escape(name)}</dt><dd>{escape(text)}</dd>" for name, text in facts)
-    return f"<dl>{rows}</dl>"
-
-
-def parameters_table(dataset: xr.Dataset) -> str | None:
-    """The parameters with their values, or the range of those of several places or sets."""
-    rows = []
-    swept, records = Description(dataset).swept, Description(dataset).parameters
-    for name in records:
-        if name not in dataset.variables or dataset[name].dtype.kind not in "iufb":
-            continue
-        variable = dataset[name]
-        values = variable.values
-        finite = values[np.isfinite(values)]
-        if not finite.size:
-            continue
-        low, high = (number(end.item()) for end in (finite.min(), finite.max()))
-        text = low if low == high else f"{low} to {high}"
-        over = [str(d) for d in variable.dims if str(d) not in INNER and not is_pattern(d)]
-        how = "swept" if name in swept else "followed" if over else ""
-        units = plain(variable.attrs.get("units", ""), 40)
-        about = plain(variable.attrs.get("long_name", ""))
-        cells = [spoken(name), about, text, "" if units == "1" else units, how]
-        rows.append([*map(escape, cells)])
-    head = ["parameter", "meaning", "value", "unit", ""]
-    return table_of("Parameters", head, rows, "") if rows else None
+def account_html(rows: Iterable[tuple[str, str]], meanings: dict[str, str]) -> str:
+    """Labels and texts of an account as a list of HTML, with the ``meanings`` of some labels."""
+    listed = ""
+    for label, text in rows:
+        meaning = meanings.get(label.strip(), "")
+        text = f"{plain(text, 600)}{f' ({plain(meaning)})' if meaning else ''}"
+        listed += f"<dt>{escape(plain(label, 60))}</dt><dd>{escape(text)}</dd>"
+    return f"<dl>{listed}</dl>"
 
 
 def provenance_html(dataset: xr.Dataset) -> str:

@@ -1,0 +1,120 @@
+"""What values, places and parameter sets of a dataset are called."""
+
+from collections import Counter
+from collections.abc import Iterator
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from symhbm.results.description import Description
+from symhbm.results.provenance import LARGEST_OF
+from symhbm.results.reading import largest, moving, set_dimensions
+
+Rows = Iterator[tuple[str, str]]
+"""Labels and texts; a text without a label goes on with the one before."""
+
+
+class Words:
+    """The words for what is in a dataset; numbers have so many significant ``digits``."""
+
+    def __init__(self, dataset: xr.Dataset, digits: int = 6):
+        self.dataset, self.description, self.digits = dataset, Description(dataset), digits
+        self.along = moving(dataset)
+        self.body = "blade" if self.description.lumped else "DOF"
+
+    def short(self, value: Any) -> str:
+        """A label as text, numbers to so many digits."""
+        value = np.asarray(value).item()
+        return f"{value:.{self.digits}g}" if isinstance(value, float) else str(value)
+
+    def span(self, values: Any) -> str:
+        """From the smallest to the largest of some numbers, or the only one."""
+        return " to ".join(dict.fromkeys([self.short(np.min(values)), self.short(np.max(values))]))
+
+    def at(self, value: xr.DataArray) -> str:
+        """The value at which something is."""
+        return f"at {self.short(value.values)} {value.attrs.get('units', '')}".rstrip()
+
+    def level(self, amplitude: float, units: str = "m") -> str:
+        """An amplitude, with its level."""
+        level = f" ({20 * np.log10(amplitude):.2f} dB re 1 {units})" if amplitude > 0 else ""
+        return f"{self.short(amplitude)} {units}{level}"
+
+    def place(self, number: int) -> str:
+        """A degree of freedom by its name, node and direction, or number."""
+        coordinates = self.dataset.coords
+        numbers = np.atleast_1d(coordinates["dof"].values).tolist() if "dof" in coordinates else []
+        if {"node", "direction"} <= {*coordinates} and number in numbers:
+            at = numbers.index(number)
+            nodes, ways = (
+                np.atleast_1d(coordinates[name].values) for name in ("node", "direction")
+            )
+            names = np.atleast_1d(coordinates["label"].values) if "label" in coordinates else nodes
+            one = names[at] != "" and np.unique(nodes[names == names[at]]).size == 1
+            return f"{names[at] if one else nodes[at]}:{ways[at]}"
+        return f"{self.body} {number}"
+
+    def kept(self) -> list[str]:
+        """The degrees of freedom among which a response of a condensed structure is the largest."""
+        attributes = self.dataset.attrs
+        return [f"of the {attributes[LARGEST_OF]}"] if LARGEST_OF in attributes else []
+
+    def parameter_set(self, index: dict[str, int]) -> list[tuple[str, Any, str]]:
+        """Names, values and units of the swept parameters of one set; numbers without values."""
+        dataset, found = self.dataset, []
+        for dim, position in index.items():
+            known = dim in dataset.coords
+            value = dataset[dim].values[position] if known else position
+            found.append((dim, value, dataset[dim].attrs.get("units", "") if known else ""))
+        for name in self.description.swept:
+            if name in index or name not in dataset.variables or not dataset[name].ndim:
+                continue
+            if set(dataset[name].dims) <= set(index):
+                value = dataset[name].isel({d: index[str(d)] for d in dataset[name].dims})
+                found.append((name, value.values.item(), value.attrs.get("units", "")))
+        return found
+
+    def set_words(self, index: dict[str, int]) -> list[str]:
+        """The parameter set of an entry, as it is selected on the command line."""
+        own = {dim: index[dim] for dim in set_dimensions(self.dataset) if dim in index}
+        return [f"{name}={self.short(value)}" for name, value, _ in self.parameter_set(own)]
+
+    def location(self, index: dict[str, int]) -> list[str]:
+        """Location of an entry of a variable: frequency, blade or contact, parameters."""
+        dataset, words = self.dataset, []
+        for label in (f"peak_{self.along}" if "peak" in index else self.along, "angle"):
+            dims = dataset[label].dims if label in dataset.variables else ()
+            if dims and set(dims) <= set(index):
+                words.append(self.at(dataset[label].isel({d: index[str(d)] for d in dims})))
+        if "dof" in index:
+            words.append(self.place(int(dataset["dof"].values[index["dof"]])))
+        if "contact" in index:
+            words.append(f"contact {dataset['contact'].values[index['contact']]}")
+        return words + self.set_words(index)
+
+    def worst(self, name: str, text: str = "{}") -> list[str]:
+        """The largest value of a variable, and where it is; nothing where it is not known."""
+        found = largest(self.dataset, name) if name in self.dataset.variables else None
+        return [] if found is None else [text.format(found[0]), *self.location(found[1])]
+
+
+def count(number: int, noun: str) -> str:
+    """A number of things."""
+    plural = noun.replace("degree", "degrees") if noun.startswith("degree") else f"{noun}s"
+    return f"{number} {noun if number == 1 else plural}"
+
+
+def counted(names: np.ndarray) -> str:
+    """How many there are of each name, the empty one left out."""
+    counts = Counter(map(str, names.ravel().tolist()))
+    counts.pop("", None)
+    kinds = ", ".join(f"{number} {kind}" for kind, number in sorted(counts.items()))
+    return f"{counts.total()}: {kinds}" if counts else "none"
+
+
+def ranges(labels: Any) -> str:
+    """Labels in short: 0 to 3, 7."""
+    values = np.asarray(labels)
+    runs = np.split(values, np.flatnonzero(np.diff(values) != 1) + 1)
+    return ", ".join(str(r[0]) if len(r) == 1 else f"{r[0]} to {r[-1]}" for r in runs)
