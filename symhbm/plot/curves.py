@@ -5,45 +5,33 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from symhbm.numerics import FloatArray, check
 from symhbm.plot.drawing import (
-    DECIBEL,
     Family,
     Moving,
     Scale,
-    axis_label,
-    canvas,
     check_anything,
     check_dims,
     check_variables,
     decibel,
-    figure_of,
-    is_wide,
     moving,
     one_solution,
+    parameter_axis,
     scale_of,
 )
 from symhbm.plot.ends import mark_ends
+from symhbm.plot.events import MARK, MARKERS, OF_EVENTS
 from symhbm.plot.lines import Line, Peak, knows_peaks, line_of, located_peaks
+from symhbm.plot.picture import Panel, Picture
 from symhbm.plot.places import Chosen, Shown, chosen
+from symhbm.plot.rendering import pictured
 
 _LEADS = 1e-6
 """Relative distance within which a peak belongs to the largest response."""
-OF_EVENTS = {
-    "fold": "s",
-    "branch point": "D",
-    "phase resonance": "<",
-    "period doubling": "v",
-    "Neimark-Sacker": "P",
-    "symmetry breaking": "X",
-    "change of stability": "X",
-}
-MARKERS = {"smooth": "o", "corner": "^"} | OF_EVENTS
-MARK: Any = dict(markeredgecolor="black", markeredgewidth=0.6, markersize=4.5, zorder=3)
 
 
+@pictured
 def response(
     dataset: xr.Dataset,
     *,
@@ -52,7 +40,7 @@ def response(
     scale: str = "decibel",
     unit: str = "m",
     ax: Axes | None = None,
-) -> Figure:
+) -> Picture:
     """Draw amplitude over the moving parameter, by default in dB re 1 m, a line per parameter set.
 
     Lines follow the slopes of the amplitudes at their points (``amplitude_slope``) and go through
@@ -107,30 +95,69 @@ def response(
     check_anything(dataset, "amplitude")
     inner = parameter.along, "dof", "solution"
     swept = [str(dim) for dim in dataset["amplitude"].dims if dim not in inner]
-    n_samples = dataset.sizes["sample"] if "sample" in swept else 1
     family = Family(dataset, [dim for dim in swept if dim != "sample"])
-    with canvas(ax) as ax:
-        look: Any = {} if "sample" not in swept else dict(linewidth=0.6, alpha=0.45)
-        for member in family:
-            for sample in range(n_samples):
-                position = member.position | ({"sample": sample} if "sample" in swept else {})
-                curve = dataset.isel(position)
-                if "solution" in curve["amplitude"].dims:
-                    _dots(ax, curve, parameter, where, member.color, shown)
-                    marks = marks_of(located_peaks(curve, parameter), parameter, where)
-                else:
-                    picture = picture_of(curve, parameter, where)
-                    style = look | dict(color=member.color, linestyle=member.style)
-                    draw_line(ax, picture.line, shown, **style)
-                    marks = picture.marks
-                of_points = shown_amplitude(curve, where)
-                of_points = of_points.max([d for d in of_points.dims if d != parameter.along])
-                mark_ends(ax, curve, parameter.name, shown.of(of_points.values))
-                if peaks and "sample" not in swept:
-                    _marks(ax, marks, member.color, shown)
-        label_axes(ax, dataset, parameter.name, where.words, shown)
-        family.explain(ax)
-    return figure_of(ax)
+    panel = response_panel(dataset, parameter, where, shown)
+    for member, each in family.curves():
+        look, curves = member.look, [each]
+        if "sample" in swept:
+            look |= dict(linewidth=0.6, alpha=0.45)
+            curves = [each.isel(sample=i) for i in range(dataset.sizes["sample"])]
+        for one in curves:
+            if "solution" in one["amplitude"].dims:
+                _dots(panel, one, parameter, where, shown, member.color)
+                marks = marks_of(located_peaks(one, parameter), parameter, where)
+            else:
+                line, marks = traced(one, parameter, where)
+                draw_line(panel, line, shown, **look)
+            points = shown_amplitude(one, where)
+            points = points.max([dim for dim in points.dims if dim != parameter.along])
+            mark_ends(panel, one, parameter.name, shown.of(points.values))
+            for mark in marks if peaks and "sample" not in swept else ():
+                _mark(panel, *mark, shown, member.color)
+    family.explain(panel)
+    return Picture([panel])
+
+
+def response_panel(dataset: xr.Dataset, parameter: Moving, where: Chosen, scale: Scale) -> Panel:
+    """The axes of a response over its parameter."""
+    return Panel(parameter_axis(dataset, parameter.name, room=0), scale.axis(where.words))
+
+
+def draw_line(panel: Panel, line: Line, scale: Scale, label: str = "", **look: Any) -> None:
+    """Draw a curve, dotted where it is unstable."""
+    value, level, unstable = drawn(line, scale)
+    solid, dotted = (
+        np.append(chosen, False) | np.append(False, chosen) for chosen in (~unstable, unstable)
+    )
+    solid |= not len(unstable)
+    panel.line(value, np.where(solid, level, np.nan), label, **look)
+    if dotted.any():
+        look |= dict(linestyle=":", linewidth=1.0)
+        panel.line(value, np.where(dotted, level, np.nan), **look)
+
+
+def _dots(
+    panel: Panel, curve: xr.Dataset, parameter: Moving, where: Chosen, scale: Scale, color: Any
+) -> None:
+    """Draw every solution at each value; hollow circles are unstable."""
+    dims = parameter.along, "solution"
+    level = scale.of(shown_amplitude(curve, where).transpose(*dims).values)
+    unstable = np.zeros(level.shape, dtype=bool)
+    if "stability" in curve.variables:
+        unstable = curve["stability"].transpose(*dims).values == 0
+    value, look = curve[parameter.name].values, dict(color=color, linestyle="")
+    panel.line(value, np.where(unstable, np.nan, level), marker=".", markersize=3.5, **look)
+    look |= dict(marker="o", markersize=2.5, markerfacecolor="white")
+    panel.line(value, np.where(unstable, level, np.nan), **look)
+
+
+def _mark(panel: Panel, kind: str, at: float, level: float, scale: Scale, color: Any) -> None:
+    """Mark a peak or an event; what has no bound is a line."""
+    if kind in MARKERS:
+        look = MARK | dict(marker=MARKERS[kind], color=color, zorder=3)
+        panel.line([at], [scale.of_level(level)], **look)
+    elif kind == "unbounded":
+        panel.add("upright", at, color=color, linestyle=":", linewidth=0.8)
 
 
 def curve(dataset: xr.Dataset, *, place: Shown = None) -> tuple[FloatArray, FloatArray]:
@@ -167,7 +194,7 @@ def curve(dataset: xr.Dataset, *, place: Shown = None) -> tuple[FloatArray, Floa
     check_dims(dataset["amplitude"], (parameter.along, "dof", "solution"), "one curve")
     if "solution" in dataset["amplitude"].dims:
         dataset = one_solution(dataset)
-    value, level, _ = picture_of(dataset, parameter, where).line.polyline()
+    value, level, _ = traced(dataset, parameter, where).line.polyline()
     return value, 10 ** (level / 20)
 
 
@@ -195,14 +222,14 @@ Marks = list[tuple[str, float, float]]
 """Kind, value and level [dB] of peaks and events."""
 
 
-class Picture(NamedTuple):
+class Traced(NamedTuple):
     """Line and marks of one curve."""
 
     line: Line
     marks: Marks
 
 
-def picture_of(curve: xr.Dataset, parameter: Moving, where: Chosen) -> Picture:
+def traced(curve: xr.Dataset, parameter: Moving, where: Chosen) -> Traced:
     """Line and marks of one curve, of the largest response of some degrees of freedom."""
     line, peaks = line_of(curve, parameter, where.dofs), located_peaks(curve, parameter)
     if line.is_function:
@@ -223,7 +250,7 @@ def picture_of(curve: xr.Dataset, parameter: Moving, where: Chosen) -> Picture:
         for kind, at in zip(*events, strict=True):
             if kind in OF_EVENTS:
                 marks.append((kind, float(at), level[np.abs(line.value - at).argmin()]))
-    return Picture(line, marks)
+    return Traced(line, marks)
 
 
 def marks_of(
@@ -253,52 +280,3 @@ def drawn(line: Line, scale: Scale) -> tuple[Any, Any, np.ndarray]:
         return value, scale.of(amplitude), unstable
     value, level, unstable = line.polyline()
     return value, scale.of_level(level), unstable
-
-
-def draw_line(ax: Axes, line: Line, scale: Scale, **look: Any) -> None:
-    """Draw a curve, dotted where it is unstable."""
-    value, level, unstable = drawn(line, scale)
-    solid, dotted = (
-        np.append(chosen, False) | np.append(False, chosen) for chosen in (~unstable, unstable)
-    )
-    solid |= not len(unstable)
-    ax.plot(value, np.where(solid, level, np.nan), **look)
-    if dotted.any():
-        dots: Any = look | dict(linestyle=":", linewidth=1.0)
-        ax.plot(value, np.where(dotted, level, np.nan), **dots)
-
-
-def _dots(
-    ax: Axes, curve: xr.Dataset, parameter: Moving, where: Chosen, color: Any, scale: Scale
-) -> None:
-    """Draw every solution at each value; hollow circles are unstable."""
-    amplitude = shown_amplitude(curve, where).transpose(parameter.along, "solution")
-    level = scale.of(amplitude.values)
-    unstable = np.zeros(level.shape, dtype=bool)
-    if "stability" in curve.variables:
-        unstable = curve["stability"].transpose(parameter.along, "solution").values == 0
-    value = curve[parameter.name].values
-    ax.plot(value, np.where(unstable, np.nan, level), ".", color=color, markersize=3.5)
-    hollow = np.where(unstable, level, np.nan)
-    ax.plot(value, hollow, "o", color=color, markersize=2.5, markerfacecolor="white")
-
-
-def _marks(ax: Axes, marks: Marks, color: Any, scale: Scale) -> None:
-    for kind, at, level in marks:
-        if kind in MARKERS:
-            ax.plot(at, scale.of_level(level), MARKERS[kind], color=color, **MARK)
-        elif kind == "unbounded":
-            ax.axvline(at, color=color, linestyle=":", linewidth=0.8)
-
-
-def label_axes(
-    ax: Axes, dataset: xr.Dataset, name: str, words: str, scale: Scale = DECIBEL
-) -> None:
-    """Labels of a response over the parameter ``name``; a wide one gets a logarithmic axis."""
-    ax.set_xlabel(axis_label(dataset, name))
-    ax.set_ylabel(f"{words} [{scale.label}]")
-    scale.put_on(ax)
-    values = dataset[name].values[np.isfinite(dataset[name].values)]
-    if name != "frequency" and len(values) and is_wide(values):
-        ax.set_xscale("log")
-    ax.margins(x=0)

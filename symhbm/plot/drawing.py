@@ -2,23 +2,15 @@
 
 from collections import Counter
 from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
 from typing import Any, NamedTuple
 
-import matplotlib.pyplot as plt
 import numpy as np
 import xarray as xr
-from matplotlib.axes import Axes
-from matplotlib.cm import ScalarMappable
-from matplotlib.colors import ListedColormap, LogNorm, Normalize
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
-from matplotlib.ticker import LogFormatter
 
 from symhbm.model import PARAMETERS
 from symhbm.model.contacts import Parameter
 from symhbm.numerics import FloatArray, FourierBasis, check, unknowns_of
-from symhbm.plot.figures import STYLE, panels
+from symhbm.plot.picture import FAMILY, Axis, Colours, Panel
 from symhbm.results import Description, check_dataset, check_present, meaning
 
 SYMBOLS = {"frequency": ("$f$", "Hz")}
@@ -26,59 +18,10 @@ SYMBOLS |= {name: about.shown_as(name) for name, about in PARAMETERS.items()}
 LINE_STYLES: tuple[Any, ...] = ("-", (0, (5, 1.5)), (0, (1.2, 1.2)), (0, (6, 1.5, 1.2, 1.5)))
 MOST_LEGEND_ENTRIES = 14
 """Largest family of curves with a legend; a larger one has a colour bar."""
-MOST_POINTS = 40_000
-"""Most points of the lines of axes that SVG and PDF hold as lines, some 7 to 25 bytes each."""
-WIDE = 30
-"""Ratio of values from which a scale is logarithmic."""
-OUTSIDE: Any = dict(loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0)
-"""Place of a legend that covers no curve."""
 ENDS_HERE = "incomplete, ends here"
 """What a legend says of the marks at the ends of curves that are not complete."""
-FAMILY = ListedColormap(plt.get_cmap("viridis")(np.linspace(0.88, 0.0, 256)))
-"""Colours whose lightness falls steadily, so that they differ in greyscale too."""
-
-
-@contextmanager
-def canvas(
-    ax: Axes | None, size: tuple[float, float] | None = None, *, alone: bool = False
-) -> Iterator[Axes]:
-    """Axes to draw into, in the style of the library, by default of a figure of `panels`.
-
-    Where their lines have many points, SVG and PDF hold them as pixels. Pictures that are ``alone``
-    take axes off or change them: they raise ValueError for axes that hold another picture.
-    """
-    if ax is not None and not isinstance(ax, Axes):
-        raise TypeError(f"ax={check.shown(ax)}: expected matplotlib Axes or None")
-    if alone and ax is not None and (ax.has_data() or ax.child_axes):
-        raise ValueError(
-            f"ax={check.shown(ax)}: expected axes without a picture, this one needs their whole "
-            "place; give others, as of matplotlib.pyplot.subplots, or none"
-        )
-    if ax is None:
-        with panels(size=size) as (_, own):
-            yield own
-            _bound_points(own)
-        return
-    with plt.rc_context(STYLE):
-        yield ax
-        _bound_points(ax)
-
-
-def _bound_points(ax: Axes) -> None:
-    every = [ax, *ax.child_axes]
-    lines = [line for part in every for line in part.lines]
-    if sum(len(line.get_xdata(orig=False)) for line in lines) > MOST_POINTS:
-        for line in lines:
-            line.set_rasterized(True)
-
-
-def figure_of(ax: Axes) -> Figure:
-    """Figure that holds the axes, also those of a part of it."""
-    figure = ax.get_figure()
-    while figure is not None and not isinstance(figure, Figure):
-        figure = figure.figure
-    assert figure is not None
-    return figure
+WIDE = 30
+"""Ratio of values from which a scale is logarithmic."""
 
 
 def check_variables(dataset: xr.Dataset, *names: str) -> None:
@@ -194,12 +137,10 @@ class Scale(NamedTuple):
             return level
         return self.of(10 ** (np.asarray(level) / 20))
 
-    def put_on(self, ax: Axes) -> None:
-        """Make the vertical axis one of this scale."""
-        if self.kind == "log":
-            ax.set_yscale("log")
-        elif self.kind == "linear":
-            ax.set_ylim(bottom=0)
+    def axis(self, words: str) -> Axis:
+        """The axis of amplitudes."""
+        limits = (0.0, None) if self.kind == "linear" else None
+        return Axis(f"{words} [{self.label}]", log=self.kind == "log", limits=limits)
 
 
 DECIBEL = Scale()
@@ -249,6 +190,14 @@ def axis_label(dataset: xr.Dataset, name: str) -> str:
     return f"{text} [{known[1]}]" if known[1] else text
 
 
+def parameter_axis(dataset: xr.Dataset, name: str, **more: Any) -> Axis:
+    """The axis of a parameter, logarithmic where its values ask for it, or a dimension."""
+    values = dataset[name].values if name in dataset.variables else np.empty(0)
+    finite = values[np.isfinite(values)] if values.dtype.kind == "f" else np.empty(0)
+    log = name != "frequency" and bool(finite.size) and is_wide(finite)
+    return Axis(axis_label(dataset, name), log, **more)
+
+
 def value_label(dataset: xr.Dataset, dim: str, index: int) -> str:
     """Symbol, value and unit of one value of a dimension; its number where it has no values."""
     symbol, unit = symbol_of(dataset, dim) or (dim.replace("_", " "), "")
@@ -278,6 +227,11 @@ class Member(NamedTuple):
     style: Any
     label: str
 
+    @property
+    def look(self) -> dict[str, Any]:
+        """Of a line."""
+        return dict(color=self.color, linestyle=self.style)
+
 
 class Family:
     """Curves over the dimensions ``dims`` of a dataset: few have a legend, many a colour bar.
@@ -287,55 +241,40 @@ class Family:
 
     def __init__(self, dataset: xr.Dataset, dims: Sequence[str]):
         self._dataset, self._dims = dataset, list(dims)
-        sizes = [dataset.sizes[dim] for dim in dims]
-        self._many = int(np.prod(sizes)) > MOST_LEGEND_ENTRIES
-        self._ramp = self._dims[int(np.argmax(sizes))] if self._many else None
-        self._values = np.empty(0)
-        self._norm = Normalize()
-        if self._ramp is not None:
+        self._sizes = [dataset.sizes[dim] for dim in dims]
+        self._ramp, self._bar = "", None
+        if int(np.prod(self._sizes)) > MOST_LEGEND_ENTRIES:
+            self._ramp = self._dims[int(np.argmax(self._sizes))]
             self._values = numbers_along(dataset, self._ramp)
-            kind = LogNorm if is_wide(self._values) else Normalize
-            self._norm = kind(self._values.min(), self._values.max())
+            ends, wide = (self._values.min(), self._values.max()), is_wide(self._values)
+            self._bar = Colours(FAMILY, *ends, wide, axis_label(dataset, self._ramp))
 
     def __iter__(self) -> Iterator[Member]:
-        sizes = [self._dataset.sizes[dim] for dim in self._dims]
-        colors = shades(int(np.prod(sizes)))
+        colors = shades(int(np.prod(self._sizes)))
         others: dict[tuple[int, ...], int] = {}
-        for number, index in enumerate(np.ndindex(*sizes)):
+        for number, index in enumerate(np.ndindex(*self._sizes)):
             position = dict(zip(self._dims, index, strict=True))
             color, turn = colors[number], number
-            if self._ramp is not None:
-                color = FAMILY(self._norm(self._values[position[self._ramp]]))
-                key = tuple(i for dim, i in position.items() if dim != self._ramp)
-                turn = others.setdefault(key, len(others))
-            label = ", ".join(
-                value_label(self._dataset, dim, i)
-                for dim, i in position.items()
-                if dim != self._ramp
-            )
+            named = {dim: i for dim, i in position.items() if dim != self._ramp}
+            if self._bar is not None:
+                color = self._bar.of(self._values[position[self._ramp]])
+                turn = others.setdefault(tuple(named.values()), len(others))
+            label = ", ".join(value_label(self._dataset, dim, i) for dim, i in named.items())
             yield Member(position, color, LINE_STYLES[turn % len(LINE_STYLES)], label)
 
-    def explain(self, ax: Axes) -> None:
-        """Add the legend, or the colour bar and a legend of line styles, and of ends of curves."""
+    def curves(self) -> Iterator[tuple[Member, xr.Dataset]]:
+        """The members with their parts of the dataset."""
+        return ((member, self._dataset.isel(member.position)) for member in self)
+
+    def explain(self, panel: Panel) -> None:
+        """Add the legend before that of marks, or the colour bar and a legend of line styles."""
+        panel.bar, marks = self._bar or panel.bar, panel.items
         styles = {member.label: member for member in self if member.label}
-        if self._ramp is not None:
-            colorbar(ax, ScalarMappable(self._norm, FAMILY), axis_label(self._dataset, self._ramp))
         if len(styles) > MOST_LEGEND_ENTRIES:
             styles = {}
-        handles = []
-        for _, color, style, label in styles.values():
-            color = "black" if self._many else color
-            handles.append(Line2D([], [], color=color, linestyle=style, label=label))
-        handles += [line for line in ax.lines if line.get_label() == ENDS_HERE][:1]
-        where: Any = dict(loc="best") if self._many or not styles else OUTSIDE
-        if handles:
-            ax.legend(handles=handles, handlelength=2.8, **where)
-
-
-def colorbar(ax: Axes, mappable: ScalarMappable, label: str) -> Any:
-    """Colour bar beside axes; logarithmic ones show digits within a decade, too."""
-    bar = figure_of(ax).colorbar(mappable, ax=ax, label=label)
-    if isinstance(mappable.norm, LogNorm):
-        bar.ax.yaxis.set_minor_formatter(LogFormatter(minor_thresholds=(1.5, 0.5)))
-    bar.outline.set_visible(False)  # type: ignore[operator]
-    return bar
+        panel.legend_at = "outside" if styles and self._bar is None else "best"
+        panel.legend, panel.items = {"handlelength": 2.8}, []
+        for member in styles.values():
+            look = member.look if self._bar is None else member.look | {"color": "black"}
+            panel.entry(member.label, **look)
+        panel.items += marks

@@ -4,19 +4,19 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
-from matplotlib.axes import Axes
 
 from symhbm.numerics import FloatArray
 from symhbm.plot.drawing import ENDS_HERE
+from symhbm.plot.picture import Panel
 from symhbm.results import Description
 from symhbm.results.reading import COMPLETE
 
 _NEAR = 1e-6
 """Relative distance from an end of a band within which a path has reached it."""
-_MARK: Any = dict(ls="none", marker="x", color="tab:red", ms=7, mew=1.6, zorder=4, clip_on=False)
+_MARK: Any = dict(linestyle="", marker="x", color="tab:red", markersize=7, markeredgewidth=1.6)
 
 
-def mark_ends(ax: Axes, curve: xr.Dataset, name: str, shown: FloatArray) -> None:
+def mark_ends(panel: Panel, curve: xr.Dataset, name: str, shown: FloatArray) -> None:
     """Mark the points beside which a curve over the parameter ``name`` is missing.
 
     ``shown`` (n,) is what is drawn at its points, NaN where there is nothing. Of a path that is the
@@ -31,13 +31,13 @@ def mark_ends(ax: Axes, curve: xr.Dataset, name: str, shown: FloatArray) -> None
         ends = last[~at_an_end(value[last], Description(curve).band)]
     else:
         ends = beside_missing(found)
-    draw_ends(ax, value[ends], shown[ends])
+    draw_ends(panel, value[ends], shown[ends])
 
 
-def draw_ends(ax: Axes, value: FloatArray, shown: FloatArray) -> None:
+def draw_ends(panel: Panel, value: FloatArray, shown: FloatArray) -> None:
     """Mark points (n,) at which something ends that is not complete."""
     if len(value):
-        ax.plot(value, shown, label=ENDS_HERE, **_MARK)
+        panel.line(value, shown, ENDS_HERE, zorder=4, clip_on=False, **_MARK)
 
 
 def is_complete(curve: xr.Dataset) -> bool:

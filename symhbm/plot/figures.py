@@ -42,7 +42,7 @@ _SAVING |= {"pdf.fonttype": STYLE["pdf.fonttype"]}
 _NO_DATE: Any = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
 
 
-class Picture(Figure):
+class SavedAlike(Figure):
     """A figure whose ``savefig`` keeps text as text and dates out of files, as `save` does."""
 
     def savefig(self, fname: Any, **options: Any) -> None:
@@ -129,7 +129,7 @@ def panels(
     ...     drawn = sh.plot.response(sh.frf(problem, (10, 30)), ax=right)
     >>> figure.savefig("both.svg")
     """
-    look: Any = dict(FigureClass=Picture, layout="constrained", figsize=size)
+    look: Any = dict(FigureClass=SavedAlike, layout="constrained", figsize=size)
     with plt.rc_context(STYLE):
         figure, axes = (
             plt.subplots(rows, columns, **look, **options) if rows else (plt.figure(**look), None)

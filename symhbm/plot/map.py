@@ -5,37 +5,34 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.collections import LineCollection
-from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 
 from symhbm.numerics import FloatArray, check
 from symhbm.plot.drawing import (
     Moving,
     axis_label,
-    canvas,
     check_anything,
     check_dims,
     check_variables,
-    colorbar,
-    figure_of,
     is_wide,
     moving,
     numbers_along,
     one_solution,
 )
+from symhbm.plot.picture import Axis, Colours, Panel, Picture
+from symhbm.plot.rendering import pictured
 
 N_VALUES = 600
 """Values of the common grid of paths: about the pixels of a figure."""
 
 
+@pictured
 def stick_map(
     dataset: xr.Dataset,
     *,
     contact: int | str = "mean",
     over: str | None = None,
     ax: Axes | None = None,
-) -> Figure:
+) -> Picture:
     """Draw the share of the period that contacts stick, over the moving and a swept parameter.
 
     Each cell is one value. A line divides cells that slip or open from those that do not. Hatched
@@ -81,42 +78,43 @@ def stick_map(
     fraction, title = _chosen(dataset, contact)
     values = numbers_along(dataset, over)
     order = np.argsort(values, kind="stable")
-    if np.any(np.diff(values[order]) == 0):
-        raise ValueError(f"over={over!r}: expected different values, some are there twice")
-    table = fraction.transpose(over, parameter.along).values[order]
-    moved = dataset[parameter.name]
-    if parameter.along == "point":
-        paths = moved.broadcast_like(fraction).transpose(over, "point").values[order]
-        moved_values, table = _on_common_grid(paths, table)
-    else:
-        moved_values = moved.values
     y = values[order]
-    wide_x = parameter.name != "frequency" and is_wide(moved_values)
-    wide_y = over in dataset.coords and is_wide(y)
-    with canvas(ax) as ax:
-        ax.patch.set(facecolor="0.93", edgecolor="0.6", hatch="////", linewidth=0)
-        ax.grid(False)
-        shown = np.ma.masked_invalid(table)
-        edges = _edges(moved_values, wide_x), _edges(y, wide_y)
-        mesh = ax.pcolormesh(*edges, shown, cmap="viridis", vmin=0, vmax=1, rasterized=True)
-        _outline(ax, *edges, table)
-        if wide_x:
-            ax.set_xscale("log")
-        if wide_y:
-            ax.set_yscale("log")
-        ax.set_xlabel(axis_label(dataset, parameter.name))
-        ax.set_ylabel(axis_label(dataset, over))
-        labels = dataset[over].values[order] if over in dataset.coords else y
-        if labels.dtype.kind in "iu" and not wide_y:
-            ax.yaxis.set_major_locator(MaxNLocator(integer=True))
-        if labels.dtype.kind not in "iuf":
-            ax.set_yticks(y, [str(label) for label in labels])
-        colorbar(ax, mesh, "share of the period that sticks").ax.grid(False)
-        missing = int(np.isnan(table).sum())
-        if missing:
-            title += f"; hatched: {100 * missing / table.size:.2g} % without values"
-        ax.set_title(title)
-    return figure_of(ax)
+    if np.any(np.diff(y) == 0):
+        raise ValueError(f"over={over!r}: expected different values, some are there twice")
+    table, x = fraction.transpose(over, parameter.along).values[order], dataset[parameter.name]
+    if parameter.along == "point":
+        paths = x.broadcast_like(fraction).transpose(over, "point").values[order]
+        x, table = _on_common_grid(paths, table)
+    across = Axis(axis_label(dataset, parameter.name), grid=False)
+    across.log = parameter.name != "frequency" and is_wide(np.asarray(x))
+    upward = Axis(axis_label(dataset, over), grid=False)
+    upward.log = over in dataset.coords and is_wide(y)
+    labels = dataset[over].values[order] if over in dataset.coords else y
+    upward.whole = labels.dtype.kind in "iu" and not upward.log
+    if labels.dtype.kind not in "iuf":
+        upward.ticks = y.tolist(), [str(label) for label in labels]
+    missing = int(np.isnan(table).sum())
+    if missing:
+        title += f"; hatched: {100 * missing / table.size:.2g} % without values"
+    panel = Panel(across, upward, title=title)
+    panel.add("ground", facecolor="0.93", edgecolor="0.6", hatch="////", linewidth=0)
+    panel.bar = Colours("viridis", 0, 1, label="share of the period that sticks")
+    edges = _edges(np.asarray(x), across.log), _edges(y, upward.log)
+    panel.add("cells", *edges, table, panel.bar)
+    for color, width in (("white", 2.6), ("black", 1.0)):
+        look: Any = dict(colors=color, linewidths=width, capstyle="projecting")
+        panel.add("segments", _outline(*edges, table), **look)
+    return Picture([panel])
+
+
+def _outline(x: FloatArray, y: FloatArray, table: FloatArray) -> FloatArray:
+    """Edges (n, 2, 2) of cells between those that slip and those that do not."""
+    filled, slips = np.isfinite(table), table < 1
+    row, column = np.nonzero((slips[:, 1:] != slips[:, :-1]) & filled[:, 1:] & filled[:, :-1])
+    upright = np.stack([x[column + 1], y[row], x[column + 1], y[row + 1]], axis=-1)
+    row, column = np.nonzero((slips[1:] != slips[:-1]) & filled[1:] & filled[:-1])
+    level = np.stack([x[column], y[row + 1], x[column + 1], y[row + 1]], axis=-1)
+    return np.concatenate([upright, level]).reshape(-1, 2, 2)
 
 
 def _swept(dataset: xr.Dataset, parameter: Moving, over: str | None) -> str:
@@ -184,16 +182,3 @@ def _edges(centre: FloatArray, logarithmic: bool) -> FloatArray:
         return centre[0] + np.array([-0.5, 0.5])
     middle = (centre[1:] + centre[:-1]) / 2
     return np.concatenate([[2 * centre[0] - middle[0]], middle, [2 * centre[-1] - middle[-1]]])
-
-
-def _outline(ax: Axes, x: FloatArray, y: FloatArray, table: FloatArray) -> None:
-    """Line along the edges between cells that slip and cells that do not; ``x``, ``y``: edges."""
-    filled, slips = np.isfinite(table), table < 1
-    row, column = np.nonzero((slips[:, 1:] != slips[:, :-1]) & filled[:, 1:] & filled[:, :-1])
-    upright = np.stack([x[column + 1], y[row], x[column + 1], y[row + 1]], axis=-1)
-    row, column = np.nonzero((slips[1:] != slips[:-1]) & filled[1:] & filled[:-1])
-    level = np.stack([x[column], y[row + 1], x[column + 1], y[row + 1]], axis=-1)
-    lines = list(np.concatenate([upright, level]).reshape(-1, 2, 2))
-    for color, width in (("white", 2.6), ("black", 1.0)):
-        look: Any = dict(colors=color, linewidths=width, capstyle="projecting")
-        ax.add_collection(LineCollection(lines, **look))

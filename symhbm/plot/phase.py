@@ -3,27 +3,26 @@
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from symhbm.model import Place
 from symhbm.numerics import check
 from symhbm.plot.curves import check_curves
 from symhbm.plot.drawing import (
     Family,
-    axis_label,
-    canvas,
     check_anything,
     check_variables,
-    figure_of,
-    is_wide,
     one_solution,
+    parameter_axis,
 )
 from symhbm.plot.ends import mark_ends
+from symhbm.plot.picture import Axis, Panel, Picture
+from symhbm.plot.rendering import pictured
 from symhbm.results.reading import motion
 
 _UNITS = {"deg": 180 / np.pi, "rad": 1.0}
 
 
+@pictured
 def phase(
     dataset: xr.Dataset,
     *,
@@ -31,7 +30,7 @@ def phase(
     harmonic: int | None = None,
     unit: str = "deg",
     ax: Axes | None = None,
-) -> Figure:
+) -> Picture:
     """Draw the phase lag of a harmonic over the moving parameter, a line per parameter set.
 
     It is positive where the harmonic ``n`` comes later than ``cos(n omega t)``, as of
@@ -83,24 +82,19 @@ def phase(
     check_anything(dataset, "amplitude")
     dataset = one_solution(dataset)
     lag = motion(dataset.isel(dof=number))["phase_lag"].sel(harmonic=harmonic)
+    turn = r"\omega t" if harmonic == 1 else rf"{harmonic} \omega t"
+    which = where.words.removeprefix("response of ")
+    panel = Panel(
+        parameter_axis(dataset, parameter.name, room=0),
+        Axis(rf"phase lag of {which} behind $\cos({turn})$ [{unit}]"),
+    )
     family = Family(dataset, [str(dim) for dim in lag.dims if dim != parameter.along])
-    with canvas(ax) as ax:
-        for member in family:
-            value = dataset[parameter.name]
-            value = value.isel({d: i for d, i in member.position.items() if d in value.dims}).values
-            angle = lag.isel(member.position).values
-            inside = np.isfinite(value) & np.isfinite(angle)
-            shown = np.full(len(value), np.nan)
-            shown[inside] = factor * np.unwrap(angle[inside])
-            ax.plot(value, shown, color=member.color, linestyle=member.style)
-            mark_ends(ax, dataset.isel(member.position), parameter.name, shown)
-        which = where.words.removeprefix("response of ")
-        ax.set_xlabel(axis_label(dataset, parameter.name))
-        turn = r"\omega t" if harmonic == 1 else rf"{harmonic} \omega t"
-        ax.set_ylabel(rf"phase lag of {which} behind $\cos({turn})$ [{unit}]")
-        values = dataset[parameter.name].values[np.isfinite(dataset[parameter.name].values)]
-        if parameter.name != "frequency" and len(values) and is_wide(values):
-            ax.set_xscale("log")
-        ax.margins(x=0)
-        family.explain(ax)
-    return figure_of(ax)
+    for member, one in family.curves():
+        value, angle = one[parameter.name].values, lag.isel(member.position).values
+        inside = np.isfinite(value) & np.isfinite(angle)
+        shown = np.full(len(value), np.nan)
+        shown[inside] = factor * np.unwrap(angle[inside])
+        panel.line(value, shown, **member.look)
+        mark_ends(panel, one, parameter.name, shown)
+    family.explain(panel)
+    return Picture([panel])

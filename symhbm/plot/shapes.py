@@ -6,19 +6,11 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.cm import ScalarMappable
-from matplotlib.collections import LineCollection, PolyCollection
-from matplotlib.colors import Normalize
-from matplotlib.figure import Figure
-from matplotlib.patches import Circle
 
 from symhbm.numerics import FloatArray, check, largest_displacement
 from symhbm.plot.drawing import (
-    canvas,
     check_dims,
     check_variables,
-    colorbar,
-    figure_of,
     motions_of,
     moving,
     nothing_to_draw,
@@ -26,7 +18,9 @@ from symhbm.plot.drawing import (
     scaled,
     symbol_of,
 )
+from symhbm.plot.picture import Axis, Colours, Panel, Picture
 from symhbm.plot.places import blades_of, position_of
+from symhbm.plot.rendering import pictured
 from symhbm.results import Description
 
 HUB, TIP, OFFSET = 0.42, 1.0, 0.3
@@ -41,6 +35,7 @@ _Shape = tuple[FloatArray, str]
 """Coefficients (n_dof, n_harmonics, 2) [m] of one response, and its text."""
 
 
+@pictured
 def disk(
     dataset: xr.Dataset,
     *,
@@ -49,7 +44,7 @@ def disk(
     angle: float | None = None,
     blades: Sequence[int] | None = None,
     ax: Axes | None = None,
-) -> Figure:
+) -> Picture:
     """Draw the operating deflection shape of a disk at one instant.
 
     Tips stand outside of the dashed circle where the displacement is positive, inside where it is
@@ -102,19 +97,19 @@ def disk(
     instant = motions @ basis.values(angle)
     factor, unit = scaled(amplitude[leading], "m")
     top = amplitude[leading] or 1.0
-    with canvas(ax, (5.4, 4.8), alone=True) as ax:
-        shades = ScalarMappable(Normalize(-factor * top, factor * top), "RdBu_r")
-        _draw(ax, instant / top, amplitude / top, shades.to_rgba(factor * instant))
-        _number(ax, names)
-        colorbar(ax, shades, f"displacement [{unit}], offset of tips alike").ax.grid(False)
-        who = "all blades alike" if ahead.all() else f"blade {names[leading]} leads"
-        ax.set_title(
-            f"{text}, {_diameter(coefficient)}\n"
-            f"{who}: {factor * amplitude[leading]:.3g} {unit}, "
-            rf"$\omega t$ = {angle % (2 * np.pi):.2f} rad",
-            fontsize=9,
-        )
-    return figure_of(ax)
+    label = f"displacement [{unit}], offset of tips alike"
+    colors = Colours("RdBu_r", -factor * top, factor * top, label=label)
+    who = "all blades alike" if ahead.all() else f"blade {names[leading]} leads"
+    limits = -(TIP + OFFSET + 0.24), TIP + OFFSET + 0.24
+    panel = Panel(Axis(limits=limits), Axis(limits=limits), bare=True, even="box", bar=colors)
+    panel.title_size = 9
+    panel.title = (
+        f"{text}, {_diameter(coefficient)}\n"
+        f"{who}: {factor * amplitude[leading]:.3g} {unit}, "
+        rf"$\omega t$ = {angle % (2 * np.pi):.2f} rad"
+    )
+    _draw(panel, instant / top, amplitude / top, colors.of(factor * instant), names)
+    return Picture([panel], (5.4, 4.8), alone=True)
 
 
 def nodal_shares(coefficient: FloatArray) -> FloatArray:
@@ -248,40 +243,30 @@ def _text(dataset: xr.Dataset, name: str, value: float) -> str:
     return f"{symbol} = {value:.4g} {unit}, {float(dataset['frequency']):.5g} Hz"
 
 
-def _draw(ax: Axes, instant: FloatArray, amplitude: FloatArray, colors: np.ndarray) -> None:
+def _draw(
+    panel: Panel, instant: FloatArray, amplitude: FloatArray, colors: np.ndarray, names: list[int]
+) -> None:
     n_blades = len(instant)
-    turn = _blade_angles(n_blades)
+    n_blades = len(instant)
+    turn = np.pi / 2 - 2 * np.pi * np.arange(n_blades) / n_blades  # the first on top, clockwise
     radius = TIP + OFFSET * instant
     half = min(0.36 * 2 * np.pi / n_blades * HUB, 0.07)
     along = np.stack([np.cos(turn), np.sin(turn)], axis=-1)
     across = np.stack([-along[:, 1], along[:, 0]], axis=-1)
     corners = ((HUB, -1), (radius[:, None], -1), (radius[:, None], 1), (HUB, 1))
     outline = np.stack([r * along + side * half * across for r, side in corners], axis=1)
-    blades = PolyCollection(list(outline), facecolors=colors, edgecolors="0.25", linewidths=0.7)
-    ax.add_collection(blades)
+    panel.add("areas", outline, facecolors=colors, edgecolors="0.25", linewidths=0.7)
     for sign in (-1, 1):
         middle = (TIP + sign * OFFSET * amplitude[:, None]) * along
         arcs = np.stack([middle - half * across, middle + half * across], axis=1)
-        ax.add_collection(LineCollection(list(arcs), colors="0.45", linewidths=1.1, zorder=3))
+        panel.add("segments", arcs, colors="0.45", linewidths=1.1, zorder=3)
     closed = np.append(np.arange(n_blades), 0)
     tips = radius[:, None] * along
-    ax.plot(*tips[closed].T, color="black", linewidth=0.8, zorder=4)
+    panel.line(*tips[closed].T, color="black", linewidth=0.8, zorder=4)
     rest: Any = dict(fill=False, linestyle=(0, (4, 3)), color="0.55", linewidth=0.9)
-    ax.add_patch(Circle((0, 0), TIP, **rest))
-    ax.add_patch(Circle((0, 0), HUB, facecolor="0.93", edgecolor="0.25", linewidth=0.8, zorder=2))
-    limit = TIP + OFFSET + 0.24
-    ax.set(xlim=(-limit, limit), ylim=(-limit, limit), aspect="equal")
-    ax.set_axis_off()
-
-
-def _number(ax: Axes, names: list[int]) -> None:
-    step = -(-len(names) // 40)
-    radius = TIP + OFFSET + 0.14
-    for number, turn in list(zip(names, _blade_angles(len(names)), strict=True))[::step]:
-        point = radius * np.cos(turn), radius * np.sin(turn)
-        ax.text(*point, str(number), ha="center", va="center", fontsize=8, color="0.25")
-
-
-def _blade_angles(n_blades: int) -> FloatArray:
-    """Angles of the blades: the first on top, the others clockwise."""
-    return np.pi / 2 - 2 * np.pi * np.arange(n_blades) / n_blades
+    panel.add("circle", (0, 0), TIP, **rest)
+    hub: Any = dict(facecolor="0.93", edgecolor="0.25", linewidth=0.8, zorder=2)
+    panel.add("circle", (0, 0), HUB, **hub)
+    step = -(-n_blades // 40)
+    for name, point in list(zip(names, (TIP + OFFSET + 0.14) * along, strict=True))[::step]:
+        panel.text(point, str(name), ha="center", va="center", fontsize=8, color="0.25")

@@ -471,7 +471,7 @@ def test_plot(archive, tmp_path, monkeypatch):
     def drawn(kind):
         def draw(part, *, contact=None, place=None, ax=None):
             calls.append((kind, part, contact, place))
-            return sh.plot.drawing.plt.figure(figsize=(1, 1))
+            return sh.plot.rendering.plt.figure(figsize=(1, 1))
 
         return draw
 
@@ -536,7 +536,7 @@ def test_no_incomplete_curve_is_drawn_as_if_it_were_complete(tmp_path, monkeypat
 
     def blades(values, ax=None):
         calls.append(values)
-        return sh.plot.drawing.plt.figure(figsize=(1, 1))
+        return sh.plot.rendering.plt.figure(figsize=(1, 1))
 
     monkeypatch.setattr(sh.plot, "blades", blades)
     assert run("plot", path, "--kind", "blades")[0] == 0

@@ -5,32 +5,20 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.patches import Patch
 
-from symhbm.model.contacts import Behaviour
-from symhbm.numerics import FloatArray
 from symhbm.plot.contact.states import LOOKS
-from symhbm.plot.drawing import (
-    OUTSIDE,
-    canvas,
-    check_variables,
-    colorbar,
-    figure_of,
-    nothing_to_draw,
-    scaled,
-)
+from symhbm.plot.drawing import check_variables, nothing_to_draw, scaled
+from symhbm.plot.picture import Axis, Colours, Panel, Picture
+from symhbm.plot.rendering import pictured
 from symhbm.results import Description, meaning
 
 _AXES = "xyz"
-_DOT = 0.6
-"""Size of a contact over its distance to the next one."""
-_WORDS = {Behaviour.NEVER_TOUCHES: "never touches"}
 
 
+@pictured
 def contact_map(
     dataset: xr.Dataset, variable: str = "contact_state", *, ax: Axes | None = None
-) -> Figure:
+) -> Picture:
     """Draw what contacts do where they are: the state, a force or a loss over an interface.
 
     The picture is the plane of the two axes along which contacts lie farthest apart.
@@ -78,48 +66,30 @@ def contact_map(
             "dataset.isel(point=0)"
         )
     at = np.column_stack([dataset[f"contact_{axis}"].values for axis in _AXES])
-    one, two = sorted(np.argsort(-np.ptp(at, axis=0), kind="stable")[:2].tolist())
+    axes = sorted(np.argsort(-np.ptp(at, axis=0), kind="stable")[:2].tolist())
     known = values.values >= 0 if variable == "contact_state" else np.isfinite(values.values)
     if not known.any():
         raise nothing_to_draw(dataset)
-    factor, unit = scaled(float(np.abs(at[:, [one, two]]).max()), "m")
-    across, along = factor * at[:, one], factor * at[:, two]
-    with canvas(ax, (6.4, 4.2)) as ax:
-        ax.set_aspect("equal", adjustable="datalim")
-        ax.set_xlabel(f"${_AXES[one]}$ [{unit}]")
-        ax.set_ylabel(f"${_AXES[two]}$ [{unit}]")
-        ax.margins(0.08)
-        ax.plot(across, along, linestyle="none")  # limits, which tell how large a dot is
-        size = _size(ax, np.column_stack([across, along]))
-        look: Any = dict(s=size, linewidths=0.4, edgecolors="black", zorder=3)
-        if not known.all():
-            ax.scatter(across[~known], along[~known], facecolors="none", **look)
-        if variable == "contact_state":
-            states = values.values[known]
-            colors = [LOOKS[state][0] for state in states.tolist()]
-            ax.scatter(across[known], along[known], c=colors, **look)
-            handles = [
-                Patch(color=LOOKS[state][0], label=_WORDS.get(state, LOOKS[state][1]))
-                for state in sorted({*states.tolist()})
-            ]
-            ax.legend(handles=handles, **OUTSIDE)
-        else:
-            about = meaning(variable, Description(dataset).records)
-            shown = values.values[known]
-            factor, unit = 1.0, "" if about.units == "1" else about.units
-            if unit:
-                factor, unit = scaled(float(np.abs(shown).max()), unit)
-            dots = ax.scatter(across[known], along[known], c=factor * shown, **look)
-            colorbar(ax, dots, f"{about.long_name} [{unit}]" if unit else about.long_name)
-    return figure_of(ax)
-
-
-def _size(ax: Axes, points: FloatArray) -> float:
-    """Area of a dot [points^2] that leaves neighbours apart."""
-    from scipy.spatial import KDTree  # slow to import
-
-    pixels = ax.transData.transform(points)
-    apart = (
-        72 / figure_of(ax).dpi * KDTree(pixels).query(pixels, 2)[0][:, 1] if len(points) > 1 else 24
-    )
-    return float(np.clip(_DOT * np.median(apart), 3.0, 24.0) ** 2)
+    factor, unit = scaled(float(np.abs(at[:, axes]).max()), "m")
+    x, y = factor * at[:, axes].T
+    across, upward = (Axis(f"${_AXES[k]}$ [{unit}]", room=0.08) for k in axes)
+    panel = Panel(across, upward, even="datalim")
+    look: Any = dict(linewidths=0.4, edgecolors="black", zorder=3)
+    if not known.all():
+        panel.add("dots", x, y, ~known, facecolors="none", **look)
+    shown = values.values[known]
+    if variable == "contact_state":
+        colors = [LOOKS[state][0] for state in shown.tolist()]
+        panel.add("dots", x, y, known, c=colors, **look)
+        for state in sorted({*shown.tolist()}):
+            color, words = LOOKS[state]
+            panel.entry(words.removeprefix("open; "), facecolor=color)
+    else:
+        about = meaning(variable, Description(dataset).records)
+        factor, unit = 1.0, "" if about.units == "1" else about.units
+        if unit:
+            factor, unit = scaled(float(np.abs(shown).max()), unit)
+        shown, label = factor * shown, f"{about.long_name} [{unit}]" if unit else about.long_name
+        panel.bar = Colours("viridis", shown.min(), shown.max(), label=label)
+        panel.add("dots", x, y, known, c=shown, cmap=panel.bar.map, **look)
+    return Picture([panel], (6.4, 4.2))

@@ -6,39 +6,27 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from numpy.typing import NDArray
 
 from symhbm.model.contacts import Behaviour, History, MemorylessLaw
 from symhbm.numerics import FloatArray, check
 from symhbm.plot.contact.histories import Histories, contact_of, histories
-from symhbm.plot.drawing import (
-    MOST_LEGEND_ENTRIES,
-    OUTSIDE,
-    Family,
-    Member,
-    canvas,
-    figure_of,
-    nothing_to_draw,
-    scaled,
-)
+from symhbm.plot.drawing import MOST_LEGEND_ENTRIES, Family, Member, nothing_to_draw, scaled
+from symhbm.plot.picture import Axis, Panel, Picture
+from symhbm.plot.rendering import pictured
 
-_EVENTS = {
+_TOUCHES = Behaviour.STICKS, Behaviour.SLIPS
+_EVENTS: dict[str, Any] = {
     "onset of slip": ((Behaviour.STICKS,), (Behaviour.SLIPS,), dict(marker="^")),
     "end of slip": (
-        (Behaviour.SLIPS,),
-        (Behaviour.STICKS,),
+        *((Behaviour.SLIPS,), (Behaviour.STICKS,)),
         dict(marker="o", markerfacecolor="white"),
     ),
-    "opening": (
-        (Behaviour.STICKS, Behaviour.SLIPS),
-        (Behaviour.OPENS,),
-        dict(marker="s", markerfacecolor="white"),
-    ),
-    "closing": ((Behaviour.OPENS,), (Behaviour.STICKS, Behaviour.SLIPS), dict(marker="D")),
+    "opening": (_TOUCHES, (Behaviour.OPENS,), dict(marker="s", markerfacecolor="white")),
+    "closing": ((Behaviour.OPENS,), _TOUCHES, dict(marker="D")),
 }
 """What a contact does before and after its events, and their marks."""
+_MARK: Any = dict(linestyle="", markersize=5)
 _LIMIT: Any = dict(color="0.4", linewidth=0.9, linestyle=(0, (1, 2)), zorder=1)
 _OPEN: Any = dict(linewidth=1.0, linestyle=(0, (2, 2)), alpha=0.6)
 """Lines of limits, and of contacts that are open."""
@@ -65,7 +53,8 @@ class Loop(NamedTuple):
         return float((middle * np.diff(self.displacement)).sum())
 
 
-def hysteresis(dataset: xr.Dataset, *, contact: int = 0, ax: Axes | None = None) -> Figure:
+@pictured
+def hysteresis(dataset: xr.Dataset, *, contact: int = 0, ax: Axes | None = None) -> Picture:
     """Draw the friction force of a contact over its relative displacement through a period.
 
     Of planar friction the force across is a broken line, over the displacement across; each is
@@ -103,44 +92,42 @@ def hysteresis(dataset: xr.Dataset, *, contact: int = 0, ax: Axes | None = None)
     >>> sh.plot.hysteresis(sh.solve(problem, 20.0)).savefig("loop.png")
     """
     found = _of_friction(dataset, contact)
-    drawn = _drawn(found)
-    names = found.contact.law.directions
-    smooth = isinstance(found.contact.law, MemorylessLaw)
+    names, smooth = found.contact.law.directions, isinstance(found.contact.law, MemorylessLaw)
     directions = [k for k, name in enumerate(names) if smooth or name != "normal"]
-    largest = max(float(np.abs(h.displacement[directions]).max()) for h in drawn)
-    factor, unit = scaled(largest, "m")
-    with canvas(ax) as ax:
-        few = len(drawn) <= MOST_LEGEND_ENTRIES
-        for member, history in _members(found):
-            for k in directions:
-                look = member if k == directions[0] else member._replace(style="--")
-                _line(ax, factor * history.displacement[k], history.force[k], history, look, few)
-        notes = []
-        if len(found.of) == 1:
-            history, loop = drawn[0], _loop(drawn[0])
-            x = factor * loop.displacement
-            area = 0.0
-            for k in directions:
-                part = loop._replace(displacement=history.displacement[k], force=history.force[k])
-                ax.fill(factor * part.displacement, part.force, color="0.94", zorder=0)
-                area += part.area
-            for sign in (-1, 1) if loop.limit.any() else ():
-                if np.ptp(loop.limit):
-                    ax.plot(x, sign * loop.limit, **_LIMIT)
-                else:
-                    ax.axhline(sign * loop.limit[0], **_LIMIT)
-            lost, joule = scaled(area, "J")
-            notes.append(f"contact {contact}: {lost * area:.4g} {joule} per cycle")
-        ax.set_title("\n".join([*notes, *_left_out(found, drawn)]))
-        ax.set_xlabel(f"relative displacement [{unit}]")
-        ax.set_ylabel("contact force [N]" if smooth else "friction force [N]")
-        _explain(ax, found, drawn, r"limit $\pm\mu N$")
-    return figure_of(ax)
+    loops = _Loops(found, directions)
+    panel = Panel(
+        Axis(f"relative displacement [{loops.unit}]"),
+        Axis("contact force [N]" if smooth else "friction force [N]"),
+    )
+    for member, history in loops.members():
+        for k in directions:
+            look = member if k == directions[0] else member._replace(style="--")
+            x = loops.factor * history.displacement[k]
+            loops.add(panel, x, history.force[k], history, look)
+    title = ""
+    if len(found.of) == 1:
+        history, loop, area = loops.drawn[0], _loop(loops.drawn[0]), 0.0
+        for k in directions:
+            part = loop._replace(displacement=history.displacement[k], force=history.force[k])
+            outline = np.stack([loops.factor * part.displacement, part.force], axis=-1)
+            panel.add("areas", [outline], facecolors="0.94", edgecolors="0.94", zorder=0)
+            area += part.area
+        for sign in (-1, 1) if loop.limit.any() else ():
+            if np.ptp(loop.limit):
+                x = loops.factor * loop.displacement
+                panel.line(x, sign * loop.limit, **_LIMIT)
+            else:
+                panel.add("level", sign * loop.limit[0], **_LIMIT)
+        lost, joule = scaled(area, "J")
+        title = f"contact {contact}: {lost * area:.4g} {joule} per cycle"
+    loops.explain(panel, title, r"limit $\pm\mu N$")
+    return Picture([panel])
 
 
+@pictured
 def normal_force(
     dataset: xr.Dataset, *, contact: int = 0, over: str = "angle", ax: Axes | None = None
-) -> Figure:
+) -> Picture:
     """Draw the normal force of a contact over the period, or over its normal displacement.
 
     Squares are openings and diamonds closings; where a contact is open the line is broken. Of
@@ -182,26 +169,20 @@ def normal_force(
             f"{type(which.law).__name__} in the group {which.group!r}, whose load is constant"
         )
     found = histories(dataset, which)
-    drawn = _drawn(found)
-    factor, unit = scaled(max(float(np.abs(h.displacement[-1]).max()) for h in drawn), "m")
-    with canvas(ax) as ax:
-        for member, history in _members(found):
-            if over == "angle":
-                history = _from_zero(history)
-            x = history.angle if over == "angle" else factor * history.displacement[-1]
-            _line(ax, x, history.force[-1], history, member, len(drawn) <= MOST_LEGEND_ENTRIES)
-        title = [f"contact {contact}"] if len(found.of) == 1 else []
-        ax.set_title("\n".join([*title, *_left_out(found, drawn)]))
+    loops = _Loops(found, [-1])
+    label = f"normal displacement, positive where it closes [{loops.unit}]"
+    panel = Panel(Axis(label), Axis("normal force [N]"))
+    if over == "angle":
+        ticks = [f"${each}$" for each in ("0", r"\pi/2", r"\pi", r"3\pi/2", r"2\pi")]
+        label = r"angle of the period $\omega t$ [rad]"
+        panel.x = Axis(label, limits=(0, 2 * np.pi), ticks=(np.arange(5) * np.pi / 2, ticks))
+    for member, history in loops.members():
         if over == "angle":
-            ax.set_xlim(0, 2 * np.pi)
-            ticks = [f"${each}$" for each in ("0", r"\pi/2", r"\pi", r"3\pi/2", r"2\pi")]
-            ax.set_xticks(np.arange(5) * np.pi / 2, ticks)
-            ax.set_xlabel(r"angle of the period $\omega t$ [rad]")
-        else:
-            ax.set_xlabel(f"normal displacement, positive where it closes [{unit}]")
-        ax.set_ylabel("normal force [N]")
-        _explain(ax, found, drawn)
-    return figure_of(ax)
+            history = _from_zero(history)
+        x = history.angle if over == "angle" else loops.factor * history.displacement[-1]
+        loops.add(panel, x, history.force[-1], history, member)
+    loops.explain(panel, f"contact {contact}" if len(found.of) == 1 else "")
+    return Picture([panel])
 
 
 def loops_of(
@@ -233,39 +214,6 @@ def _loop(history: History) -> Loop:
     return Loop(history.angle, *sides, onset, end)
 
 
-def _drawn(found: Histories) -> list[History]:
-    """Those of converged points; ValueError where there is none."""
-    drawn = [history for history in found.of.values() if history is not None]
-    if not drawn:
-        raise nothing_to_draw(found.dataset)
-    return drawn
-
-
-def _members(found: Histories) -> Iterator[tuple[Member, History]]:
-    for member in Family(found.dataset, found.dims):
-        history = found.of.get(tuple(member.position[dim] for dim in found.dims))
-        if history is not None:
-            yield member, history
-
-
-def _line(
-    ax: Axes, x: FloatArray, y: FloatArray, history: History, member: Member, few: bool
-) -> None:
-    """A line over a period, broken where the contact is open, and marks of events where few."""
-    apart = history.state == Behaviour.OPENS
-    closed = ~apart | np.append(False, ~apart[:-1])
-    open_too = apart | np.append(False, apart[:-1])
-    look: Any = dict(color=member.color, linestyle=member.style, linewidth=1.4 if few else 0.8)
-    ax.plot(x, np.where(closed, y, np.nan), **look)
-    if open_too.any():
-        ax.plot(x, np.where(open_too, y, np.nan), color=member.color, **_OPEN)
-    if few:
-        for before, after, mark in _EVENTS.values():
-            at = history.changes(before, after)
-            mark: Any = dict(color=member.color, linestyle="", markersize=5, zorder=3) | mark
-            ax.plot(x[at], y[at], **mark)
-
-
 def _from_zero(history: History) -> History:
     """The same with points that lie around one period from 0 on."""
     period = 2 * np.pi
@@ -278,28 +226,63 @@ def _from_zero(history: History) -> History:
     return History(angle, *sides, history.limit[order], history.state[order])
 
 
-def _left_out(found: Histories, drawn: list[History]) -> list[str]:
-    if len(drawn) == len(found.of):
-        return []
-    missing = len(found.of) - len(drawn)
-    return [f"left out, not converged: {missing} of {len(found.of)} points"]
+class _Loops:
+    """Lines over a period of a family of histories: those of converged points.
 
+    ``factor`` and ``unit`` are of the displacements in some ``directions``. Raises ValueError
+    where no point converged.
+    """
 
-def _explain(ax: Axes, found: Histories, drawn: list[History], limit: str | None = None) -> None:
-    """The legend of a family, or that of the marks of the only contact that opens or closes."""
-    names, handles = found.contact.law.directions, []
-    if len(found.of) > 1 or not {"normal", "across"} & {*names}:
-        Family(found.dataset, found.dims).explain(ax)
-        return
-    if limit is not None and "across" in names:
-        styles: Any = dict(tangential="-", across="--").items()
-        handles = [Line2D([], [], color="black", linestyle=s, label=name) for name, s in styles]
-    if limit is not None:
-        handles.append(Line2D([], [], label=limit, **_LIMIT))
-    if (drawn[0].state == Behaviour.OPENS).any():
-        handles.append(Line2D([], [], color="black", label="open", **_OPEN))
-    for name, (before, after, mark) in _EVENTS.items():
-        if len(drawn[0].changes(before, after)):
-            mark: Any = dict(color="black", linestyle="", markersize=5, label=name) | mark
-            handles.append(Line2D([], [], **mark))
-    ax.legend(handles=handles, **OUTSIDE)
+    def __init__(self, found: Histories, directions: list[int]):
+        self._found, self._family = found, Family(found.dataset, found.dims)
+        self.drawn = [history for history in found.of.values() if history is not None]
+        if not self.drawn:
+            raise nothing_to_draw(found.dataset)
+        self._few = len(self.drawn) <= MOST_LEGEND_ENTRIES
+        largest = max(float(np.abs(h.displacement[directions]).max()) for h in self.drawn)
+        self.factor, self.unit = scaled(largest, "m")
+
+    def members(self) -> Iterator[tuple[Member, History]]:
+        """The histories with their looks."""
+        for member in self._family:
+            history = self._found.of.get(tuple(member.position[dim] for dim in self._found.dims))
+            if history is not None:
+                yield member, history
+
+    def add(
+        self, panel: Panel, x: FloatArray, y: FloatArray, history: History, member: Member
+    ) -> None:
+        """A line, broken where the contact is open, and marks of events where lines are few."""
+        apart = history.state == Behaviour.OPENS
+        closed = ~apart | np.append(False, ~apart[:-1])
+        open_too = apart | np.append(False, apart[:-1])
+        width = 1.4 if self._few else 0.8
+        panel.line(x, np.where(closed, y, np.nan), linewidth=width, **member.look)
+        if open_too.any():
+            panel.line(x, np.where(open_too, y, np.nan), color=member.color, **_OPEN)
+        for before, after, mark in _EVENTS.values() if self._few else ():
+            at = history.changes(before, after)
+            panel.line(x[at], y[at], **_MARK | dict(color=member.color, zorder=3) | mark)
+
+    def explain(self, panel: Panel, title: str, limit: str = "") -> None:
+        """The title, which tells what is left out, and the legend.
+
+        That is of the family, or of the marks of the only contact that opens or closes.
+        """
+        missing, total = len(self._found.of) - len(self.drawn), len(self._found.of)
+        left_out = f"left out, not converged: {missing} of {total} points" if missing else ""
+        panel.title = "\n".join(filter(None, [title, left_out]))
+        names = self._found.contact.law.directions
+        if total > 1 or not {"normal", "across"} & {*names}:
+            return self._family.explain(panel)
+        if limit and "across" in names:
+            for name, style in (("tangential", "-"), ("across", "--")):
+                panel.entry(name, color="black", linestyle=style)
+        if limit:
+            panel.entry(limit, **_LIMIT)
+        if (self.drawn[0].state == Behaviour.OPENS).any():
+            panel.entry("open", color="black", **_OPEN)
+        for name, (before, after, mark) in _EVENTS.items():
+            if len(self.drawn[0].changes(before, after)):
+                panel.entry(name, **_MARK | dict(color="black") | mark)
+        return None

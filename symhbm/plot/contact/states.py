@@ -6,24 +6,20 @@ from typing import Any, NamedTuple
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.patches import Patch
 from numpy.typing import NDArray
 
 from symhbm.model.contacts import Behaviour
 from symhbm.numerics import FloatArray, check
 from symhbm.plot.drawing import (
-    OUTSIDE,
     Moving,
-    axis_label,
-    canvas,
     check_variables,
-    figure_of,
-    is_wide,
     moving,
     nothing_to_draw,
+    parameter_axis,
     value_label,
 )
+from symhbm.plot.picture import Axis, Panel, Picture
+from symhbm.plot.rendering import pictured
 
 MOST_ROWS = 40
 """Most rows of contacts and parameter sets: more cannot be told apart."""
@@ -54,7 +50,8 @@ class _Run(NamedTuple):
     events: FloatArray
 
 
-def states(dataset: xr.Dataset, *, contact: int | None = None, ax: Axes | None = None) -> Figure:
+@pictured
+def states(dataset: xr.Dataset, *, contact: int | None = None, ax: Axes | None = None) -> Picture:
     """Draw what contacts do over the moving parameter, a row for each contact and parameter set.
 
     The strip on top of a row is the state: a contact sticks throughout the period, or slips in some
@@ -112,24 +109,19 @@ def states(dataset: xr.Dataset, *, contact: int | None = None, ax: Axes | None =
     seen = {int(state) for runs in every for run in runs for state in np.unique(run.state)}
     if Behaviour.OPENS in seen:
         seen.add(Behaviour.NEVER_TOUCHES)  # the share that it is open has the same colour
+    across = parameter_axis(dataset, parameter.name, limits=(values.min(), values.max()))
+    ticks = range(len(rows)), [label for _, label in reversed(rows)]
+    upward = Axis(limits=(-0.5, len(rows) - 0.5), ticks=ticks, grid=False, marks=False)
+    panel = Panel(across, upward)
+    for row, runs in enumerate(reversed(every)):
+        height = _ROW / max(len(runs), 1)
+        for i, run in enumerate(runs):
+            _draw(panel, run, row - _ROW / 2 + i * height, 0.94 * height)
+    for state in sorted(seen & {*LOOKS} | {Behaviour.STICKS}):
+        color, words = LOOKS[state]
+        panel.entry(words, facecolor=color)
     height = 1.0 + 0.45 * sum(max(len(runs), 1) for runs in every)
-    with canvas(ax, (6.4, min(max(2.0, height), _TALLEST))) as ax:
-        ax.grid(False, axis="y")
-        for row, runs in enumerate(reversed(every)):
-            height = _ROW / max(len(runs), 1)
-            for i, run in enumerate(runs):
-                _draw(ax, run, row - _ROW / 2 + i * height, 0.94 * height)
-        ax.set_yticks(range(len(rows)), [label for _, label in reversed(rows)])
-        ax.set_ylim(-0.5, len(rows) - 0.5)
-        ax.tick_params(axis="y", length=0)
-        if parameter.name != "frequency" and is_wide(values):
-            ax.set_xscale("log")
-        ax.set_xlim(values.min(), values.max())
-        ax.set_xlabel(axis_label(dataset, parameter.name))
-        looks = [LOOKS[state] for state in sorted(seen & {*LOOKS} | {Behaviour.STICKS})]
-        handles = [Patch(color=color, label=label) for color, label in looks]
-        ax.legend(handles=handles, **OUTSIDE)
-    return figure_of(ax)
+    return Picture([panel], (6.4, min(max(2.0, height), _TALLEST)))
 
 
 def _rows(dataset: xr.Dataset, swept: list[str]) -> list[tuple[dict[str, int], str]]:
@@ -186,7 +178,7 @@ def _turns(value: FloatArray) -> list[int]:
     return [int(finite[0]), *finite[back].tolist(), int(finite[-1])]
 
 
-def _draw(ax: Axes, run: _Run, bottom: float, height: float) -> None:
+def _draw(panel: Panel, run: _Run, bottom: float, height: float) -> None:
     """Shares of the period as heights, and the states above them."""
     if run.value[0] > run.value[-1]:
         turned = run.value[::-1], run.state[::-1], run.open[::-1], run.sticks[::-1]
@@ -198,12 +190,12 @@ def _draw(ax: Axes, run: _Run, bottom: float, height: float) -> None:
         (Behaviour.STICKS, Behaviour.SLIPS, Behaviour.NEVER_TOUCHES), pairwise(levels), strict=True
     ):
         edges = (bottom + np.clip(level, 0, 1) * (top - bottom) for level in pair)
-        look: Any = dict(color=LOOKS[state][0], linewidth=0, alpha=0.55)
-        ax.fill_between(run.value, *edges, where=known, **look)
+        look: Any = dict(color=LOOKS[state][0], linewidth=0, alpha=0.55, where=known)
+        panel.band(run.value, *edges, **look)
     for state, (low, high) in zip(run.state.tolist(), pairwise(_borders(run)), strict=True):
         if state >= 0 and high > low:
             strip = [low, high], bottom + 0.03 * height + (1 - _STRIP) * height, bottom + height
-            ax.fill_between(*strip, color=LOOKS[state][0], linewidth=0)
+            panel.band(*strip, color=LOOKS[state][0], linewidth=0)
 
 
 def _borders(run: _Run) -> FloatArray:

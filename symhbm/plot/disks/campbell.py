@@ -5,22 +5,23 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 from scipy.interpolate import PchipInterpolator
 
 from symhbm.numerics import FloatArray
-from symhbm.plot.drawing import FAMILY, OUTSIDE, canvas, check_variables, figure_of
+from symhbm.plot.drawing import check_variables
+from symhbm.plot.picture import FAMILY, Axis, Panel, Picture
+from symhbm.plot.rendering import pictured
 
 GREY = "0.55"
 SPEED, FREQUENCY = "speed of rotation [1/min]", "natural frequency [Hz]"
 _POINTS = 300
 """Speeds of a drawn line."""
-_ABOVE = 1.06
+ABOVE = 1.06
 """Upper end of the frequencies shown over the highest natural one."""
 
 
-def campbell(dataset: xr.Dataset, *, ax: Axes | None = None) -> Figure:
+@pictured
+def campbell(dataset: xr.Dataset, *, ax: Axes | None = None) -> Picture:
     """Draw natural frequencies over the speed, a line per mode, with the lines of engine orders.
 
     Dots are crossings. Lines of one nodal diameter have one colour.
@@ -46,33 +47,33 @@ def campbell(dataset: xr.Dataset, *, ax: Axes | None = None) -> Figure:
     >>> figure.savefig("campbell.png")
     """
     check_variables(dataset, "frequency", "speed", "crossing_speed", "order")
-    speed = dataset.speed.values
-    with canvas(ax) as axes:
-        handles = []
-        if "nodal_diameter" in dataset.dims:
-            waves = dataset.nodal_diameter.values
-            for n, color in zip(waves, colors(len(waves)), strict=True):
-                axes.plot(*_smooth(dataset.frequency.sel(nodal_diameter=n)), color=color)
-                handles.append(Line2D([], [], color=color, label=f"{n}"))
-        else:
-            axes.plot(*_smooth(dataset.frequency), color=FAMILY(0.2))
-        highest = _ABOVE * float(dataset.frequency.max())
-        for order in dataset.order.values:
-            end = min(speed[-1], 60 * highest / order)
-            axes.plot([0, end], [0, order * end / 60], color=GREY, lw=0.9, ls=(0, (5, 2)))
-            on_top = end < speed[-1]
-            place: dict[str, Any] = dict(xytext=(0, 3) if on_top else (3, 0), rotation=90 * on_top)
-            place |= dict(va="bottom", ha="center") if on_top else dict(va="center")
-            text: dict[str, Any] = dict(fontsize=8, color="0.35", annotation_clip=False)
-            text["textcoords"] = "offset points"
-            axes.annotate(f"EO {order}", (end, order * end / 60), **place, **text)
-        axes.plot(dataset.crossing_speed, dataset.crossing_frequency, "o", ms=4.5, color="k")
-        axes.set(xlim=(min(0.0, speed[0]), speed[-1]), ylim=(0, highest))
-        axes.set(xlabel=SPEED, ylabel=FREQUENCY)
-        if handles:
-            place = OUTSIDE | {"bbox_to_anchor": (1.09, 1.0)}
-            axes.legend(handles=handles, title="nodal\ndiameters", **place)
-        return figure_of(axes)
+    speed, highest = dataset.speed.values, ABOVE * float(dataset.frequency.max())
+    panel = Panel(
+        Axis(SPEED, limits=(min(0.0, speed[0]), speed[-1])), Axis(FREQUENCY, limits=(0, highest))
+    )
+    curves: Any = [("", FAMILY(0.2), dataset.frequency)]
+    if "nodal_diameter" in dataset.dims:
+        panel.legend = dict(bbox_to_anchor=(1.09, 1.0), title="nodal\ndiameters")
+        waves = dataset.nodal_diameter.values
+        colors = FAMILY(np.linspace(0.0, 1.0, len(waves)))
+        of_each = (dataset.frequency.sel(nodal_diameter=n) for n in waves)
+        curves = zip(map(str, waves), colors, of_each, strict=True)
+    for label, color, frequency in curves:
+        panel.line(*_smooth(frequency), color=color)
+        if label:
+            panel.entry(label, color=color)
+    for order in dataset.order.values:
+        end = min(speed[-1], 60 * highest / order)
+        line: Any = dict(color=GREY, linewidth=0.9, linestyle=(0, (5, 2)))
+        panel.line([0, end], [0, order * end / 60], **line)
+        look: Any = dict(offset=(3, 0), va="center")
+        if end < speed[-1]:
+            look = dict(offset=(0, 3), va="bottom", ha="center", rotation=90)
+        look |= dict(fontsize=8, color="0.35", annotation_clip=False)
+        panel.text((end, order * end / 60), f"EO {order}", **look)
+    crossings = dataset.crossing_speed.values, dataset.crossing_frequency.values
+    panel.line(*crossings, linestyle="", marker="o", markersize=4.5, color="k")
+    return Picture([panel])
 
 
 def _smooth(frequency: xr.DataArray) -> tuple[FloatArray, FloatArray]:
@@ -80,8 +81,3 @@ def _smooth(frequency: xr.DataArray) -> tuple[FloatArray, FloatArray]:
     speed, table = frequency.speed.values, frequency.transpose("speed", "mode").values
     fine = np.union1d(np.linspace(speed[0], speed[-1], _POINTS), speed)
     return fine, np.sqrt(PchipInterpolator(speed**2, table**2)(fine**2))
-
-
-def colors(n: int) -> list:
-    """Colours of so many nodal diameters, darker and darker."""
-    return [FAMILY(share) for share in np.linspace(0.0, 1.0, n)]

@@ -1,21 +1,22 @@
 """Natural frequencies over nodal diameters, with what engine orders excite: the SAFE diagram."""
 
+from typing import Any
+
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.ticker import MaxNLocator
 
-from symhbm.plot.disks.campbell import FREQUENCY, GREY, colors
-from symhbm.plot.drawing import OUTSIDE, canvas, check_variables, figure_of
+from symhbm.plot.disks.campbell import ABOVE, FREQUENCY, GREY
+from symhbm.plot.drawing import check_variables
+from symhbm.plot.picture import FAMILY, Axis, Panel, Picture
+from symhbm.plot.rendering import pictured
 
 _ASIDE = 0.14
 """Distance of the bars of neighbouring modes, in nodal diameters."""
-_ABOVE = 1.06
-"""Upper end of the frequencies shown over the highest natural one."""
 
 
-def interference(dataset: xr.Dataset, *, ax: Axes | None = None) -> Figure:
+@pictured
+def interference(dataset: xr.Dataset, *, ax: Axes | None = None) -> Picture:
     """Draw natural frequencies over nodal diameters, with the frequencies of engine orders.
 
     The SAFE or ZZENF diagram. Each mode has a bar over its nodal diameters, from its frequency at
@@ -48,36 +49,37 @@ def interference(dataset: xr.Dataset, *, ax: Axes | None = None) -> Figure:
     if "nodal_diameter" not in dataset.dims or "n_sectors" not in dataset.attrs:
         raise ValueError("dataset: expected a result of symhbm.campbell of a Sector, with waves")
     n_sectors, speeds = int(dataset.attrs["n_sectors"]), dataset.speed.values
-    table = dataset.frequency.transpose("speed", "mode", "nodal_diameter")
-    waves, highest = dataset.nodal_diameter.values, _ABOVE * float(dataset.frequency.max())
-    along = np.argsort(np.abs(waves), kind="stable")
-    with canvas(ax) as axes:
-        n_modes = dataset.sizes["mode"]
-        by_mode = table.transpose("mode", "nodal_diameter", "speed").values[:, along]
-        for mode, (of_mode, color) in enumerate(zip(by_mode, colors(n_modes), strict=True)):
-            low, high = of_mode.min(axis=1), of_mode.max(axis=1)
-            # Beside each other, so that bars of neighbouring modes stay apart.
-            at = np.abs(waves)[along] + _ASIDE * (mode - (n_modes - 1) / 2)
-            axes.vlines(at, low, high, color=color, lw=3)
-            for end in (low, high):
-                axes.plot(at, end, "_", color=color, ms=7)
-        for speed, style in zip((speeds[0], speeds[-1]), (":", "-"), strict=True):
-            if speed == 0:
-                continue
-            last = int(np.ceil(60 * highest / speed))
-            orders = np.arange(last + 1)
-            folded = np.abs((orders + n_sectors // 2) % n_sectors - n_sectors // 2)
-            line = f"{speed:g} / min"
-            axes.plot(folded, orders * speed / 60, style, color=GREY, lw=0.9, label=line)
-        at = np.abs(dataset.crossing_nodal_diameter.values)
-        at = at + _ASIDE * (dataset.crossing_mode.values - (n_modes - 1) / 2)
-        axes.plot(at, dataset.crossing_frequency, "o", color="k", ms=4)
-        for x, y, order in zip(
-            at, dataset.crossing_frequency.values, dataset.crossing_order.values, strict=True
-        ):
-            axes.annotate(f"{order}", (x, y), (4, 3), textcoords="offset points", fontsize=8)
-        axes.xaxis.set_major_locator(MaxNLocator(integer=True))
-        axes.set(xlim=(-0.5, n_sectors // 2 + 0.5), ylim=(0, highest))
-        axes.set(xlabel="nodal diameters", ylabel=FREQUENCY)
-        axes.legend(title="engine orders at", **OUTSIDE)
-        return figure_of(axes)
+    highest, n_modes = ABOVE * float(dataset.frequency.max()), dataset.sizes["mode"]
+    dataset = dataset.sortby(np.abs(dataset.nodal_diameter))
+    by_mode = dataset.frequency.transpose("mode", "nodal_diameter", "speed").values
+    panel = Panel(
+        Axis("nodal diameters", limits=(-0.5, n_sectors // 2 + 0.5), whole=True),
+        Axis(FREQUENCY, limits=(0, highest)),
+        legend=dict(title="engine orders at"),
+    )
+
+    def aside(waves: xr.DataArray, mode: Any) -> Any:
+        """Places beside each other, so that bars of neighbouring modes stay apart."""
+        return np.abs(waves.values) + _ASIDE * (mode - (n_modes - 1) / 2)
+
+    colors = FAMILY(np.linspace(0.0, 1.0, n_modes))
+    for mode, (of_mode, color) in enumerate(zip(by_mode, colors, strict=True)):
+        low, high = of_mode.min(axis=1), of_mode.max(axis=1)
+        at = aside(dataset.nodal_diameter, mode)
+        bars = np.stack([np.stack([at, low], axis=-1), np.stack([at, high], axis=-1)], axis=1)
+        panel.add("segments", bars, colors=[color], linewidths=3)
+        for end in (low, high):
+            panel.line(at, end, linestyle="", marker="_", color=color, markersize=7)
+    for speed, style in zip((speeds[0], speeds[-1]), (":", "-"), strict=True):
+        if speed == 0:
+            continue
+        orders = np.arange(int(np.ceil(60 * highest / speed)) + 1)
+        folded = np.abs((orders + n_sectors // 2) % n_sectors - n_sectors // 2)
+        look: Any = dict(linestyle=style, color=GREY, linewidth=0.9)
+        panel.line(folded, orders * speed / 60, f"{speed:g} / min", **look)
+    at = aside(dataset.crossing_nodal_diameter, dataset.crossing_mode.values)
+    frequency = dataset.crossing_frequency.values
+    panel.line(at, frequency, linestyle="", marker="o", color="k", markersize=4)
+    for x, y, order in zip(at, frequency, dataset.crossing_order.values, strict=True):
+        panel.text((x, y), f"{order}", offset=(4, 3), fontsize=8)
+    return Picture([panel])

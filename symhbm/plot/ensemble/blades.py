@@ -5,16 +5,17 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
-from matplotlib.lines import Line2D
 
 from symhbm.numerics import FloatArray, check
-from symhbm.plot.drawing import OUTSIDE, canvas, figure_of, scaled
+from symhbm.plot.drawing import scaled
+from symhbm.plot.picture import Axis, Panel, Picture
+from symhbm.plot.rendering import pictured
 
 _WORST = "#d55e00"
 
 
-def blades(values: xr.DataArray, *, ax: Axes | None = None) -> Figure:
+@pictured
+def blades(values: xr.DataArray, *, ax: Axes | None = None) -> Picture:
     """Draw bars by blade; of an ensemble the range, the quartiles and the median of each.
 
     The sample with the largest absolute value of all is marked. Samples with a NaN are left out,
@@ -65,45 +66,40 @@ def blades(values: xr.DataArray, *, ax: Axes | None = None) -> Figure:
     factor = 1.0
     if units in ("m", "N", "J"):
         factor, units = scaled(float(np.abs(table[finite]).max()), units)
-    x = np.arange(table.shape[1])
-    with canvas(ax) as ax:
-        if several:
-            _boxes(ax, x, factor * table, complete, values)
-        else:
-            ax.bar(x, np.where(finite[0], factor * table[0], np.nan), width=0.7, color="0.35")
-            for blank in x[~finite[0]]:
-                ax.annotate("?", (blank, 0), ha="center", va="bottom")
-        label = str(values.attrs.get("long_name", values.name or "value"))
-        ax.set_ylabel(f"{label} [{units}]" if units else label)
-        ax.set_xlabel("contact" if dim == "contact" else "blade")
-        step = -(-len(x) // 26)
-        labels = values[dim].values if dim in values.coords else x
-        size = "medium" if len(x) <= 10 else "small"
-        ax.set_xticks(x[::step], labels[::step], fontsize=size)
-        ax.grid(axis="x", visible=False)
-        if table[complete].min() < 0 < table[complete].max():
-            ax.axhline(0, color="0.3", linewidth=0.8)
-    return figure_of(ax)
+    x, label = np.arange(table.shape[1]), str(values.attrs.get("long_name", values.name or "value"))
+    step = -(-len(x) // 26)
+    labels = values[dim].values if dim in values.coords else x
+    across = Axis("contact" if dim == "contact" else "blade", grid=False)
+    across.ticks = x[::step], labels[::step].tolist()
+    across.tick_size = "medium" if len(x) <= 10 else "small"
+    panel = Panel(across, Axis(f"{label} [{units}]" if units else label))
+    if several:
+        _boxes(panel, x, factor * table, complete, values)
+    else:
+        shown = np.where(finite[0], factor * table[0], np.nan)
+        panel.add("bars", x, 0, shown, width=0.7, color="0.35")
+        for blank in x[~finite[0]]:
+            panel.text((blank, 0), "?", offset=(0, 0), ha="center", va="bottom")
+    if table[complete].min() < 0 < table[complete].max():
+        panel.add("level", 0, color="0.3", linewidth=0.8)
+    return Picture([panel])
 
 
 def _boxes(
-    ax: Axes, x: np.ndarray, table: FloatArray, complete: np.ndarray, values: xr.DataArray
+    panel: Panel, x: np.ndarray, table: FloatArray, complete: np.ndarray, values: xr.DataArray
 ) -> None:
+    low, first, middle, third, high = np.quantile(table[complete], [0, 0.25, 0.5, 0.75, 1], axis=0)
     low, first, middle, third, high = np.quantile(table[complete], [0, 0.25, 0.5, 0.75, 1], axis=0)
     look: Any = dict(width=0.7, linewidth=0)
     text = f"smallest to largest of {complete.sum()}"
-    ax.bar(x, high - low, bottom=low, color="0.87", label=text, **look)
-    ax.bar(x, third - first, bottom=first, color="0.6", label="25 to 75 %", **look)
-    look = dict(color="black", markersize=13, markeredgewidth=1.8)
-    ax.plot(x, middle, linestyle="", marker="_", label="median", **look)
+    panel.add("bars", x, low, high, label=text, color="0.87", **look)
+    panel.add("bars", x, first, third, label="25 to 75 %", color="0.6", **look)
+    look = dict(color="black", markersize=13, markeredgewidth=1.8, linestyle="", marker="_")
+    panel.line(x, middle, "median", **look)
     worst = int(np.argmax(np.where(complete, np.nan_to_num(np.abs(table)).max(axis=1), -1)))
     name = values["sample"].values[worst] if "sample" in values.coords else worst
-    label = f"sample {name}, the largest"
-    ax.plot(x, table[worst], "o:", color=_WORST, markersize=3.5, linewidth=0.8, label=label)
+    look = dict(color=_WORST, linestyle=":", marker="o", markersize=3.5, linewidth=0.8)
+    panel.line(x, table[worst], f"sample {name}, the largest", **look)
     if not complete.all():
-        ax.plot([], [], " ", label=f"left out, NaN: {(~complete).sum()} of {len(complete)}")
-    ax.use_sticky_edges = False
-    ax.margins(y=0.04)
-    handles, labels = ax.get_legend_handles_labels()
-    order = np.argsort([isinstance(handle, Line2D) for handle in handles], kind="stable")
-    ax.legend([handles[i] for i in order], [labels[i] for i in order], **OUTSIDE)
+        panel.entry(f"left out, NaN: {(~complete).sum()} of {len(complete)}", linestyle="")
+    panel.y.room, panel.y.sticky = 0.04, False

@@ -1,36 +1,32 @@
 """How many samples pass where: shares of an ensemble in the cells of a picture."""
 
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
-from matplotlib.axes import Axes
-from matplotlib.colors import ListedColormap, LogNorm
-from matplotlib.pyplot import get_cmap
-from matplotlib.ticker import PercentFormatter
+from matplotlib import colormaps
+from matplotlib.colors import ListedColormap
 
 from symhbm.numerics import FloatArray
-from symhbm.plot.drawing import Scale, colorbar
+from symhbm.plot.drawing import Scale
+from symhbm.plot.picture import Colours, Panel
 
 _COLUMNS, _ROWS = 300, 200
 """Cells of a picture."""
-_GREYS = ListedColormap(get_cmap("Greys")(np.linspace(0.18, 0.85, 256)))
+_GREYS = ListedColormap(colormaps["Greys"](np.linspace(0.18, 0.85, 256)))
 _STEP = 0.4
 """Largest step along a curve, in cells: none that a curve passes is missed but at a corner."""
 
 Curve = tuple[FloatArray, FloatArray]
 
 
-def draw_density(
-    ax: Axes, curves: Sequence[Curve], scale: Scale, *, wide: bool, joined: bool
-) -> None:
+def draw_density(panel: Panel, curves: Sequence[Curve], scale: Scale, *, joined: bool) -> None:
     """Shade each cell by the share of the curves that pass it, each counted once.
 
     ``curves`` are values (n,) and amplitudes [m], (n,) or (n, n_solutions), whose points are
-    ``joined`` by straight lines or not; ``wide`` is a logarithmic axis of values.
+    ``joined`` by straight lines or not.
     """
-    across = np.log if wide else np.asarray
-    upward = np.log if scale.kind == "log" else np.asarray
+    across = np.log if panel.x.log else np.asarray
+    upward = np.log if panel.y.log else np.asarray
     shown = [(across(value), upward(scale.of(amplitude))) for value, amplitude in curves]
     x, y = (_edges([curve[i] for curve in shown], n) for i, n in ((0, _COLUMNS), (1, _ROWS)))
     count = np.zeros((_ROWS, _COLUMNS), dtype=int)
@@ -43,14 +39,12 @@ def draw_density(
             at = at[:, np.isfinite(at).all(axis=0)].astype(int)
             passed[np.clip(at[1], 0, _ROWS - 1), np.clip(at[0], 0, _COLUMNS - 1)] = True
         count += passed
-    share = np.ma.masked_equal(count / len(curves), 0)
-    edges: Any = np.exp(x) if wide else x, np.exp(y) if scale.kind == "log" else y
-    norm = LogNorm(min(1 / len(curves), 0.99), 1.0)
-    mesh = ax.pcolormesh(*edges, share, norm=norm, cmap=_GREYS, rasterized=True)
-    bar = colorbar(ax, mesh, f"share of {len(curves)} samples that pass")
-    bar.ax.yaxis.set_major_formatter(PercentFormatter(1.0, symbol=" %"))
-    bar.ax.yaxis.set_minor_formatter(lambda *_: "")
-    bar.ax.grid(False)
+    n = len(curves)
+    share = np.where(count > 0, count / n, np.nan)
+    ends = min(1 / n, 0.99), 1.0
+    panel.bar = Colours(_GREYS, *ends, True, f"share of {n} samples that pass", percent=True)
+    edges = np.exp(x) if panel.x.log else x, np.exp(y) if panel.y.log else y
+    panel.add("cells", *edges, share, panel.bar)
 
 
 def _edges(parts: Sequence[FloatArray], number: int) -> FloatArray:

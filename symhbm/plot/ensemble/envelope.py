@@ -7,7 +7,6 @@ from typing import Any
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 from numpy.typing import ArrayLike
 
 from symhbm.continuation import Status
@@ -16,26 +15,24 @@ from symhbm.plot.curves import (
     check_curves,
     draw_line,
     drawn,
-    label_axes,
-    picture_of,
+    response_panel,
     shown_amplitude,
+    traced,
 )
 from symhbm.plot.drawing import (
-    OUTSIDE,
     Moving,
     Scale,
-    canvas,
     check_anything,
     check_dims,
-    figure_of,
-    is_wide,
     one_solution,
     scale_of,
 )
 from symhbm.plot.ensemble.density import draw_density
 from symhbm.plot.ensemble.spread import Spread, spread_of
 from symhbm.plot.lines import Line
+from symhbm.plot.picture import Panel, Picture
 from symhbm.plot.places import Chosen, Shown
+from symhbm.plot.rendering import pictured
 
 TUNED = "#d55e00"
 _NAMED: Any = {
@@ -44,11 +41,10 @@ _NAMED: Any = {
 }
 """Looks of the samples with the highest and the lowest peak."""
 _DOTS: Any = dict(linestyle="", marker=".", markersize=2.5)
-_BELOW: Any = dict(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=2, borderaxespad=0.0)
-"""Place of a legend under the axes, where a colour bar is beside them."""
 STYLES = ("bands", "density")
 
 
+@pictured
 def envelope(
     dataset: xr.Dataset,
     *,
@@ -61,7 +57,7 @@ def envelope(
     scale: str = "decibel",
     unit: str = "m",
     ax: Axes | None = None,
-) -> Figure:
+) -> Picture:
     """Draw where the responses of an ensemble lie, with the median, as bands or as a density.
 
     On a grid (``at=``) these are the values at the grid; peaks lie between. Paths are read off a
@@ -134,34 +130,28 @@ def envelope(
     total, dataset = dataset.sizes["sample"], _begun(dataset)
     spread = spread_of(dataset, parameter, where)
     joined = all(amplitude.ndim == 1 for _, amplitude in spread.curves)
-    with canvas(ax) as ax:
-        if style == "bands":
-            _bands(ax, spread, edges, shown, parameter.along != "point")
-        else:
-            wide = parameter.name != "frequency" and is_wide(spread.value)
-            draw_density(ax, spread.curves, shown, wide=wide, joined=joined)
-        for number, (value, amplitude) in enumerate(spread.curves[:samples]):
-            label = "single samples" if number == 0 else None
-            look: Any = dict(color="#56b4e9", linewidth=0.5, alpha=0.8)
-            look |= {} if joined else _DOTS
-            lines = ax.plot(value, shown.of(amplitude), **look)
-            lines[0].set_label(label or "_")
-        _medians(ax, spread, shown)
-        named = _extreme_samples(dataset, spread, where) if extremes else {}
-        for kind, number in named.items():
-            _draw_sample(ax, dataset.isel(sample=number), parameter, where, shown, _NAMED[kind])
-            name = dataset["sample"].values[number] if "sample" in dataset.coords else number
-            ax.plot([], [], label=f"sample {name}, {kind} peak", **_NAMED[kind])
-        if reference is not None:
-            ax.plot(*reference, color=TUNED, linestyle=(0, (5, 1.5)), label="tuned")
-        left_out = _left_out(spread.high, parameter.along != "point")
-        waiting = _waiting(total - dataset.sizes["sample"], total)
-        for text in (_of_several(spread), left_out, waiting):
-            if text:
-                ax.plot([], [], " ", label=text)
-        label_axes(ax, dataset, parameter.name, where.words, shown)
-        ax.legend(**(OUTSIDE if style == "bands" else _BELOW))
-    return figure_of(ax)
+    panel = response_panel(dataset, parameter, where, shown)
+    if style == "bands":
+        _bands(panel, spread, edges, shown, parameter.along != "point")
+    else:
+        draw_density(panel, spread.curves, shown, joined=joined)
+        panel.legend_at = "below"
+    look: Any = dict(color="#56b4e9", linewidth=0.5, alpha=0.8) | ({} if joined else _DOTS)
+    for number, (value, amplitude) in enumerate(spread.curves[:samples]):
+        panel.line(value, shown.of(amplitude), "" if number else "single samples", **look)
+    _medians(panel, spread, shown)
+    named = _extreme_samples(dataset, spread, where) if extremes else {}
+    for kind, number in named.items():
+        name = dataset["sample"].values[number] if "sample" in dataset.coords else number
+        _draw_sample(panel, dataset.isel(sample=number), parameter, where, shown, _NAMED[kind])
+        panel.entry(f"sample {name}, {kind} peak", **_NAMED[kind])
+    if reference is not None:
+        panel.line(*reference, "tuned", color=TUNED, linestyle=(0, (5, 1.5)))
+    left_out = _left_out(spread.high, parameter.along != "point")
+    waiting = _waiting(total - dataset.sizes["sample"], total)
+    for text in filter(None, (_of_several(spread), left_out, waiting)):
+        panel.entry(text, linestyle="")
+    return Picture([panel])
 
 
 def _quantiles(rows: FloatArray, at: list[float]) -> FloatArray:
@@ -173,26 +163,46 @@ def _quantiles(rows: FloatArray, at: list[float]) -> FloatArray:
     return result
 
 
-def _bands(ax: Axes, spread: Spread, edges: FloatArray, scale: Scale, on_grid: bool) -> None:
+def _bands(panel: Panel, spread: Spread, edges: FloatArray, scale: Scale, on_grid: bool) -> None:
     """Fill from the smallest to the largest response, and between two quantiles."""
     lowest, low = scale.of(_quantiles(spread.low, [0.0, edges[0]]))
     high, highest = scale.of(_quantiles(spread.high, [edges[1], 1.0]))
+    inner = xr.DataArray([low, high], {"quantile": edges}, ("quantile", "value"))
     text = f"smallest to largest of {len(spread.high)}" + on_grid * ", on the grid"
-    ax.fill_between(spread.value, lowest, highest, color="0.87", linewidth=0, label=text)
-    text = f"{100 * edges[0]:g} to {100 * edges[1]:g} %"
-    ax.fill_between(spread.value, low, high, color="0.68", linewidth=0, label=text)
+    draw_bands(panel, spread.value, (lowest, highest), inner, text)
 
 
-def _medians(ax: Axes, spread: Spread, scale: Scale) -> None:
+def draw_bands(
+    panel: Panel, value: FloatArray, ends: tuple[Any, Any], inner: xr.DataArray, text: str
+) -> None:
+    """Fill from the smallest to the largest response, and between pairs of quantiles.
+
+    ``ends`` (n,) each, ``inner`` (n_quantiles, n) with ascending ``quantile``; what is left in the
+    middle is a line.
+    """
+    panel.band(value, *ends, text, color="0.87", linewidth=0)
+    shares, last = inner["quantile"].values.tolist(), inner.sizes["quantile"] - 1
+    for k, low in enumerate(inner.values[: (last + 1) // 2]):
+        text = f"{100 * shares[k]:g} to {100 * shares[last - k]:g} %"
+        panel.band(
+            value, low, inner.values[last - k], text, color=f"{0.68 - 0.1 * k:g}", linewidth=0
+        )
+    if last % 2 == 0:
+        middle = shares[last // 2]
+        text = "median" if middle == 0.5 else f"{100 * middle:g} %"
+        panel.line(value, inner.values[last // 2], text, color="black")
+
+
+def _medians(panel: Panel, spread: Spread, scale: Scale) -> None:
     """Draw the median; where samples have several responses, that of the largest and smallest."""
     several = bool(spread.several.any())
     upper = scale.of(_quantiles(spread.high, [0.5])[0])
-    ax.plot(spread.value, upper, color="black", label="median" + " of the largest" * several)
+    panel.line(spread.value, upper, "median" + " of the largest" * several, color="black")
     if several:
         lower = scale.of(_quantiles(spread.low, [0.5])[0])
         lower = np.where(lower < upper, lower, np.nan)
         look: Any = dict(color="black", linestyle=(0, (1.2, 1.2)))
-        ax.plot(spread.value, lower, label="median of the smallest", **look)
+        panel.line(spread.value, lower, "median of the smallest", **look)
 
 
 def _extreme_samples(dataset: xr.Dataset, spread: Spread, where: Chosen) -> dict[str, int]:
@@ -211,15 +221,16 @@ def _extreme_samples(dataset: xr.Dataset, spread: Spread, where: Chosen) -> dict
 
 
 def _draw_sample(
-    ax: Axes, curve: xr.Dataset, parameter: Moving, where: Chosen, scale: Scale, look: Any
+    panel: Panel, curve: xr.Dataset, parameter: Moving, where: Chosen, scale: Scale, look: Any
 ) -> None:
     """Draw the whole curve of a sample, or all its solutions."""
     if curve.sizes.get("solution", 1) > 1:
         amplitude = shown_amplitude(curve, where).transpose(parameter.along, "solution")
-        ax.plot(curve[parameter.name], scale.of(amplitude.values), color=look["color"], **_DOTS)
+        level = scale.of(amplitude.values)
+        panel.line(curve[parameter.name].values, level, color=look["color"], **_DOTS)
         return
-    line = picture_of(one_solution(curve), parameter, where).line
-    draw_line(ax, line, scale, **look)
+    line = traced(one_solution(curve), parameter, where).line
+    draw_line(panel, line, scale, **look)
 
 
 def _of_several(spread: Spread) -> str:
@@ -248,7 +259,7 @@ def _tuned(tuned: xr.Dataset, parameter: Moving, place: Any) -> Line:
         raise ValueError(
             f"tuned: expected a curve over {parameter.name}, got one over {tuned_parameter.name}"
         )
-    return picture_of(tuned, tuned_parameter, where).line
+    return traced(tuned, tuned_parameter, where).line
 
 
 def _begun(dataset: xr.Dataset) -> xr.Dataset:

@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 from symhbm.numerics import FloatArray
-from symhbm.plot.curves import picture_of, shown_amplitude
+from symhbm.plot.curves import shown_amplitude, traced
 from symhbm.plot.drawing import Moving, is_wide
 from symhbm.plot.lines import Line
 from symhbm.plot.places import Chosen
@@ -75,7 +75,7 @@ def _of_grid(dataset: xr.Dataset, parameter: Moving, where: Chosen) -> Spread:
 
 def _lines(dataset: xr.Dataset, parameter: Moving, where: Chosen) -> Iterator[Line]:
     for i in range(dataset.sizes["sample"]):
-        yield picture_of(dataset.isel(sample=i), parameter, where).line
+        yield traced(dataset.isel(sample=i), parameter, where).line
 
 
 def _extremes(

@@ -6,7 +6,6 @@ from typing import Any, NamedTuple
 
 import numpy as np
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
 from symhbm.model import (
     EngineOrder,
@@ -20,7 +19,8 @@ from symhbm.model import (
 )
 from symhbm.model.contacts import Weights
 from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics
-from symhbm.plot.drawing import canvas, figure_of
+from symhbm.plot.picture import Axis, Panel, Picture
+from symhbm.plot.rendering import pictured
 from symhbm.plot.structure.layout import layout_of
 from symhbm.plot.structure.masses import (
     WORDS,
@@ -53,7 +53,8 @@ class _Force(NamedTuple):
     inside: int
 
 
-def model(structure: Any, *, force: Any = None, ax: Axes | None = None) -> Figure:
+@pictured
+def model(structure: Any, *, force: Any = None, ax: Axes | None = None) -> Picture:
     """Draw a structure: masses, the elements between them and to the ground, contacts.
 
     Up to 16 masses have symbols: zigzags are springs, pistons viscous dampers, a spring with two
@@ -96,29 +97,26 @@ def model(structure: Any, *, force: Any = None, ax: Axes | None = None) -> Figur
     kinds = kinds_of_contacts(drawn)
     detailed = _is_small(drawn, len(pairs))
     layout = layout_of(drawn, parts, pairs, detailed)
-    with canvas(ax, _size(layout.positions, detailed), alone=True) as ax:
-        if not parts.linear:
-            draw_hub(ax, layout, "linear\nstructure")
-        elif layout.hub and detailed and (parts.springs.ground.any() or parts.dampers.ground.any()):
-            draw_hub(ax, layout, "disk" if drawn.lumped else "ground")
-        draw = draw_symbols if detailed else draw_dots
-        draw(ax, drawn, parts, kinds, layout)
-        if load is not None:
-            draw_forces(ax, layout, load.size, detailed)
-        lines = [*_linear_values(parts), *_contact_values(drawn, kinds)]
-        notes = [f"Not drawn: {item}." for item in _not_drawn(drawn, parts, load)]
-        notes = [*([] if load is None else [load.text]), *notes]
-        lines += [textwrap.fill(line, _WRAP) for line in notes]
-        ax.autoscale_view()
-        ax.set_xlabel("\n".join(lines), fontsize=8.5)
-        head = repr(drawn).partition("\n")[0].partition(": ")[2]
-        ax.set_title(head if parts.linear else f"condensed: {head}")
-        ax.set(xticks=[], yticks=[])
-        # Axes that keep their place: a layout then knows the room that all lines below need.
-        ax.set_aspect("equal", adjustable="datalim")
-        ax.grid(False)
-        ax.spines[:].set_visible(False)
-    return figure_of(ax)
+    lines = [*_linear_values(parts), *_contact_values(drawn, kinds)]
+    notes = [f"Not drawn: {item}." for item in _not_drawn(drawn, parts, load)]
+    notes = [*([] if load is None else [load.text]), *notes]
+    lines += [textwrap.fill(line, _WRAP) for line in notes]
+    head = repr(drawn).partition("\n")[0].partition(": ")[2]
+    # Axes that keep their place: a layout then knows the room that all lines below need.
+    panel = Panel(
+        even="datalim", title=head if parts.linear else f"condensed: {head}", framed=False
+    )
+    panel.x = Axis("\n".join(lines), ticks=((), None), grid=False, size=8.5)
+    panel.y = Axis(ticks=((), None), grid=False)
+    if not parts.linear:
+        draw_hub(panel, layout, "linear\nstructure")
+    elif layout.hub and detailed and (parts.springs.ground.any() or parts.dampers.ground.any()):
+        draw_hub(panel, layout, "disk" if drawn.lumped else "ground")
+    draw = draw_symbols if detailed else draw_dots
+    draw(panel, drawn, parts, kinds, layout)
+    if load is not None:
+        draw_forces(panel, layout, load.size, detailed)
+    return Picture([panel], _size(layout.positions, detailed), alone=True)
 
 
 def _is_small(model: Structure, n_pairs: int) -> bool:

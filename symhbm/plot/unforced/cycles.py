@@ -1,30 +1,32 @@
 """Limit cycles: their amplitude over the parameter, and which of them are stable."""
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from matplotlib.figure import Figure
 
-from symhbm.plot.drawing import Family, Member, axis_label, canvas, figure_of, nothing_to_draw
+from symhbm.plot.drawing import Family, axis_label, check_anything
 from symhbm.plot.ends import at_an_end, draw_ends, is_complete
+from symhbm.plot.events import FIRST_HARMONIC, mark_events
+from symhbm.plot.picture import Axis, Panel, Picture
+from symhbm.plot.rendering import pictured
 from symhbm.results import Description, check_dataset, check_present
 
 _STYLES = {1: "-", 0: "--", -1: ":"}
 """Lines of cycles that are stable, unstable, and of which it is not known."""
 _AT_END = 1.1
 """Ratio of amplitudes that are one, at the ends of their band."""
-_MARK: Any = dict(ls="none", markeredgecolor="black", markeredgewidth=0.6, markersize=4.5, zorder=3)
 
 
-def limit_cycles(dataset: xr.Dataset, *, ax: Axes | None = None) -> Figure:
+@pictured
+def limit_cycles(dataset: xr.Dataset, *, ax: Axes | None = None) -> Picture:
     """Draw the amplitude of limit cycles over the parameter that moves, one colour per set.
 
     Cycles that are not stable are dashed, dotted where it is not known; without ``stability`` all
     lines are solid. Squares are folds, where two cycles meet, circles onsets and ends of slip, of
-    contact and of opening. A red cross is where a branch ends of cycles that are not complete.
+    contact and of opening; changes of stability are marked as in `response`.
+    A red cross is where a branch ends of cycles that are not complete.
 
     Parameters
     ----------
@@ -59,37 +61,20 @@ def limit_cycles(dataset: xr.Dataset, *, ax: Axes | None = None) -> Figure:
                          "them without at=")  # fmt: skip
     name = description.moving
     check_present(dataset, "amplitude", "cycle_branch", name)
-    if not np.isfinite(dataset["amplitude"]).any():
-        raise nothing_to_draw(dataset)
+    check_anything(dataset, "amplitude")
     dims = [str(dim) for dim in dataset["amplitude"].dims if dim != "point"]
     family = Family(dataset, dims)
-    with canvas(ax) as axes:
-        for member in family:
-            _draw(axes, dataset.isel(member.position), name, member)
-        axes.set(
-            xlabel=axis_label(dataset, name),
-            ylabel="amplitude of the first harmonic [m]",
-            yscale="log",
-        )
-        family.explain(axes)
-        return figure_of(axes)
-
-
-def _draw(ax: Axes, one: xr.Dataset, name: str, member: Member) -> None:
-    """Draw the cycles of one parameter set, and mark their events."""
-    value, amplitude = one[name].values, one["amplitude"].values
-    for part, verdict in _runs(one):
-        ax.plot(value[part], amplitude[part], color=member.color, ls=_STYLES[verdict])
-    ends = np.array([] if is_complete(one) else [*_ends(one, name)], dtype=int)
-    draw_ends(ax, value[ends], amplitude[ends])
-    if "event_kind" not in one.variables or "event_amplitude" not in one.variables:
-        return
-    kinds = one["event_kind"].values.astype(str)
-    for kind in np.unique(kinds[kinds != ""]):
-        at = kinds == kind
-        points = one[f"event_{name}"].values[at], one["event_amplitude"].values[at]
-        marker = "s" if kind == "fold" else "o"
-        ax.plot(*points, marker, markerfacecolor=member.color, **_MARK)
+    panel = Panel(Axis(axis_label(dataset, name)), Axis(FIRST_HARMONIC, log=True))
+    for member, one in family.curves():
+        value, amplitude = one[name].values, one["amplitude"].values
+        for part, verdict in _runs(one):
+            look = dict(color=member.color, linestyle=_STYLES[verdict])
+            panel.line(value[part], amplitude[part], **look)
+        ends = np.array([] if is_complete(one) else [*_ends(one, name)], dtype=int)
+        draw_ends(panel, value[ends], amplitude[ends])
+        mark_events(panel, one, "amplitude", member.color)
+    family.explain(panel)
+    return Picture([panel])
 
 
 def _runs(one: xr.Dataset) -> Iterator[tuple[slice, int]]:

@@ -189,30 +189,55 @@ function addMarks(traces, curve, panel, p, chosen) {
   });
 }
 
+// A panel of a picture: its items in their order, amplitudes in the chosen scale.
+function panelFigure({ x, y, items }, scale, wide) {
+  const traces = [], level = scale === "decibel", label = level
+    ? y.label.replace("[", "[dB re 1 ") : y.label;
+  const paint = (color) => (color === "black" ? css("--ink") : color.startsWith("0.")
+    ? `rgba(${css("--band")},${(1.1 - color).toFixed(2)})` : color);
+  for (const item of items) {
+    const [at = [null], ...values] = item.data.map((each) => [...array(each)]),
+      name = escaped(item.label);
+    const sides = values.map((each) => (level ? each.map(decibel) : each));
+    const of = (k) => text([item.label, item.names && item.names[k],
+      `${x.label}: ${number(at[k])}`, ...values.map((each) => `${y.label}: ${number(each[k])}`),
+    ].filter(Boolean));
+    const look = { color: paint(item.color), width: item.linewidth || 1.4, dash: item.dash };
+    const trace = (side, more) => traces.push({ x: at, y: side, name, hoverinfo: "text",
+      text: at.map((_, k) => of(k)), mode: "lines", showlegend: Boolean(item.label), ...more });
+    if (item.kind === "band") {
+      trace(sides[0], { line: { width: 0 }, showlegend: false });
+      trace(sides[1], { line: { width: 0 }, fill: "tonexty", fillcolor: look.color });
+    } else if (item.kind === "line") trace(sides[0], {
+      mode: item.dash ? item.marker ? "lines+markers" : "lines" : "markers",
+      line: { ...look, shape: item.drawstyle ? "hv" : "linear" },
+      marker: { color: look.color, size: at.length > 200 ? 3 : 6 },
+    });
+    else trace([null]);
+  }
+  const axis = ({ log, limits }, words) => ({ title: { text: escaped(words), standoff: 8 },
+    type: log ? "log" : "linear", ...(limits && !log && { range: limits }) });
+  return { traces, layout: baseLayout({
+    xaxis: axis({ ...x, log: wide === undefined ? x.log : wide }, x.label),
+    yaxis: axis(level || scale === "linear" ? { ...y, log: false } : y, label),
+  }) };
+}
+
 // Loops of one contact at a mark.
 function loopFigure(motion, contact) {
-  const loop = motion.loops[contact], names = (data.directions[contact] || []), traces = [];
-  const dash = ["solid", "dash", "dot"];
+  const loop = motion.loops[contact], names = (data.directions[contact] || []), items = [];
   loop.u.forEach((side, k) => {
-    const u = array(side), f = array(loop.f[k]), name = names[k] || `direction ${k}`;
-    traces.push({
-      x: [...u], y: [...f], mode: "lines", name: escaped(name), hoverinfo: "text",
-      line: { color: css("--line"), width: 2, dash: dash[k % 3] },
-      text: Array.from(u, (v, i) => text([
-        name, `relative displacement: ${Number(v.toPrecision(5))} m`,
-          `force: ${Number(f[i].toPrecision(5))} N`])),
-    });
-    if (loop.limit && name === "tangential") for (const sign of [-1, 1]) traces.push({
-      x: [Math.min(...u), Math.max(...u)], y: [sign * loop.limit, sign * loop.limit],
-      mode: "lines", hoverinfo: "skip",
-      name: "limit of slip", showlegend: sign > 0,
-      line: { color: css("--soft"), dash: "dot", width: 1 },
-    });
+    const label = names[k] || `direction ${k}`, u = array(side),
+      ends = [Math.min(...u), Math.max(...u)];
+    items.push({ kind: "line", color: css("--line"), linewidth: 2, label,
+      dash: ["solid", "dash", "dot"][k % 3], data: [side, loop.f[k]] });
+    if (loop.limit && label === "tangential") for (const sign of [-1, 1]) items.push({
+      kind: "line", color: css("--soft"), linewidth: 1, dash: "dot",
+      label: sign > 0 ? "limit of slip" : "",
+      data: [ends, ends.map(() => sign * loop.limit)] });
   });
-  return { traces, layout: baseLayout({
-    xaxis: { title: { text: "relative displacement [m]" }, exponentformat: "power" },
-    yaxis: { title: { text: "contact force [N]" } },
-  }) };
+  return panelFigure({ items, x: { label: "relative displacement [m]" },
+    y: { label: "contact force [N]" } });
 }
 
 // The shape of a motion: around the disk, or place by place.
@@ -263,45 +288,5 @@ function shapeFigure(motion) {
         tickvals: told.map((i) => turn[i]), ticktext: told,
       },
     },
-  }) };
-}
-
-// Quantiles of responses over the samples.
-function bandFigure(band, scale, chosen) {
-  const x = data.ensemble.x, value = [...array(band.value)], traces = [];
-  const rows = (band.rows || []).map(array), last = rows.length - 1, order = [];
-  // From pair to pair, so that each band is filled down to its lower line; the middle is a line.
-  for (let k = 0; k < last - k; k++) order.push([k], [last - k, 0.18 + 0.12 * k]);
-  if (rows.length % 2) order.push([last / 2]);
-  order.forEach(([k, alpha]) => traces.push({
-    x: value, y: Array.from(rows[k], (v) => shownValue(v, scale)), mode: "lines",
-    name: escaped(band.names[k]), hoverinfo: "text",
-    line: { color: 2 * k === last ? css("--ink") : css("--line"), width: 2 * k === last ? 2 : 0.7 },
-    ...(alpha ? { fill: "tonexty", fillcolor: `rgba(${css("--band")},${alpha})` } : {}),
-    text: value.map((at, i) => text([
-      `${band.names[k]} of ${band.n[0]} samples`, `${x.title}: ${withUnit(number(at), x.units)}`,
-        `amplitude: ${number(rows[k][i])} m`])),
-  }));
-  return { traces, layout: baseLayout({
-    xaxis: { title: { text: axisTitle(x.title, x.units) },
-      type: chosen.x === "log" ? "log" : "linear" },
-    yaxis: { title: { text: axisTitle("largest response", "m", scale), standoff: 8 },
-      type: scale === "log" ? "log" : "linear" },
-  }) };
-}
-
-// The largest response of each sample, in ascending order.
-function spreadFigure(spread) {
-  const value = [...array(spread.value)], n = value.length;
-  return { traces: [{
-    x: value, y: value.map((_, i) => (i + 1) / n), mode: "lines+markers", name: "samples",
-    hoverinfo: "text", showlegend: false,
-    line: { color: css("--line"), width: 1.5, shape: "hv" },
-    marker: { color: css("--line"), size: n > 200 ? 3 : 6 },
-    text: value.map((v, i) => text([`${data.ensemble.dim} ${spread.labels[i]}`,
-      `${spread.what}: ${withUnit(number(v), spread.units)}`, `${i + 1} of ${n} are not above`])),
-  }], layout: baseLayout({
-    xaxis: { title: { text: axisTitle(spread.what, spread.units) } },
-    yaxis: { title: { text: "share of the samples not above" }, range: [0, 1.02] },
   }) };
 }

@@ -23,7 +23,6 @@ from symhbm.plot.viewer.sets import (
     spoken,
     values_of,
 )
-from symhbm.results import Description
 from symhbm.results.reading import COMPLETE
 from symhbm.results.telling import account
 
@@ -45,10 +44,10 @@ class Collected:
         self.data["complete"] = [str(status) for status in COMPLETE]
         self.chosen: dict[tuple, dict[str, int]] = {}
 
-    def tried(self, what: str, make: Callable[[], Any], otherwise: Any) -> Any:
-        """What is made, or a note on what cannot be shown: archives may hold anything."""
+    def tried(self, what: str, otherwise: Any, make: Callable[..., Any], *of: Any) -> Any:
+        """What is made ``of`` something, or a note on it: archives may hold anything."""
         try:
-            return make()
+            return make(*of)
         except Exception as error:
             text = error.args[0] if error.args else type(error).__name__
             self.notes.append(f"{what} cannot be shown: {plain(text, 300)}")
@@ -57,23 +56,18 @@ class Collected:
     def written(self) -> str:
         """The text of the page."""
         if self.dataset.nbytes < _IN_MEMORY:
-            self.dataset = self.tried("The numbers", self.dataset.compute, self.dataset)
-        dataset = self.dataset
-        layout = self.tried("Curves", lambda: layout_of(dataset), None)
-        places = self.tried("The names of places", lambda: place_names(dataset), [])
-        self.data["places"] = places
-        self.data["contacts"] = self.tried("Contacts", lambda: contact_names(dataset), [])
-        self.data["directions"] = self.tried(
-            "Loops of contacts", lambda: motions.directions_of(dataset), []
-        )
+            self.dataset = self.tried("The numbers", self.dataset, self.dataset.compute)
+        dataset, data = self.dataset, self.data
+        layout = self.tried("Curves", None, layout_of, dataset)
+        data["places"] = self.tried("The names of places", [], place_names, dataset)
+        data["contacts"] = self.tried("Contacts", [], contact_names, dataset)
+        data["directions"] = self.tried("Loops of contacts", [], motions.directions_of, dataset)
         if layout is not None:
-            self.tried("Curves", lambda: self.collect(layout), None)
-            self.tried("The ensemble", lambda: self.collect_ensemble(layout), None)
+            self.tried("Curves", None, self.collect, layout)
+            self.tried("The ensemble", None, self.collect_ensemble, layout)
         else:
-            self.tried("The motion", self.collect_motion, None)
-        sections = self.sections(layout, places)
-        title = f"{self.name} - symhbm"
-        return page_of(title, sections, self.data)
+            self.tried("The motion", None, self.collect_motion)
+        return page_of(f"{self.name} - symhbm", self.sections(layout), data)
 
     def collect(self, layout: Layout) -> None:
         """Curves, their marks and their motions."""
@@ -107,27 +101,21 @@ class Collected:
                 f"Loops are those of {budget.contacts} of {n_contacts} contacts of each curve, "
                 "which dissipate the most."
             )
-        blades = self.tried("The disk", lambda: blades_of(dataset), None)
+        blades = self.tried("The disk", None, blades_of, dataset)
         for number, position in enumerate(sets.positions()):
-            one, entry = self.tried(
-                f"The curve of {values_of(dataset, position) or 'this archive'}",
-                lambda position=position: self.one_curve(position, layout, limits),
-                (dataset, {"n": [0, 0], "failed": 0, "marks": []}),
-            )
-            entry["label"] = values_of(dataset, position)
-            entry["status"] = self.status(position)
+            label, nothing = values_of(dataset, position), {"n": [0, 0], "failed": 0, "marks": []}
+            what = f"The curve of {label or 'this archive'}"
+            one = self.tried(what, dataset, dataset.isel(position).compute)
+            entry = self.tried(what, nothing, curve_of, one, layout, limits)
+            entry |= {"label": label, "status": self.status(position)}
             for k, mark in enumerate(entry["marks"]):
                 at = *position.values(), mark["number"]
                 self.chosen[mark["what"], *at] = {"curve": number, "mark": k}
             self.data["curves"].append(entry)
             if entry["marks"]:
-                found = self.tried(
-                    "Motions at peaks and events",
-                    lambda one=one, entry=entry: motions.motions_at(
-                        one, layout.x, entry["marks"], blades, budget
-                    ),
-                    motions.Motions({}, Counter()),
-                )
+                of = one, layout.x, entry["marks"], blades, budget
+                nothing = motions.Motions({}, Counter())
+                found = self.tried("Motions at peaks and events", nothing, motions.motions_at, *of)
                 for k, motion in found.of.items():
                     entry["marks"][k]["motion"] = motion
                 missing += found.missing
@@ -136,13 +124,6 @@ class Collected:
             for why, count in missing.items()
         ]
         self.tell_thinning()
-
-    def one_curve(
-        self, position: dict[str, int], layout: Layout, limits: Limits
-    ) -> tuple[xr.Dataset, dict[str, Any]]:
-        """One parameter set in memory, and its entry."""
-        one = self.dataset.isel(position).compute()
-        return one, curve_of(one, layout, limits)
 
     def status(self, position: dict[str, int]) -> str:
         """Why the computation of a curve ended."""
@@ -172,28 +153,17 @@ class Collected:
         dim = ensemble.samples_of(self.dataset)
         if dim is None or not layout.panels[0].places:
             return
-        bands: list[dict[str, Any]] = []
+        what, of = "Bands of the samples", (self.dataset, dim)
+        bands, notes = [], []
         if layout.along:
-            bands, notes = self.tried(
-                "Bands of the samples",
-                lambda: ensemble.bands_of(self.dataset, layout, dim),
-                ([], []),
-            )
-            self.notes += notes
-        spread = self.tried(
-            "The largest responses of the samples",
-            lambda: ensemble.spread_of(self.dataset, dim, self.tuned),
-            [],
-        )
+            bands, notes = self.tried(what, ([], []), ensemble.bands_of, *of)
+        self.notes += notes
+        what = "The largest responses of the samples"
+        spread = self.tried(what, [], ensemble.spread_of, *of, self.tuned)
         of_grid = layout.along != ("point",)
-        how = "at the values of the grid" if of_grid else "read off the curves at 501 values"
-        self.data["ensemble"] = {
-            "dim": spoken(dim),
-            "x": {"title": layout.title, "units": layout.units},
-            "bands": bands,
-            "spread": spread,
-            "how": f"Quantiles of the largest response, {how}.",
-        }
+        how = "at the values of the grid" if of_grid else "read off the curves at 1201 values"
+        how = f"Quantiles of the largest response, {how}."
+        self.data["ensemble"] = {"bands": bands, "spread": spread, "how": how}
         if self.tuned is None:
             self.notes.append(
                 "Amplification is not shown: it needs the response of the tuned structure, as in "
@@ -220,7 +190,7 @@ class Collected:
             coefficient=one["coefficient"].expand_dims("point")
         )
         point = point.assign_coords(frequency=("point", [at]))
-        blades = self.tried("The disk", lambda: blades_of(dataset), None)
+        blades = self.tried("The disk", None, blades_of, dataset)
         found = motions.motions_at(point, "frequency", [mark], blades, motions.Budget(1))
         self.notes += [f"Not on the page: {why}." for why in found.missing]
         if 0 in found.of:
@@ -228,28 +198,19 @@ class Collected:
         entry = {"n": [0, 0], "failed": 0, "label": "", "status": self.status({})}
         self.data["curves"] = [entry | {"marks": [mark]}]
 
-    def sections(self, layout: Layout | None, places: list[str]) -> list[tuple[str, str]]:
+    def sections(self, layout: Layout | None) -> list[tuple[str, str]]:
         """The parts of the page in HTML, by their names."""
-        dataset = self.dataset
-        failed = self.tried("Statuses", lambda: tables.failed_table(dataset), None)
+        dataset, marks = self.dataset, tables.marks_table
         parts = {"title": escape(self.name), "facts": self.account()}
         for what in ("peak", "event"):
-            table = None
-            if layout is not None:
-                table = self.tried(
-                    f"The table of {what}s",
-                    lambda what=what: tables.marks_table(
-                        dataset, layout, what, self.chosen, places
-                    ),
-                    None,
-                )
+            of = dataset, layout, what, self.chosen, self.data["places"]
+            table = layout and self.tried(f"The table of {what}s", None, marks, *of)
             parts[f"{what}s"] = table or f"<p>The archive holds no {what}s.</p>"
+        failed = self.tried("Statuses", None, tables.failed_table, dataset)
         parts["failed"] = failed or "<p>All curves are complete.</p>" * bool(self.data["curves"])
-        parts["provenance"] = self.tried(
-            "Provenance", lambda: tables.provenance_html(dataset), "<p>Unknown.</p>"
-        )
-        title = self.tried("The title", lambda: plain(dataset.attrs.get("title", "")), "")
-        parts["subtitle"] = escape(title)
+        what, otherwise = "Provenance", "<p>Unknown.</p>"
+        parts["provenance"] = self.tried(what, otherwise, tables.provenance_html, dataset)
+        parts["subtitle"] = escape(plain(dataset.attrs.get("title", "")))
         notes = [*dict.fromkeys(self.notes)]
         listed = "".join(f"<li>{escape(note)}</li>" for note in notes)
         parts["notes"] = f"<ul>{listed}</ul>" if notes else "<p>Nothing is left out.</p>"
@@ -257,16 +218,15 @@ class Collected:
         return [*parts.items()]
 
     def account(self) -> str:
-        """The account of the archive, as far as it can be told."""
+        """The account of the archive: what is told before an error stays."""
         rows: list[tuple[str, str]] = []
-        sections = self.tried("The account", lambda: [*account(self.dataset, DIGITS)], [])
-        for name, section in sections:
-            # What is told before an error stays.
-            self.tried(
-                f"The {name} of the account", lambda section=section: rows.extend(section), None
-            )
-        about = self.tried("Meanings", lambda: Description(self.dataset).parameters, {})
-        return tables.account_html(rows, {name: each.long_name for name, each in about.items()})
+        for name, section in self.tried(
+            "The account", {}, lambda: dict(account(self.dataset, DIGITS))
+        ).items():
+            self.tried(f"The {name} of the account", None, rows.extend, section)
+        variables = self.dataset.variables.items()
+        meanings = {str(name): each.attrs.get("long_name", "") for name, each in variables}
+        return tables.account_html(rows, meanings)
 
 
 def _limits(dataset: xr.Dataset, sets: Sets, layout: Layout, share: float) -> Limits:

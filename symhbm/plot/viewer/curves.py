@@ -1,14 +1,14 @@
 """Curves as a page holds them: their points, lines between them, and what is marked."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
 
 from symhbm.numerics import FloatArray
-from symhbm.plot.curves import picture_of
-from symhbm.plot.drawing import Moving, decibel, moving
+from symhbm.plot.curves import traced
+from symhbm.plot.drawing import decibel, moving
 from symhbm.plot.lines import located_peaks
 from symhbm.plot.places import Chosen, chosen
 from symhbm.plot.viewer.layout import Layout, Panel
@@ -172,7 +172,7 @@ def _lines(one: xr.Dataset, limits: Limits) -> dict[str, Any]:
     for place in (0, *(dof + 1 for dof in limits.dofs)):
         # By number: names in an archive may be anything.
         where = Chosen((place - 1,), "", every=False) if place else chosen(one, None)
-        line = picture_of(one, parameter, where).line
+        line = traced(one, parameter, where).line
         if len(line.value) < 2:
             continue
         value, level, unstable = line.polyline()
@@ -192,59 +192,60 @@ def _marks(
 ) -> list[dict[str, Any]]:
     """Peaks and events: where they are, and the points that they are."""
     marks = []
-    x, parameter = layout.x, moving(one)
-    if f"peak_{x}" in one.variables and one[f"peak_{x}"].dims == ("peak",):
-        marks += _peaks(one, parameter, value, panels)
-    if f"event_{x}" in one.variables and one[f"event_{x}"].dims == ("event",):
-        for k, at in enumerate(one[f"event_{x}"].values.tolist()):
-            if np.isfinite(at):
-                mark = _mark(one, "event", k, at)
-                mark["point"] = _same(value, at)
-                contact = _entry(one, "event_contact", k)
-                mark["contact"] = -1 if contact is None else int(contact)
-                marks.append(mark)
+    for what, told in (("peak", _peaks(one, value, panels)), ("event", _event(one, value))):
+        name = f"{what}_{layout.x}"
+        if name not in one.variables or one[name].dims != (what,):
+            continue
+        kinds = one[f"{what}_kind"].values if f"{what}_kind" in one.variables else None
+        for k in np.flatnonzero(np.isfinite(one[name].values)).tolist():
+            at, kind = one[name].values[k].item(), "" if kinds is None else plain(kinds[k], 60)
+            mark = {"what": what, "number": k, "x": at, "kind": kind or what}
+            marks.append(mark | told(k, at))
     return marks
+
+
+def _event(one: xr.Dataset, value: FloatArray) -> Callable[[int, float], dict[str, Any]]:
+    """What else is told of an event: its point and its contact."""
+
+    def told(k: int, at: float) -> dict[str, Any]:
+        contact = _entry(one, "event_contact", k)
+        return {"point": _same(value, at), "contact": -1 if contact is None else int(contact)}
+
+    return told
 
 
 def _peaks(
-    one: xr.Dataset, parameter: Moving, value: FloatArray, panels: list[FloatArray]
-) -> list[dict[str, Any]]:
-    """The peaks, each with the places that peak there."""
-    marks, tied = [], {}
+    one: xr.Dataset, value: FloatArray, panels: list[FloatArray]
+) -> Callable[[int, float], dict[str, Any]]:
+    """What else is told of a peak: its height, its point, and the places that peak there."""
+    parameter, tied = moving(one), {}
     for peak in located_peaks(one, parameter):
         tied.setdefault(peak.value, []).append(peak.dof)
     largest = panels[0].max(axis=1, initial=0.0) if panels else np.empty(0)
-    for k, at in enumerate(one[f"peak_{parameter.name}"].values.tolist()):
-        if not np.isfinite(at):
-            continue
-        mark, amplitude = _mark(one, "peak", k, at), _entry(one, "peak_amplitude", k)
-        dof = _entry(one, "peak_dof", k)
+
+    def told(k: int, at: float) -> dict[str, Any]:
+        top, dof = _entry(one, "peak_amplitude", k), _entry(one, "peak_dof", k)
         own = [] if dof is None else [int(dof)]
-        mark["dofs"] = own if parameter.per_dof else sorted({*own, *tied.get(at, [])})
-        known = amplitude is not None and np.isfinite(amplitude)
-        mark["y"] = float(amplitude) if known and amplitude is not None else None
         # The number of the point that the peak is; on grids it lies between two of them.
-        mark["point"] = _same(value, at, largest, mark["y"])
-        leads = mark["point"] < 0 or mark["y"] is None
-        mark["leads"] = bool(leads or mark["y"] >= (1 - 1e-6) * largest[mark["point"]])
-        for name in ("truncation_error", "residual_norm"):
-            error = _entry(one, f"peak_{name}", k)
-            mark[name] = float(error) if error is not None and np.isfinite(error) else None
-        marks.append(mark)
-    return marks
+        point = _same(value, at, largest, top)
+        return {
+            "dofs": own if parameter.per_dof else sorted({*own, *tied.get(at, [])}),
+            "y": top,
+            "point": point,
+            "leads": point < 0 or top is None or bool(top >= (1 - 1e-6) * largest[point]),
+            "truncation_error": _entry(one, "peak_truncation_error", k),
+            "residual_norm": _entry(one, "peak_residual_norm", k),
+        }
 
-
-def _mark(one: xr.Dataset, what: str, number: int, at: float) -> dict[str, Any]:
-    name = f"{what}_kind"
-    kind = one[name].values[number] if name in one.variables else ""
-    return {"what": what, "number": number, "x": at, "kind": plain(kind, 60) or what}
+    return told
 
 
 def _entry(one: xr.Dataset, name: str, number: int) -> float | None:
-    """A number of a peak or an event, None where there is none."""
+    """A finite number of a peak or an event, None where there is none."""
     if name not in one.variables or one[name].ndim != 1 or one[name].dtype.kind not in "iuf":
         return None
-    return one[name].values[number].item()
+    entry = one[name].values[number].item()
+    return entry if np.isfinite(entry) else None
 
 
 def _same(

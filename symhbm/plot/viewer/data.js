@@ -4,8 +4,9 @@ const data = JSON.parse(document.getElementById("data").textContent);
 const ARRAYS = { f8: Float64Array, f4: Float32Array, i4: Int32Array, i1: Int8Array };
 const decoded = new Map();
 
-// An array of a text with its type; each is decoded once.
+// An array, or that of a text with its type; each is decoded once.
 function array(text) {
+  if (typeof text !== "string") return text;
   if (!decoded.has(text)) {
     const kind = text.slice(0, 2), raw = atob(text.slice(3));
     const bytes = new Uint8Array(raw.length);

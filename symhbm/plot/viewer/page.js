@@ -144,19 +144,14 @@ function showEnsemble() {
   const all = data.ensemble;
   find("ensemble").hidden = !all;
   if (!all) return;
-  const band = all.bands[state.band], spread = all.spread[state.band],
-    left = band ? band.n[1] - band.n[0] : 0;
-  const told = [];
-  if (band) told.push(`${all.how} ${band.n[0]} of ${band.n[1]} samples are in the band.`);
-  if (left) told.push(`${left} are left out, as they are not complete or fold.`);
-  if (band && band.folded) told.push(`${band.folded} of them fold, and have several responses.`);
-  if (spread && spread.n[0] < spread.n[1])
-    told.push(`Largest responses are known of ${spread.n[0]} of ${spread.n[1]}.`);
+  const band = all.bands[state.band], spread = all.spread[state.band], told = [];
+  if (band) told.push(all.how);
+  if (spread) told.push(`Largest responses are known of ${spread.n[0]} of ${spread.n[1]} samples.`);
   find("ensemble-text").textContent = told.join(" ");
-  find("band").hidden = !band;
-  if (band) draw("band", bandFigure(band, state.scale, state));
+  find("band").hidden = !band || !band.items.length;
+  if (band && band.items.length) draw("band", panelFigure(band, state.scale, state.x === "log"));
   find("spread").hidden = !spread || !spread.n[0];
-  if (spread && spread.n[0]) draw("spread", spreadFigure(spread));
+  if (spread && spread.n[0]) draw("spread", panelFigure(spread));
 }
 
 function choose(number, mark) {

@@ -8,6 +8,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
+from symhbm.plot import places
 from symhbm.plot.viewer.packing import number, plain, with_units
 from symhbm.results import Description, places_of
 from symhbm.results.reading import COMPLETE, set_dimensions
@@ -112,9 +113,9 @@ def place_names(dataset: xr.Dataset) -> list[str]:
     """What the degrees of freedom are called, those that a menu can hold."""
     n_dof = dataset.sizes.get("dof", 0)
     count = range(min(n_dof, MOST_NAMES))
-    places = places_of(dataset)
-    if places is not None:
-        return [plain(places.name(dof), 60) for dof in count]
+    known = places_of(dataset)
+    if known is not None:
+        return [plain(known.name(dof), 60) for dof in count]
     if "structure_dof" in dataset.variables:
         return [
             f"DOF {int(dof)} (kept {k})" for k, dof in enumerate(dataset["structure_dof"].values)
@@ -139,15 +140,6 @@ def contact_names(dataset: xr.Dataset) -> list[str]:
 
 def blades_of(dataset: xr.Dataset) -> list[int] | None:
     """Positions of the blades along ``dof`` in their order around the disk, None for no disk."""
-    description, n_dof = Description(dataset), dataset.sizes.get("dof", 0)
-    waves = [force for force in description.forces if force.get("type") == "EngineOrder"]
-    condensed = description.condensed
-    size = (condensed or description.problem).get("n_dof", 0)
-    blades: Any = range(size) if description.lumped else waves[0].get("blades") if waves else None
-    if blades is None:
-        return None
-    label = "structure_dof" if "structure_dof" in dataset.variables else "dof"
-    known = dataset[label].values if label in dataset.variables else np.arange(n_dof)
-    position = {int(dof): k for k, dof in enumerate(known)}
+    blades, position = places.blades_of(dataset) or [], places.position_of(dataset)
     found = [position[dof] for dof in blades if dof in position]
     return found if len(found) == len(blades) >= 3 else None

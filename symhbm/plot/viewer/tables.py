@@ -51,52 +51,48 @@ def marks_table(
     ``chosen`` has the number of the curve and of the mark of those that the page can show, by
     their positions.
     """
-    name = f"{what}_{layout.x}"
+    name, dims = f"{what}_{layout.x}", set_dimensions(dataset)
     if name not in dataset.variables or what not in dataset[name].dims:
         return None
-    dims = set_dimensions(dataset)
-    value = dataset[name].transpose(*dims, what).values
+
+    def table(of: str) -> np.ndarray:
+        return dataset[of].transpose(*dims, what).values
+
+    value = table(name)
     found = np.argwhere(np.isfinite(value))
     if not len(found):
         return None
-    amplitude = None
-    if what == "peak" and "peak_amplitude" in dataset.variables:
-        amplitude = dataset["peak_amplitude"].transpose(*dims, what).values
-        heights = amplitude[tuple(found.T)]
-        order = np.argsort(-np.where(np.isnan(heights), -np.inf, heights), kind="stable")
-        found = found[order]
-    names = [n for n in _HEADS if n in dataset.variables and what in dataset[n].dims]
-    others = {n: dataset[n].transpose(*dims, what).values for n in names}
+    with_heights = what == "peak" and "peak_amplitude" in dataset.variables
+    heights = table("peak_amplitude") if with_heights else np.zeros(value.shape)
+    size = heights[tuple(found.T)]
+    found = found[np.argsort(-np.where(np.isnan(size), -np.inf, size), kind="stable")]
+    others = {n: table(n) for n in _HEADS if n in dataset.variables and what in dataset[n].dims}
     unit = f" [{layout.units}]" if layout.units else ""
     head = ["", *(spoken(dim) for dim in dims), what, f"{layout.title}{unit}"]
-    head += ["amplitude [m]", "dB re 1 m"] if amplitude is not None else []
-    head += [_HEADS[n] for n in names]
+    head += ["amplitude [m]", "dB re 1 m"] * with_heights + [_HEADS[n] for n in others]
 
-    def rows() -> Iterable[list[str]]:
-        for index in map(tuple, found[:MOST_ROWS].tolist()):
-            shown = chosen.get((what, *index))
-            cells = [_button(shown)]
-            cells += [label_of(dataset, dim, i) for dim, i in zip(dims, index[:-1], strict=True)]
-            cells += [str(index[-1]), number(float(value[index]))]
-            if amplitude is not None:
-                top = float(amplitude[index])
-                level = number(float(decibel(top))) if np.isfinite(top) and top > 0 else ""
-                cells += [number(top) if np.isfinite(top) else "unbounded", level]
-            for n in names:
-                entry = others[n][index]
-                if n == "peak_dof" and 0 <= int(entry) < len(places):
-                    entry = places[int(entry)]
-                if n == "event_contact" and int(entry) < 0:
-                    entry = ""
-                cells.append(_known(entry, errors=n in _ERRORS))
-            yield [cells[0], *map(escape, cells[1:])]
+    def row(index: tuple[int, ...]) -> list[str]:
+        cells = [label_of(dataset, dim, i) for dim, i in zip(dims, index[:-1], strict=True)]
+        cells += [str(index[-1]), number(float(value[index]))]
+        if with_heights:
+            top = float(heights[index])
+            level = number(float(decibel(top))) if np.isfinite(top) and top > 0 else ""
+            cells += [number(top) if np.isfinite(top) else "unbounded", level]
+        for n, entries in others.items():
+            entry = entries[index]
+            if n == "peak_dof" and 0 <= int(entry) < len(places):
+                entry = places[int(entry)]
+            hidden = n == "event_contact" and int(entry) < 0
+            cells.append("" if hidden else _known(entry, errors=n in _ERRORS))
+        return [_button(chosen.get((what, *index))), *map(escape, cells)]
 
     word = what if len(found) == 1 else f"{what}s"
     note = ""
     if len(found) > MOST_ROWS:
         note = f"The first {MOST_ROWS} of {len(found)} {word}; symhbm export has all of them."
-    order = "from the highest on" if amplitude is not None else "in their order along the curves"
-    return table_of(f"{len(found)} {word}, {order}", head, rows(), note)
+    order = "from the highest on" if with_heights else "in their order along the curves"
+    rows = (row(tuple(index)) for index in found[:MOST_ROWS].tolist())
+    return table_of(f"{len(found)} {word}, {order}", head, rows, note)
 
 
 def _button(shown: dict[str, int] | None) -> str:
@@ -141,7 +137,8 @@ def account_html(rows: Iterable[tuple[str, str]], meanings: dict[str, str]) -> s
     """Labels and texts of an account as a list of HTML, with the ``meanings`` of some labels."""
     listed = ""
     for label, text in rows:
-        meaning = meanings.get(label.strip(), "")
+        # Parameters are indented.
+        meaning = meanings.get(label.strip(), "") if label.startswith(" ") else ""
         text = f"{plain(text, 600)}{f' ({plain(meaning)})' if meaning else ''}"
         listed += f"<dt>{escape(plain(label, 60))}</dt><dd>{escape(text)}</dd>"
     return f"<dl>{listed}</dl>"

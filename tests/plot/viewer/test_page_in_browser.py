@@ -277,17 +277,22 @@ def test_loops_enclose_what_is_dissipated(shown):
     np.testing.assert_allclose(abs(area), at.dissipation.item(), rtol=2e-3)
 
 
+def drawn_in(seen, figure):
+    """Names and values of the traces of a figure."""
+    script = f"document.getElementById('{figure}').data.map((t) => [t.name, t.y])"
+    return [(name, np.array(y, dtype=float)) for name, y in seen.run(script)]
+
+
 def test_bands_are_quantiles_of_the_samples(shown):
     seen, every = shown("grid"), dataset("grid")
-    drawn = seen.run(
-        """() => Object.fromEntries(document.getElementById("band").data
-        .map((t) => [t.name, t.y]))"""
-    )
-    largest = every.amplitude.max("dof").values
-    for name, share in {"smallest": 0, "5 %": 0.05, "median": 0.5, "largest": 1}.items():
-        expected = decibel(np.quantile(largest, share, axis=0))
-        np.testing.assert_allclose(drawn[name], expected, rtol=1e-12)
-    assert "6 of 6 samples" in seen.text("#ensemble-text")
+    smallest, largest, low, high, middle = drawn_in(seen, "band")
+    assert smallest[0] == largest[0] == "smallest to largest of 6, on the grid"
+    assert (low[0], high[0], middle[0]) == ("5 to 95 %", "5 to 95 %", "median")
+    found = every.amplitude.max("dof").values
+    expected = decibel(np.quantile(found, [0, 1, 0.05, 0.95, 0.5], axis=0))
+    for (_, level), truth in zip((smallest, largest, low, high, middle), expected, strict=True):
+        np.testing.assert_allclose(level, truth, rtol=1e-12)
+    assert "known of 6 of 6 samples" in seen.text("#ensemble-text")
 
 
 def test_peaks_without_points(shown):
@@ -315,10 +320,10 @@ def test_archives_of_statistics(look, tmp_path):
     every = dataset("grid")
     band = sh.statistics.envelope(every)
     seen = look(sh.view(band, tmp_path / "band.html"))
-    drawn = seen.run("document.getElementById('band').data.map(t => [t.name, t.y])")
-    for name, share in {"5 %": 0.05, "median": 0.5, "95 %": 0.95}.items():
+    _, _, *inner = drawn_in(seen, "band")
+    for (_, level), share in zip(inner, (0.05, 0.95, 0.5), strict=True):
         expected = decibel(band.largest_quantile.sel(quantile=share).values)
-        np.testing.assert_allclose(dict(drawn)[name], expected, rtol=1e-12)
+        np.testing.assert_allclose(level, expected, rtol=1e-12)
     tuned = sh.frf(RING, (100, 300), at=every.frequency.values, progress=False)
     factors = sh.statistics.amplification(every, tuned)
     seen = look(sh.view(factors, tmp_path / "factors.html"))
@@ -387,7 +392,7 @@ def test_a_thousand_samples(look, tmp_path):
     path = sh.view(every, tmp_path / "many.html")
     assert path.stat().st_size < 15e6
     seen = look(path)
-    assert "1000 of 1000 samples" in seen.text("#ensemble-text")
+    assert "known of 1000 of 1000 samples" in seen.text("#ensemble-text")
     assert "120 of 1000 curves are shown one by one" in seen.text("body")
     drawn = seen.run("document.getElementById('spread').data[0].x")
     highest = np.fmax(every.amplitude.max(["frequency", "dof"]), every.peak_amplitude.max("peak"))

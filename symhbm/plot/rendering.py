@@ -1,0 +1,231 @@
+"""Pictures drawn by Matplotlib."""
+
+import inspect
+from collections.abc import Callable, Iterator
+from contextlib import contextmanager
+from functools import wraps
+from typing import Any, ParamSpec, Protocol
+
+import matplotlib.pyplot as plt
+import numpy as np
+from matplotlib.axes import Axes
+from matplotlib.collections import LineCollection, PolyCollection
+from matplotlib.figure import Figure
+from matplotlib.lines import Line2D
+from matplotlib.patches import Circle, FancyBboxPatch, Patch
+from matplotlib.ticker import LogFormatter, MaxNLocator, PercentFormatter
+
+from symhbm.numerics import FloatArray, check
+from symhbm.plot.figures import STYLE, panels
+from symhbm.plot.picture import Axis, Colours, Panel, Picture
+
+MOST_POINTS = 40_000
+"""Most points of the lines of axes that SVG and PDF hold as lines, some 7 to 25 bytes each."""
+_LEGENDS: Any = {
+    "outside": dict(loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0),
+    "below": dict(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=2, borderaxespad=0.0),
+    "best": dict(loc="best"),
+}
+"""Places of legends; those outside and below cover no curve."""
+_P = ParamSpec("_P")
+
+
+class Drawing(Protocol[_P]):
+    """A function that draws pictures; ``picture`` makes the same as data."""
+
+    picture: Callable[_P, Picture]
+
+    def __call__(self, *args: _P.args, **options: _P.kwargs) -> Figure:
+        """Draw into ``ax``, by default into a new figure."""
+        ...
+
+
+def pictured(make: Callable[_P, Picture]) -> Drawing[_P]:
+    """Draw the picture that a function makes into its ``ax``, by default into a new figure."""
+    signature = inspect.signature(make)
+
+    @wraps(make)
+    def draw(*args: _P.args, **options: _P.kwargs) -> Figure:
+        ax = signature.bind(*args, **options).arguments.get("ax")
+        return drawn(make(*args, **options), ax)
+
+    drawing: Any = draw
+    drawing.picture = make
+    drawing.__annotations__ = make.__annotations__ | {"return": Figure}
+    drawing.__signature__ = signature.replace(return_annotation=Figure)
+    return drawing
+
+
+def drawn(picture: Picture, ax: Axes | None = None) -> Figure:
+    """Draw a picture into axes, by default into a new figure, and return the figure."""
+    with _canvas(ax, picture) as whole:
+        if len(picture.panels) == 1:
+            _draw(whole, picture.panels[0])
+        else:
+            whole.set_axis_off()
+            parts: list[Any] = []
+            for panel in picture.panels:
+                low, height = panel.place
+                shared = parts[0] if parts else None
+                parts.append(whole.inset_axes((0, low, 1, height), sharex=shared))
+                _draw(parts[-1], panel)
+            for part in parts[:-1]:
+                part.tick_params(labelbottom=False)
+        _bound_points(whole)
+    return _figure_of(whole)
+
+
+@contextmanager
+def _canvas(ax: Axes | None, picture: Picture) -> Iterator[Axes]:
+    """Axes to draw into, in the style of the library, by default of a figure of `panels`."""
+    if ax is not None and not isinstance(ax, Axes):
+        raise TypeError(f"ax={check.shown(ax)}: expected matplotlib Axes or None")
+    if picture.alone and ax is not None and (ax.has_data() or ax.child_axes):
+        raise ValueError(
+            f"ax={check.shown(ax)}: expected axes without a picture, this one needs their whole "
+            "place; give others, as of matplotlib.pyplot.subplots, or none"
+        )
+    if ax is None:
+        with panels(size=picture.size) as (_, own):
+            yield own
+    else:
+        with plt.rc_context(STYLE):
+            yield ax
+
+
+def _bound_points(ax: Any) -> None:
+    """Where lines have many points, SVG and PDF hold them as pixels."""
+    lines = [line for part in (ax, *ax.child_axes) for line in part.lines]
+    if sum(len(line.get_xdata(orig=False)) for line in lines) > MOST_POINTS:
+        for line in lines:
+            line.set_rasterized(True)
+
+
+def _figure_of(ax: Axes) -> Figure:
+    """Figure that holds the axes, also those of a part of it."""
+    figure = ax.get_figure()
+    while figure is not None and not isinstance(figure, Figure):
+        figure = figure.figure
+    assert figure is not None
+    return figure
+
+
+def _draw(ax: Any, panel: Panel) -> None:
+    """Draw one panel."""
+    if panel.even:
+        ax.set_aspect("equal", adjustable=panel.even)
+    for which, axis in (("x", panel.x), ("y", panel.y)):
+        if axis.room is not None:
+            ax.margins(**{which: axis.room})
+        if not axis.sticky:
+            ax.use_sticky_edges = False
+        if not axis.grid:
+            ax.grid(False, axis=which)
+    handles: dict[str, Any] = {}
+    for item in panel.items:
+        artist = _KINDS[item.kind](ax, *item.data, **item.look)
+        if item.label:
+            artist.set_label(item.label)
+            handles.setdefault(item.label, artist)
+    ax.autoscale_view()
+    for which, axis in (("x", panel.x), ("y", panel.y)):
+        _put(ax, which, axis)
+    if panel.title:
+        ax.set_title(panel.title, fontsize=panel.title_size)
+    if panel.bare:
+        ax.set_axis_off()
+    ax.spines[:].set_visible(False) if not panel.framed else None
+    if panel.bar is not None:
+        _colorbar(ax, panel.bar)
+    if handles:
+        ax.legend(handles=[*handles.values()], **_LEGENDS[panel.legend_at] | panel.legend)
+
+
+def _put(ax: Any, which: str, axis: Axis) -> None:
+    """Label, scale, limits and ticks of one axis."""
+    own: Any = ax.xaxis if which == "x" else ax.yaxis
+    if axis.label:
+        own.set_label_text(axis.label, fontsize=axis.size)
+    if axis.log:
+        getattr(ax, f"set_{which}scale")("log")
+    if axis.limits is not None:
+        getattr(ax, f"set_{which}lim")(*axis.limits)
+    if axis.whole:
+        own.set_major_locator(MaxNLocator(integer=True))
+    if axis.ticks is not None:
+        own.set_ticks(*axis.ticks)
+    if axis.tick_size is not None:
+        own.set_tick_params(labelsize=axis.tick_size)
+    if not axis.marks:
+        own.set_tick_params(length=0)
+
+
+def _colorbar(ax: Axes, colours: Colours) -> None:
+    """Colour bar beside axes; logarithmic ones show digits within a decade, too."""
+    bar = _figure_of(ax).colorbar(colours.scale, ax=ax, label=colours.label)
+    axis: Any = bar.ax.yaxis
+    if colours.percent:
+        axis.set_major_formatter(PercentFormatter(1.0, symbol=" %"))
+        axis.set_minor_formatter(lambda *_: "")
+    elif colours.log:
+        axis.set_minor_formatter(LogFormatter(minor_thresholds=(1.5, 0.5)))
+    bar.outline.set_visible(False)  # type: ignore[operator]
+    bar.ax.grid(False)
+
+
+def _text(ax: Axes, at: Any, text: str, **look: Any) -> Any:
+    offset = look.pop("offset", None)
+    if offset is None:
+        return ax.text(at[0], at[1], text, **look)
+    return ax.annotate(text, at, offset, textcoords="offset points", **look)
+
+
+def _arrow(ax: Axes, start: Any, end: Any, **look: Any) -> Any:
+    ax.update_datalim([start, end])
+    return ax.annotate("", end, start, arrowprops=look, zorder=6)
+
+
+def _entry(_: Axes, **look: Any) -> Any:
+    if "facecolor" in look:
+        return Patch(color=look["facecolor"])
+    return Line2D([], [], **look)
+
+
+def _dots(ax: Axes, x: FloatArray, y: FloatArray, chosen: np.ndarray, **look: Any) -> Any:
+    """Some of several points, of a size that leaves neighbours apart."""
+    from scipy.spatial import KDTree  # slow to import
+
+    ax.plot(x, y, linestyle="none")  # limits, which tell how large a dot is
+    pixels, dots = ax.transData.transform(np.column_stack([x, y])), 24.0
+    if len(x) > 1:
+        nearest = KDTree(pixels).query(pixels, 2)[0][:, 1]
+        dots = 0.6 * np.median(72 / _figure_of(ax).dpi * nearest)
+    size = float(np.clip(dots, 3.0, 24.0) ** 2)
+    return ax.scatter(x[chosen], y[chosen], s=size, **look)
+
+
+def _cells(ax: Axes, x: FloatArray, y: FloatArray, values: FloatArray, colours: Colours) -> Any:
+    shown, scale = np.ma.masked_invalid(values), colours.scale
+    norm: Any = scale.norm
+    return ax.pcolormesh(x, y, shown, norm=norm, cmap=scale.cmap, rasterized=True)
+
+
+_KINDS: dict[str, Callable[..., Any]] = {
+    "line": lambda ax, x, y, **look: ax.plot(x, y, **look)[0],
+    "band": Axes.fill_between,
+    "bars": lambda ax, x, low, high, **look: ax.bar(x, high - low, bottom=low, **look),
+    "cells": _cells,
+    "dots": _dots,
+    "upright": Axes.axvline,
+    "level": Axes.axhline,
+    "segments": lambda ax, lines, **look: ax.add_collection(LineCollection([*lines], **look)),
+    "areas": lambda ax, areas, **look: ax.add_collection(PolyCollection([*areas], **look)),
+    "circle": lambda ax, at, radius, **look: ax.add_patch(Circle(at, radius, **look)),
+    "box": lambda ax, *box, **look: ax.add_patch(FancyBboxPatch(*box, **look)),
+    "text": _text,
+    "arrow": _arrow,
+    "entry": _entry,
+    "room": Axes.update_datalim,
+    "ground": lambda ax, **look: ax.patch.set(**look),
+}
+"""How each kind of item is drawn."""
