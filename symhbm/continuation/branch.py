@@ -107,7 +107,9 @@ class Branch:
         guess = segment.interpolate(np.array([scipy.optimize.brentq(distance, 0.0, 1.0)]))[0][0]
         kinds = {event.kind for point in (left, right) for event in point.events}
         near = not kinds.isdisjoint((EventKind.FOLD, EventKind.BRANCH))
-        return self._solve_along(segment, value) if near else self._solve_at_value(guess, left)
+        solution = None if near else self._solve_at_value(guess, left)
+        # Next to a sharp bend Newton's method at one value may find nothing.
+        return self._solve_along(segment, value) if solution is None else solution
 
     def _solve_at_value(self, guess: FloatArray, left: PathPoint) -> PathState | None:
         """The solution at the value of a guess, in the contact states of the point before."""

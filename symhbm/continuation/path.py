@@ -32,6 +32,7 @@ from symhbm.continuation.events import (
     find_branch_point,
     find_folds,
     first_limit,
+    goes_between,
     is_crossing,
     leaves,
     several_meet,
@@ -117,7 +118,7 @@ class Path:
         accepted = 1
         while accepted < self._max_points:
             attempt = self._advance(point, step)
-            folds = None if attempt is None else self._folds(point, attempt[0])
+            folds = None if attempt is None else self._folds(point, *attempt)
             if attempt is None or folds is None:
                 attempt = None
                 self.rejected += 1
@@ -132,7 +133,7 @@ class Path:
                     step, usual = (step, 0.0) if attempt is None else (length, usual)
                 elif stuck and not self._curve.single_valued:
                     attempt = self._acute_corner(point, 4 * step)
-                    folds = None if attempt is None else self._folds(point, attempt[0])
+                    folds = None if attempt is None else self._folds(point, *attempt)
                     attempt, step = (None, step) if folds is None else (attempt, usual)
             if attempt is None:
                 if step < SMALLEST_STEP:
@@ -166,10 +167,17 @@ class Path:
             step = min(step * min(max(growth, 0.3), 2.0), LARGEST_STEP)
         self.status = Status.MAXIMUM_POINTS
 
-    def _folds(self, base: PathPoint, point: PathPoint) -> list[PathPoint] | None:
-        """The folds between two points, None if the points are too far apart to locate them."""
+    def _folds(self, base: PathPoint, point: PathPoint, error: float) -> list[PathPoint] | None:
+        """The folds between two points, None if the points are too far apart to locate them.
+
+        ``error`` is that of the prediction of the second point.
+        """
         if self._curve.single_valued:
             return []
+        # No force tells where a harmonic meets a mode: there a path leaves the step and comes back.
+        surprising = error > PREDICTION_ERROR and not self._curve.driven
+        if surprising and not goes_between(self.corrector, base, point, PREDICTION_ERROR):
+            return None
         folds = find_folds(self.corrector, base, point)
         if folds is None:
             return None

@@ -17,7 +17,7 @@ from symhbm.continuation.events.crossing import (
     solve_crossing,
 )
 from symhbm.continuation.events.curvature import Curvature, curvature_of
-from symhbm.continuation.events.folds import find_folds
+from symhbm.continuation.events.folds import find_folds, goes_between
 from symhbm.continuation.events.modes import Reduced, reduced
 from symhbm.continuation.events.passed_pairs import passed_pairs
 from symhbm.continuation.events.resonances import ResonanceFinder
@@ -37,6 +37,7 @@ __all__ = [
     "find_branch_point",
     "find_folds",
     "first_limit",
+    "goes_between",
     "is_crossing",
     "leaves",
     "passed_pairs",

@@ -36,6 +36,17 @@ def find_folds(
         return None
 
 
+def goes_between(corrector: Corrector, left: PathPoint, right: PathPoint, error: float) -> bool:
+    """Whether the path goes halfway between two neighbouring points where they expect it.
+
+    It need not where the right one lies beyond two folds that neither of them shows. ``error`` is
+    the largest distance, as of `Corrected.error`.
+    """
+    ends = PathState(left.state, left.after), PathState(right.state, right.before)
+    middle = Segment(corrector, *ends, left.switches).corrected(0.5)
+    return middle is not None and middle.error <= error
+
+
 def _folds(
     corrector: Corrector,
     left: PathState,
