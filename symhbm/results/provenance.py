@@ -413,9 +413,14 @@ def _translation(base: BaseMotion, model: Structure) -> np.ndarray:
 
     NaN of displacements of contacts, which need not move with it.
     """
-    moved = base.influence
-    moved = np.array(moved if isinstance(moved, tuple) else base.translation(model), dtype=float)
+    moved: Any = base.influence
     kept, n_whole = model.kept, model.n_numbered
+    if isinstance(moved, dict) and kept is not None:  # numbers of the whole
+        named, moved = moved, np.zeros(n_whole)
+        moved[[*named]] = [*named.values()]
+    elif not isinstance(moved, tuple):
+        moved = base.translation(model)
+    moved = np.array(moved, dtype=float)
     if kept is None or len(moved) == model.n_dof != n_whole:
         return moved
     whole = np.tile(moved, n_whole // len(moved))  # of one sector, where all of them are there

@@ -166,6 +166,21 @@ def test_reduced_structures_take_the_force_made_with_the_whole_one():
     np.testing.assert_allclose(found.amplitude[:, 0], exact.amplitude[:, watched], rtol=1e-6)
 
 
+@pytest.mark.parametrize("influence", [{0: 1.0, 1: 0.5, 3: 2.0}, {0: 1.0, 1: 0.5}])
+def test_influence_by_numbers_is_of_the_whole_structure(influence):
+    """A condensed structure numbers anew what it keeps; the base does not."""
+    whole = chain(6, **FRICTION)
+    base = sh.BaseMotion(acceleration=1.2, influence=influence)
+    small = sh.condense(whole, base, (4, 14), dofs=[2], progress=False)
+    kept = small.dofs
+    for force in (base, base.on(whole)):
+        found, exact = (
+            sh.seen_from(sh.solve(sh.HarmonicBalance(model, each), 9.0), "ground").coefficient
+            for model, each in ((small, force), (whole, base))
+        )
+        np.testing.assert_allclose(found.values, exact.values[kept], rtol=1e-9, atol=1e-15)
+
+
 def test_archives_of_moving_bases_come_back(tmp_path):
     whole = chain(6, **FRICTION)
     base = sh.BaseMotion(velocity=1e-2j, motion="absolute")
