@@ -1,0 +1,88 @@
+"""Curves of every cell: up and down, in parts, in archives, verified, and in time."""
+
+import json
+import pickle
+
+import numpy as np
+import pytest
+import xarray as xr
+from problems import BAND, cases, cell, cells, problem
+
+import symhbm as sh
+
+FEW = [
+    "coulomb blade base 13", "stop rotor static 0123", "planar reduced-turning order 1",
+    "varying air order 0123",
+]  # fmt: skip
+
+
+def curve(given, band=BAND, **options):
+    return sh.frf(given, band, **dict(progress=False, stability=False) | options)
+
+
+def peaks(found):
+    keep = found.peak_kind.values == "peak" if "peak_kind" in found else slice(None)
+    heights = found.peak_amplitude.values[keep]
+    order = np.argsort(found.peak_frequency.values[keep])
+    return found.peak_frequency.values[keep][order], heights[order]
+
+
+@pytest.mark.parametrize("name", cases(FEW, cells()))
+def test_down_as_up(name):
+    given = problem(name)
+    (up, high), (down, low) = (peaks(curve(given, band)) for band in (BAND, BAND[::-1]))
+    np.testing.assert_allclose(down, up, rtol=1e-6)
+    np.testing.assert_allclose(low, high, rtol=1e-8)
+
+
+@pytest.mark.parametrize("name", cases(FEW[:2], cells()))
+def test_parts_are_the_whole_and_archives_keep_it(name, tmp_path):
+    given, over = problem(name), {"force_amplitude": [0.6, 1.2, 2.4]}
+    options = dict(at=np.linspace(*BAND, 5), over=over)
+    whole = curve(given, archive=tmp_path / "whole.nc", **options)
+    archives = [tmp_path / f"part{i}.nc" for i in (1, 2)]
+    for i, archive in enumerate(archives, 1):
+        curve(given, part=(i, 2), archive=archive, **options)
+    for other in (sh.merge(archives), sh.load(tmp_path / "whole.nc")):
+        for variable in ("amplitude", "coefficient", "peak_frequency", "n_solutions"):
+            if variable in whole:
+                xr.testing.assert_equal(other[variable].load(), whole[variable])
+
+
+@pytest.mark.parametrize("name", cases(FEW[1:3], cells()))
+def test_copies_give_the_same_response(name):
+    given = problem(name)
+    one = sh.solve(given, 24.0)
+    copies = [sh.rebuild(one)]
+    if cell(name).law != "own":
+        copies.append(pickle.loads(pickle.dumps(given)))
+    for copy in copies:
+        again = sh.solve(copy, 24.0).coefficient
+        size = np.abs(one.coefficient).max().item()
+        np.testing.assert_allclose(again, one.coefficient, atol=1e-11 * size)
+
+
+@pytest.mark.parametrize("name", cases(FEW[:3], cells()))
+def test_curves_are_verified(name):
+    audit = sh.verify(curve(problem(name)), points=3, exact="none", progress=False)
+    assert json.loads(audit.verification)["passed"]
+
+
+IN_TIME = [n for n in cells() if cell(n).structure not in ("air", "condensed", "condensed-sector")]
+
+
+@pytest.mark.parametrize("name", cases(["planar blade base 13"], IN_TIME))
+def test_exact_motion_is_what_many_harmonics_tend_to(name):
+    given = problem(name)
+    most = max(given.harmonics)
+    differences = []
+    for highest in (most, 3 * most + 2):
+        step = 1 if 0 in given.harmonics else 2
+        more = given.with_harmonics(tuple(range(given.harmonics[0], highest + 1, step)))
+        found = sh.solve(more, 24.0)
+        exact = sh.periodic_motion(more, 24.0, start=found)
+        assert exact.converged.all()
+        difference = exact.coefficient.sel(harmonic=1) - found.coefficient.sel(harmonic=1)
+        differences.append(float(abs(difference).max() / abs(found.coefficient).max()))
+    assert differences[1] < max(1e-9, 0.5 * differences[0])
+    assert differences[0] < 0.05

@@ -1,0 +1,52 @@
+"""Modes, limit cycles and flutter limits of one sector, and of the ring of all of them."""
+
+import numpy as np
+import pytest
+from problems import OPENS, sector
+from rings import assembled
+
+import symhbm as sh
+
+
+def pairs(law, nodal_diameter, damped):
+    """One sector, and the ring assembled from all, both asked for the same wave."""
+    disk = sector(law, damped=damped)
+    harmonics = (0, 1, 2, 3) if law in OPENS else (1, 3)
+    alone = sh.HarmonicBalance(disk, None, harmonics)
+    ring = sh.HarmonicBalance(assembled(disk).model, None, harmonics)
+    return alone, ring, dict(nodal_diameter=nodal_diameter, dof=1, progress=False)
+
+
+@pytest.mark.parametrize(
+    ("law", "nodal_diameter"),
+    [
+        ("coulomb", 1),
+        *(
+            pytest.param(law, k, marks=pytest.mark.slow)
+            for law in ("coulomb", "varying", "planar", "own")
+            for k in (-1, 0, 2)
+        ),
+    ],
+)
+def test_cycles_of_a_sector_are_those_of_its_ring(law, nodal_diameter):
+    alone, ring, options = pairs(law, nodal_diameter, -0.2)
+    options |= dict(amplitude=(1e-6, 1e-2))
+    one, whole = sh.limit_cycles(alone, **options), sh.limit_cycles(ring, **options)
+    assert one.sizes["point"] == whole.sizes["point"]
+    for name in ("frequency", "amplitude"):
+        np.testing.assert_allclose(one[name], whole[name], rtol=1e-8)
+    if "stability" in one and "stability" in whole:
+        np.testing.assert_array_equal(one.stability, whole.stability)
+
+
+@pytest.mark.parametrize(
+    "law",
+    ["coulomb", *(pytest.param(law, marks=pytest.mark.slow) for law in ("planar", "stop", "own"))],
+)
+def test_modes_of_a_sector_are_those_of_its_ring(law):
+    alone, ring, options = pairs(law, 1, 1.0)
+    grid = np.geomspace(1e-5, 1e-3, 4)
+    options |= dict(amplitude=(1e-6, 1e-2), at=grid)
+    one, whole = sh.nonlinear_modes(alone, **options), sh.nonlinear_modes(ring, **options)
+    for name in ("frequency", "damping_ratio", "modal_amplitude"):
+        np.testing.assert_allclose(one[name], whole[name], rtol=1e-8)

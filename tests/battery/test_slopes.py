@@ -1,0 +1,35 @@
+"""The Jacobian of every cell is the difference of its residuals."""
+
+import numpy as np
+import pytest
+from problems import cases, cells, problem
+
+QUICK = [
+    "planar blade base 1", "own blade point 13", "coulomb mistuned order 13",
+    "pressed reduced-turning static 0123", "varying rotor base 0123", "stop air order 0123",
+    "cubic condensed static 0123", "planar condensed-sector order 13",
+]  # fmt: skip
+
+
+@pytest.mark.parametrize("name", cases(QUICK, cells()))
+def test_jacobian_is_the_slope_of_the_residual(name):
+    given, omega = problem(name), 2 * np.pi * 24.0
+    rng = np.random.default_rng(7)
+    at = 3e-4 * rng.normal(size=given.n_unknowns)
+    direction = rng.normal(size=given.n_unknowns)
+    here = given.evaluate(at, omega)
+    by_frequency = here.by_parameter
+
+    def difference(along, step, turn=0.0):
+        ends = (given.evaluate(at + s * along, omega + s * turn) for s in (step, -step))
+        up, down = (each.residual for each in ends)
+        return (up - down) / (2 * step)
+
+    slope = here.jacobian @ direction
+    np.testing.assert_allclose(
+        difference(direction, 1e-9), slope, rtol=1e-4, atol=2e-5 * np.abs(slope).max()
+    )
+    turned = difference(np.zeros(len(at)), 1e-3, 1.0)
+    np.testing.assert_allclose(
+        turned, by_frequency, rtol=1e-4, atol=2e-5 * np.abs(by_frequency).max()
+    )

@@ -1,0 +1,243 @@
+"""Small problems by name: laws x structures x forces x harmonics, each built when asked for.
+
+A blade has three directions at its tip, x and y along the contact and z across it, on one mass of
+the disk; all structures are made of it. A cell is a name as ``"coulomb chain point 1"``.
+"""
+
+from collections.abc import Callable, Iterable, Iterator, Mapping
+from typing import Any, NamedTuple
+
+import numpy as np
+import pytest
+
+import symhbm as sh
+
+N_SECTORS, ORDER = 4, 1
+BAND = (14.0, 40.0)
+"""Frequencies [Hz] that hold the lowest modes of all structures."""
+TIP = np.array([[2.0e4, -3e3, 1e3], [-3e3, 2.8e4, 2e3], [1e3, 2e3, 3.5e4]])
+SKEW = np.array([[0, 1.0, 0.5], [-1.0, 0, 0.2], [-0.5, -0.2, 0]])
+FRICTION = dict(contact_stiffness=6e3, friction_coefficient=0.4, normal_load=1.5)
+PRESSES = dict(normal_stiffness=5e3)
+
+Directions = tuple[tuple[Any, ...], tuple[Any, ...], tuple[Any, ...]]
+"""Along the contact, across it within the surface, and normal to it."""
+
+
+def _bush(y: Any, v: Any, p: Mapping[str, Any]) -> Any:
+    return p["hardening"] * y**3 + p["loss"] * v
+
+
+def _friction(along: Any, **more: Any) -> sh.Contacts:
+    return sh.Friction(tangential=along, **FRICTION | more)
+
+
+LAWS: dict[str, Callable[..., Any]] = {
+    "none": lambda *directions: None,
+    "coulomb": lambda along, across, normal: _friction(along),
+    "varying": lambda along, across, normal: _friction(along, normal=normal, **PRESSES),
+    "stop": lambda along, across, normal: sh.Gap(normal=normal, gap=5e-5, **PRESSES),
+    "planar": lambda along, across, normal: _friction(along, across=across),
+    "pressed": lambda a, b, normal: _friction(a, across=b, normal=normal, **PRESSES),
+    "cubic": lambda along, across, normal: sh.Contacts(
+        sh.CubicSpring(), along, cubic_stiffness=3e10
+    ),
+    "own": lambda along, across, normal: sh.SmoothLaw(
+        _bush, {"hardening": (2e10, "N/m^3"), "loss": (3.0, "N s/m")}, along
+    ),
+}
+OPENS = {"varying", "stop", "pressed"}
+"""Laws whose force has a mean, which harmonic 0 takes."""
+
+
+def _contacts(law: str, directions: Directions) -> dict[str, Any]:
+    contact = LAWS[law](*([direction] for direction in directions))
+    return {} if contact is None else {"contact": contact}
+
+
+GROUND: Directions = ((0,), (1,), (2,))
+MASS, DAMPING = 0.9 * np.eye(3), np.diag([2.0, 2.5, 3.0])
+
+
+def blade(law: str) -> sh.Model:
+    """The tip of a blade against the ground."""
+    return sh.Model(MASS, DAMPING, TIP, contacts=_contacts(law, GROUND))
+
+
+def rotor(law: str) -> sh.Model:
+    """The same blade at one speed, stiffened and with Coriolis forces."""
+    turning = sh.RotatingModel(blade(law), {0: TIP, 600: TIP + 4e3 * np.eye(3)}, 0.05 * SKEW)
+    return turning.at(300)
+
+
+def chain(law: str) -> sh.Model:
+    """Four tips one behind the other; the first touches the second."""
+    n, unit = 4, np.eye(4)
+    coupling = 4e3 * (2 * unit - np.eye(n, k=1) - np.eye(n, k=-1))
+    stiffness = np.kron(unit, TIP) + np.kron(coupling, np.eye(3))
+    contacts = _contacts(law, ((0, 3), (1, 4), (2, 5)))
+    return sh.Model(np.kron(unit, MASS), np.kron(unit, DAMPING), stiffness, contacts=contacts)
+
+
+def sector(law: str, speed: float = 0.0, damped: float = 1.0) -> sh.Sector:
+    """A blade of two masses on one of the disk; its tip touches that of the next one.
+
+    ``damped`` multiplies all damping: a negative one drives the blades.
+    """
+    stiffness = np.zeros((6, 6))
+    stiffness[1:4, 1:4] = TIP - np.diag([1e4, 6e3, 5e3])
+    for i, j, k in ((0, 4, 3e4), (4, 1, 1e4), (0, 2, 6e3), (0, 3, 5e3), (0, 5, 2e4)):
+        stiffness[np.ix_([i, j], [i, j])] += k * np.array([[1, -1], [-1, 1]])
+    stiffness[0, 0] += 4e4
+    mass, damping = np.diag([2.0, 0.9, 0.9, 0.9, 0.5, 0]), np.diag([3.0, 2.0, 2.5, 3.0, 1.0, 0])
+    model: Any = sh.Model(mass, damped * damping, stiffness)
+    if speed:
+        skew = np.zeros((6, 6))
+        skew[1:4, 1:4] = SKEW
+        model = sh.RotatingModel(model, {0: stiffness, 600: stiffness + 2e3 * mass}, 0.05 * skew)
+        model = model.at(speed)
+    after = sh.next_sector
+    directions: Directions = ((1, after(1)), (2, after(2)), (3, after(3)))
+    disk = sh.Sector(model, left=[0], right=[5], n_sectors=N_SECTORS)
+    return disk.with_contacts(**_contacts(law, directions))
+
+
+def in_air(law: str) -> sh.Sector:
+    """A sector whose blades feel the motion of their neighbours."""
+    return sector(law).with_influences(
+        sh.Influence({1: 1.0, 2: 0.3}, {-1: 60 + 90j, 0: -100 + 150j, 1: 40 - 70j}, 25.0)
+    )
+
+
+def mistuned(law: str) -> Any:
+    """The whole ring, each blade a little different."""
+    return sh.mistuned_ring(sector(law), stiffness_deviation=0.02 * np.sin(np.arange(N_SECTORS)))
+
+
+def reduced(law: str, speed: float = 0.0) -> Any:
+    """A sector with as many fixed-interface modes as there are: exact."""
+    return sh.craig_bampton(sector(law, speed), 1, BAND, dofs=[1, 2, 3])
+
+
+STRUCTURES: dict[str, Callable[[str], Any]] = {
+    "blade": blade,
+    "rotor": rotor,
+    "chain": chain,
+    "sector": sector,
+    "turning": lambda law: sector(law, 300.0),
+    "air": in_air,
+    "ring": lambda law: sh.mistuned_ring(sector(law)),
+    "mistuned": mistuned,
+    "reduced": reduced,
+    "reduced-turning": lambda law: reduced(law, 300.0),
+    "condensed": chain,
+    "condensed-sector": sector,
+}
+CYCLIC = {"sector", "turning", "air", "ring", "mistuned", "reduced", "reduced-turning"}
+CYCLIC |= {"condensed-sector"}
+"""Structures of a disk, whose force is an engine order."""
+HARMONICS = {"1": (1,), "13": (1, 3), "0123": (0, 1, 2, 3)}
+
+
+def _pattern(harmonics: tuple[int, ...], *static: Any) -> Any:
+    pattern: dict[int, dict[int, complex]] = {1: {1: 1.0, 2: 0.4j, 3: 0.2}}
+    if 2 in harmonics:
+        pattern[2] = {2: 0.3}
+    force: Any = sh.EngineOrder(ORDER, 1.2, pattern=pattern)
+    return force + sh.StaticLoad(*static) if static else force
+
+
+def _point(harmonics: tuple[int, ...], *static: Any) -> Any:
+    cosine, sine = {1: {0: 1.0, 2: 0.3}}, {1: {1: 0.5}}
+    if 2 in harmonics:
+        cosine[2] = {1: 0.3}
+    force: Any = sh.HarmonicForce(cosine=cosine, sine=sine, amplitude=1.2)
+    return force + sh.StaticLoad(*static) if static else force
+
+
+def _base(structure: Any) -> Any:
+    influence = {0: 1.0, 1: 0.5} if structure.n_dof < 12 else {3 * i: 1.0 for i in range(4)}
+    return sh.BaseMotion(acceleration=1.2, influence=influence)
+
+
+FORCES = ("point", "order", "static", "base")
+
+
+def force_of(name: str, structure: Any, cyclic: bool, harmonics: tuple[int, ...]) -> Any:
+    """A force on a structure: at places, along an engine order, with a static load, by its base."""
+    if name == "base":
+        return _base(structure)
+    static = ({1: 0.4, 3: 0.6},) if cyclic else ({0: 0.4, 2: 0.6},)
+    waves = _pattern if cyclic else _point
+    return waves(harmonics, *(static if name == "static" else ()))
+
+
+class Cell(NamedTuple):
+    """One combination, by the names of its parts."""
+
+    law: str
+    structure: str
+    force: str
+    harmonics: str
+
+    def __str__(self) -> str:
+        return " ".join(self)
+
+    @property
+    def valid(self) -> bool:
+        """Whether the parts go together."""
+        cyclic, mean = self.structure in CYCLIC, "0" in self.harmonics
+        return (
+            self.force in (("order", "static") if cyclic else ("point", "static", "base"))
+            and (mean or (self.law not in OPENS and self.force != "static"))
+            and (self.law != "none" or self.harmonics != "13")
+            and (self.law != "none" or not self.structure.startswith("condensed"))
+        )
+
+
+def cell(name: str) -> Cell:
+    """The cell of a name, such as ``"coulomb chain point 1"``."""
+    result = Cell(*name.split())
+    if not result.valid:
+        raise ValueError(f"{name!r}: these parts do not go together")
+    return result
+
+
+def cells(
+    laws: Iterable[str] = LAWS,
+    structures: Iterable[str] = STRUCTURES,
+    forces: Iterable[str] = FORCES,
+    harmonics: Iterable[str] = HARMONICS,
+) -> Iterator[str]:
+    """Names of all valid combinations of some parts."""
+    for law in laws:
+        for structure in structures:
+            for force in forces:
+                for level in harmonics:
+                    one = Cell(law, structure, force, level)
+                    if one.valid:
+                        yield str(one)
+
+
+def problem(name: str) -> sh.HarmonicBalance:
+    """The problem of a cell."""
+    law, structure, force, level = cell(name)
+    harmonics, model = HARMONICS[level], STRUCTURES[structure](law)
+    given = force_of(force, model, structure in CYCLIC, harmonics)
+    if structure.startswith("condensed"):
+        model = sh.condense(model, given, BAND, harmonics, progress=False)
+    return sh.HarmonicBalance(model, given, harmonics)
+
+
+def cases(quick: Iterable[str], others: Iterable[str] = ()) -> list[Any]:
+    """Parameters of a test: ``quick`` cells, and all different others, which are slow."""
+    first = [str(cell(name)) for name in quick]
+    slow = [name for name in others if name not in first]
+    return [*first, *(pytest.param(name, marks=pytest.mark.slow) for name in slow)]
+
+
+def solved(given: sh.HarmonicBalance, frequency: float = 24.0) -> np.ndarray:
+    """Coefficients (dof, harmonic, component) of the response at a frequency [Hz]."""
+    found = sh.solve(given, frequency)
+    assert found.converged.item()
+    return found.coefficient.values
