@@ -32,6 +32,8 @@ _GUMBEL = 1e-9
 """Absolute shape below which the distribution is Gumbel's, to round-off."""
 _OFF = 1e3
 """Far more than any drop of a likelihood: off its support it leads back there."""
+_ASTRAY = 1e300
+"""What is no number, as a search compares it."""
 _MOST_LOST = 0.05
 """Share of refits that may fail; above it, the goodness of fit would be biased."""
 
@@ -258,11 +260,14 @@ def _intervals(
 
     def within(value: float, others: FloatArray, step: float, parameters: Any) -> FloatArray:
         def minus_log(value: float, others: FloatArray) -> float:
-            fit = np.array(parameters(value, others))
-            shape = fit[2] if fit.size == 3 else 0.0
-            room = 1 + shape * (scaled - fit[0]) / np.exp(fit[1])
-            beyond = max(-room.min(), -1 - shape)
-            return _minus_log_likelihood(fit, scaled) if beyond < 0 else _OFF * (1 + beyond)
+            # Where no parameters have the value, a search for the likeliest goes astray.
+            with np.errstate(all="ignore"):
+                fit = np.array(parameters(value, others))
+                shape = fit[2] if fit.size == 3 else 0.0
+                room = 1 + shape * (scaled - fit[0]) / np.exp(fit[1])
+                beyond = max(-room.min(), -1 - shape)
+                found = _minus_log_likelihood(fit, scaled) if beyond < 0 else _OFF * (1 + beyond)
+            return float(np.nan_to_num(found, nan=_ASTRAY, posinf=_ASTRAY))
 
         return np.array(profile_interval(minus_log, value, others, step, most))
 
