@@ -145,7 +145,7 @@ def _described(dataset: xr.Dataset, draws: xr.Dataset) -> xr.Dataset:
         references="E. Chatelet, D. Rade, G. Jacquet-Richardet, DINAME 2013, hal-00941429",
         seed=SEED,
         engine_order=ENGINE_ORDER,
-        symhbm_schema=2,
+        symhbm_schema=1,
         symhbm_version=version("symhbm"),
     )
 

@@ -192,7 +192,7 @@ def compute(progress: bool = True) -> xr.Dataset:
     return dataset.assign_attrs(
         title="Damping of modes of three structures that rub",
         references="M. Krack, Computers and Structures 154 (2015), 59-71",
-        symhbm_schema=2,
+        symhbm_schema=1,
         symhbm_version=version("symhbm"),
     )
 

@@ -80,7 +80,7 @@ def compute(progress: bool = True) -> xr.Dataset:
         {
             "title": "The structures of the source",
             "references": "E. Chatelet, D. Rade, G. Jacquet-Richardet, DINAME 2013, hal-00941429",
-            "symhbm_schema": 2,
+            "symhbm_schema": 1,
             "symhbm_version": version("symhbm"),
         },
     )

@@ -92,7 +92,7 @@ def compute(progress: bool = True) -> xr.Dataset:
     attributes = {
         "title": "Friction force and hysteresis loop of one blade",
         "references": "E. Chatelet, D. Rade, G. Jacquet-Richardet, DINAME 2013, hal-00941429",
-        "symhbm_schema": 2,
+        "symhbm_schema": 1,
         "symhbm_version": version("symhbm"),
     }
     return xr.Dataset(variables, coordinates, attributes)

@@ -147,7 +147,7 @@ def compute(progress: bool = True) -> xr.Dataset:
         title="Flutter that friction holds, of three structures",
         references="M. Krack, Computers and Structures 154 (2015), 59-71",
         seed=SEED,
-        symhbm_schema=2,
+        symhbm_schema=1,
         symhbm_version=version("symhbm"),
     )
 

@@ -62,7 +62,7 @@ def compute(progress: bool = True) -> xr.Dataset:
     return dataset.assign_attrs(
         title="Flutter limits of three structures over the normal load",
         references="M. Krack, Computers and Structures 154 (2015), 59-71",
-        symhbm_schema=2,
+        symhbm_schema=1,
         symhbm_version=version("symhbm"),
     )
 

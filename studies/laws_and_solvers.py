@@ -93,7 +93,7 @@ def compute(progress: bool = True) -> xr.Dataset:
         {
             "title": "Three friction laws and three solvers on the same points",
             "references": "E. Chatelet, D. Rade, G. Jacquet-Richardet, DINAME 2013, hal-00941429",
-            "symhbm_schema": 2,
+            "symhbm_schema": 1,
             "symhbm_version": version("symhbm"),
         },
     )

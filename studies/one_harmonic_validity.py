@@ -200,7 +200,7 @@ def compute(progress: bool = True) -> xr.Dataset:
     attributes = {
         "title": "Where one harmonic is enough on the tuned ring of 13 blades",
         "references": "E. Chatelet, D. Rade, G. Jacquet-Richardet, DINAME 2013, hal-00941429",
-        "symhbm_schema": 2,
+        "symhbm_schema": 1,
         "symhbm_version": version("symhbm"),
     }
     return xr.Dataset(variables, coordinates, attributes)

@@ -193,7 +193,7 @@ def compute(progress: bool = True) -> xr.Dataset:
     attributes = {
         "title": "A disk of 24 sectors with dampers and with shrouds",
         "references": "J. H. Griffin, J. Eng. Power 102 (1980), 329-333",
-        "symhbm_schema": 2,
+        "symhbm_schema": 1,
         "symhbm_version": version("symhbm"),
     }
     return xr.Dataset(variables, coordinates, attributes)

@@ -125,7 +125,7 @@ def compute(progress: bool = True) -> xr.Dataset:
         title=f"{N_SAMPLES} mistuned disks of 24 sectors by finite elements",
         references="D. S. Whitehead, J. Mech. Eng. Sci. 8 (1966), 15-21",
         seed=SEED,
-        symhbm_schema=2,
+        symhbm_schema=1,
         symhbm_version=version("symhbm"),
     )
 

@@ -81,7 +81,7 @@ def compute(progress: bool = True) -> xr.Dataset:
     attributes = {
         "title": "Modes of a disk of 24 sectors by finite elements",
         "references": "J. Wildheim, J. Appl. Mech. 46 (1979), 878-882",
-        "symhbm_schema": 2,
+        "symhbm_schema": 1,
         "symhbm_version": version("symhbm"),
     }
     added = {

@@ -103,7 +103,7 @@ def compute(progress: bool = True) -> xr.Dataset:
         {
             "title": "Figs. 3 and 8 with the switching angles as unknowns",
             "references": "E. Chatelet, D. Rade, G. Jacquet-Richardet, DINAME 2013, hal-00941429",
-            "symhbm_schema": 2,
+            "symhbm_schema": 1,
             "symhbm_version": version("symhbm"),
         },
     )

@@ -239,7 +239,7 @@ def _dataset(
     attributes = {
         "title": "An underplatform damper between a blade and a wall",
         "references": "J. H. Griffin, J. Eng. Power 102 (1980), 329-333",
-        "symhbm_schema": 2,
+        "symhbm_schema": 1,
         "symhbm_version": version("symhbm"),
     }
     return xr.Dataset(variables, coordinates, attributes)

@@ -1,7 +1,6 @@
 """Forced response of bladed disks with dry friction by multi-harmonic balance."""
 
 import sys
-import warnings
 from importlib import import_module
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
@@ -177,8 +176,6 @@ _LAZY = {
 """Rooms that need matplotlib or scipy.stats, which are slow to import and not needed to compute."""
 _LATE = {"view": "symhbm.plot.viewer"}
 """Functions of such rooms."""
-_RENAMED = {"transient": "periodic_motion"}
-"""Names of the version before, which this one still knows."""
 
 
 def __dir__() -> list[str]:
@@ -190,10 +187,6 @@ def __getattr__(name: str) -> Any:
         return import_module(_LAZY[name])
     if name in _LATE:
         return getattr(import_module(_LATE[name]), name)
-    if name in _RENAMED:
-        new = _RENAMED[name]
-        warnings.warn(f"symhbm.{name} is now symhbm.{new}", DeprecationWarning, stacklevel=2)
-        return globals()[new]
     # With name and module Python tells the nearest name: "Did you mean: 'frf'?"
     here = sys.modules[__name__]
     raise AttributeError(f"module 'symhbm' has no attribute {name!r}", name=name, obj=here)

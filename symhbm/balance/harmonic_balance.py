@@ -25,12 +25,12 @@ from symhbm.model import (
     StaticLoad,
     Structure,
     Symmetry,
+    amplitude_of,
     check_excitation,
     find_symmetry,
 )
 from symhbm.model.contacts import ContactLaw, NormalLaw, Parameter
 from symhbm.model.cyclic import Sector
-from symhbm.model.excitation import amplitude_of
 from symhbm.model.rotation import check_speed
 from symhbm.model.shown import as_table, rows_of
 from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics, compact

@@ -14,6 +14,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from symhbm.model.linear import LowRankSum, lowest_modes
+from symhbm.model.records import Record
 from symhbm.numerics import DENSE_LIMIT, check
 
 _HELD = (
@@ -23,7 +24,7 @@ _HELD = (
 )
 
 
-class Damping(ABC):
+class Damping(Record, ABC):
     """Damping that is no matrix yet: it follows from mass and stiffness."""
 
     loss_factor = 0.0
@@ -45,17 +46,6 @@ class Damping(ABC):
     def of_at_most(self, modes: int) -> Damping:
         """The same of a structure that has no more than so many modes."""
         return self
-
-    @classmethod
-    def from_told(cls, told: dict[str, Any]) -> Damping:
-        """The damping of a `description`; KeyError for a kind that is none of the library's."""
-        kinds = {kind.__name__: kind for kind in (ModalDamping, RayleighDamping, StructuralDamping)}
-        return kinds[told["type"]](**told["values"])
-
-    def description(self) -> dict[str, Any]:
-        """What tells it apart in a dataset, as JSON keeps it."""
-        own = type(self).__module__ != __name__
-        return {"type": type(self).__name__} | ({} if own else {"values": vars(self)})
 
 
 @dataclass(frozen=True, repr=False)

@@ -18,8 +18,7 @@ from symhbm.model.mass import check_semidefinite
 from symhbm.model.parameters import BLADE_PARAMETERS, CONTACT_PARAMETERS, PARAMETERS, ReadOnly
 from symhbm.model.places import check_places
 from symhbm.model.polynomial import PolynomialStructure
-from symhbm.model.records import stored
-from symhbm.model.structure import CACHED, STORED, Matrices
+from symhbm.model.structure import CACHED, Matrices
 from symhbm.numerics import FloatArray, check
 
 
@@ -175,7 +174,6 @@ class Model(PolynomialStructure):
 
     def _put(self, name: str, value: ArrayLike) -> None:
         if name in BLADE_PARAMETERS:
-            vars(self).pop(STORED, None)
             self._store(**{f"{name}_matrix": diagonal(name, value, self.n_dof)})
         else:
             super()._put(name, value)
@@ -193,70 +191,19 @@ class Model(PolynomialStructure):
         """That of all harmonics."""
         return self.loss_stiffness()
 
-    def description(self) -> dict[str, Any]:
-        """Nothing where matrices are stored, else the loss factor."""
-        if self.has_matrices:
-            return {}
-        told = {"type": type(self).__name__, "loss_factor": self.loss_factor}
-        return {"structure": told | {"stored": self._stored[1]}}
-
-    @property
-    def numbers(self) -> FloatArray | None:
-        """The matrices as archives hold them, (n,), where they are not all there is."""
-        return None if self.has_matrices else self._stored[0]
-
-    @property
-    def record(self) -> Any:
-        """The matrices, and what else tells the structure, for an archive."""
-        damping = self.damping_matrix if self.damping is None else self.coriolis_matrix
-        return Matrices(self.mass_matrix, damping, self.stiffness_matrix)
-
-    @property
-    def told(self) -> dict[str, Any]:
-        """What of it is no number, as JSON keeps it."""
-        told = {} if self.damping is None else {"damping": self.damping.description()}
-        return told if self.speed is None else told | {"speed": self.speed}
-
-    @property
-    def _stored(self) -> tuple[FloatArray, dict[str, Any]]:
-        if STORED not in vars(self):
-            self._store(**{STORED: stored(self.record, self.told)})
-        return vars(self)[STORED]
-
-    @classmethod
-    def from_record(cls, record: Any, told: dict[str, Any], lumped: bool = False) -> Model:
-        """The model of a `record` and of what was `told`, without contacts and places."""
-        values: dict[str, Any] = dict(lumped=lumped, places=None)
-        values |= {name: part for name, part in record._asdict().items() if part is not None}
-        if "damping" in told:
-            values["damping"] = Damping.from_told(told["damping"])
-            if "damping_matrix" in values:
-                values["coriolis_matrix"] = values.pop("damping_matrix")
-        if "speed" in told:
-            values["speed"] = told["speed"]
-        model = restored(values, cls)
-        model._set_contacts({})
-        return model
+    def fields(self) -> dict[str, Any]:
+        """What makes it again; damping by a rule is the rule."""
+        fields = super().fields()
+        if self.damping is not None:
+            fields.pop("damping_matrix", None)
+        # Their diagonals are parameters, which change them.
+        nothing = sp.eye_array(self.n_dof, format="csc")
+        return fields | {f"{name}_matrix": nothing for name in BLADE_PARAMETERS if self.lumped}
 
     @property
     def static_stiffness(self) -> Any:
         """The stiffness matrix, sparse."""
         return self.stiffness_matrix
-
-    def __reduce__(self):
-        kept = {name: value for name, value in vars(self).items() if name not in CACHED}
-        return restored, (kept, type(self))
-
-
-def restored(values: dict[str, Any], kind: type[Model] = Model) -> Model:
-    """The model that was pickled: it was checked when it was made, but its arrays are writable."""
-    for value in values.values():
-        array = value.data if sp.issparse(value) else value
-        if isinstance(array, np.ndarray):
-            array.setflags(write=False)
-    model = object.__new__(kind)
-    model._store(**values)
-    return model
 
 
 def diagonal(name: str, value: ArrayLike, size: int) -> sp.csc_array:

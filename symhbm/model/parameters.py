@@ -78,6 +78,12 @@ def records_of_blade_modes(count: int) -> dict[str, Parameter]:
     }
 
 
+def amplitude_of(units: str, meaning: str) -> dict[str, Parameter]:
+    """The record of an amplitude that is no force, by its name."""
+    record = PARAMETERS["force_amplitude"]
+    return {"force_amplitude": record._replace(units=units, meaning=meaning, unit=units)}
+
+
 def is_pattern(dim: object) -> bool:
     """Whether a dimension of a dataset runs over degrees of freedom, contacts or blades."""
     return dim in ("dof", "contact", "blade") or str(dim).endswith("_contact")

@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from symhbm.model.records import Record
 from symhbm.numerics import check
 
 DIRECTIONS = ("x", "y", "z", "rx", "ry", "rz", "radial", "tangential", "axial")
@@ -26,7 +27,7 @@ Place = int | str
 
 
 @dataclass(frozen=True, eq=False, repr=False)
-class Places:
+class Places(Record):
     """Where the degrees of freedom of a structure are, one entry for each, in their order.
 
     Parameters

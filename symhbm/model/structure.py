@@ -34,6 +34,7 @@ from symhbm.model.parameters import (
     records_by_name,
 )
 from symhbm.model.places import NextSector, Place, Places, check_places, number_of
+from symhbm.model.records import Record
 from symhbm.model.shown import as_table, as_text, rows_of
 from symhbm.numerics import ComplexArray, FloatArray, FourierBasis, check
 
@@ -99,7 +100,7 @@ class SpringSliderContacts(NamedTuple):
     sliders: SpringSliders
 
 
-class Structure(ABC):
+class Structure(Record, ABC):
     """A structure by its dynamic stiffness, and its contacts.
 
     `Model` is one, given by matrices. One of your own derives from this class and tells its
@@ -591,11 +592,6 @@ class Structure(ABC):
         return None
 
     @property
-    def numbers(self) -> FloatArray | None:
-        """What archives hold of a structure beside its description, (n,)."""
-        return None
-
-    @property
     def modal(self) -> Any:
         """Matrices of what is condensed, in coordinates of its modes, None without."""
         return None
@@ -615,10 +611,10 @@ class Structure(ABC):
         """Stiffness at rest, sparse (n_dof, n_dof) [N/m]."""
         return sp.csc_array(self.dynamic_stiffness(0, 0.0)[0].real)
 
-    def check_frequencies(self, name: str, values: ArrayLike) -> None:  # noqa: B027
+    def check_frequencies(self, name: str, values: ArrayLike) -> None:
         """Raise ValueError for frequencies [Hz] that the structure is not made for."""
 
-    def check_harmonics(self, harmonics: tuple[int, ...]) -> None:  # noqa: B027
+    def check_harmonics(self, harmonics: tuple[int, ...]) -> None:
         """Raise ValueError for harmonics that the structure is not made for."""
 
     def split_force(
@@ -726,9 +722,21 @@ class Structure(ABC):
         """
         return None
 
-    def description(self) -> dict[str, Any]:
-        """What tells it apart in a dataset, as JSON keeps it."""
-        return {"structure": {"type": type(self).__name__}}
+    def fields(self) -> dict[str, Any]:
+        """What makes it again, without contacts, outputs and values of parameters."""
+        apart = {*CACHED, *_BESIDE, *self.parameters}
+        return {name: value for name, value in super().fields().items() if name not in apart}
+
+    @classmethod
+    def of_fields(cls, **fields: Any) -> Self:
+        """The structure of its `fields`, without contacts."""
+        made = restored(fields, cls)
+        made._set_contacts({})
+        return made
+
+    def __reduce__(self) -> Any:
+        kept = {name: value for name, value in vars(self).items() if name not in CACHED}
+        return restored, (kept, type(self))
 
     @property
     def remark(self) -> str:
@@ -744,10 +752,21 @@ class Structure(ABC):
 
 DENSE = "_of_matrices"
 """Where a structure keeps what is made of its matrices."""
-STORED = "_stored_numbers"
-"""Where a structure keeps what archives hold of it."""
-CACHED = {"contact_rows", "directions", "records", DENSE, STORED}
+CACHED = {"contact_rows", "directions", "records", DENSE}
 """Attributes that are computed from the others."""
+_BESIDE = {"contacts", "row_ends", "groups", "outputs"}
+"""What archives hold of a structure beside its record."""
+
+
+def restored(values: dict[str, Any], kind: Any) -> Any:
+    """The structure of attributes that were checked when it was made; arrays become read-only."""
+    for value in values.values():
+        array = value.data if sp.issparse(value) else value
+        if isinstance(array, np.ndarray):
+            array.setflags(write=False)
+    structure = object.__new__(kind)
+    structure._store(**values)
+    return structure
 
 
 def weighted(columns: NDArray, factors: NDArray) -> NDArray:

@@ -55,7 +55,7 @@ def chosen(dataset: xr.Dataset, place: Any) -> Chosen:
 def blades_of(dataset: xr.Dataset) -> list[int] | None:
     """Degrees of freedom of the structure that are its blades, as the model or the force tells."""
     description = Description(dataset)
-    size = (description.condensed or description.problem).get("n_dof", 0)
+    size = description.condensed_from or description.problem.get("n_dof", 0)
     if description.lumped:
         return [*range(size)]
     waves = [force for force in description.forces if force.get("type") == "EngineOrder"]
@@ -66,7 +66,7 @@ def blades_of(dataset: xr.Dataset) -> list[int] | None:
 
 def position_of(dataset: xr.Dataset) -> dict[int, int]:
     """Position along ``dof`` of the degrees of freedom of the structure, by their numbers."""
-    label = "dof" if Description(dataset).condensed is None else "structure_dof"
+    label = "dof" if Description(dataset).condensed_from is None else "structure_dof"
     return {int(dof): i for i, dof in enumerate(dataset[label].values)}
 
 
@@ -140,6 +140,6 @@ def _allowed(dataset: xr.Dataset) -> str:
         more = ", ..." if len(places.labels) > _MOST_LISTED else ""
         parts.append(f"a label or a node ({', '.join(names)}{more})")
         parts.append(f"one of its directions as {places.name(0)!r}")
-    outputs = Description(dataset).problem.get("outputs", {})
+    outputs = Description(dataset).outputs
     of_outputs = f"; outputs ({', '.join(outputs)}) are drawn by symhbm.output(result, name)"
     return ", ".join(parts) + ", or several of these" + (of_outputs if outputs else "")

@@ -1,18 +1,12 @@
 """Datasets: the request, names and units of the variables, provenance."""
 
 from symhbm.results import parts, runs, schema, tables, variables
+from symhbm.results.dataset_parts import DRAWN, LARGEST_OF, DatasetParts
 from symhbm.results.description import Description, records_of_problem
 from symhbm.results.outputs import values_of, variables_of
 from symhbm.results.places import of_places, places_of
-from symhbm.results.provenance import (
-    DRAWN,
-    LARGEST_OF,
-    SCHEMA_VERSION,
-    DatasetParts,
-    law_of_library,
-    variables_of_model,
-    with_provenance,
-)
+from symhbm.results.problem import NUMBERS, law_of
+from symhbm.results.provenance import SCHEMA_VERSION, with_provenance
 from symhbm.results.request import (
     OF_PEAKS,
     Angles,
@@ -32,6 +26,7 @@ from symhbm.results.variables import OF_LAWS, OWN_DIMENSIONS, SLOPES, VARIABLES,
 __all__ = [
     "DRAWN",
     "LARGEST_OF",
+    "NUMBERS",
     "OF_LAWS",
     "OF_PEAKS",
     "OWN_DIMENSIONS",
@@ -53,7 +48,7 @@ __all__ = [
     "check_keep",
     "check_parameter",
     "check_present",
-    "law_of_library",
+    "law_of",
     "meaning",
     "of_places",
     "parse",
@@ -67,7 +62,6 @@ __all__ = [
     "values_of",
     "variables",
     "variables_of",
-    "variables_of_model",
     "with_provenance",
     "without",
 ]

@@ -4,18 +4,14 @@ import json
 from collections.abc import Iterable, Mapping, Sequence
 from typing import Any
 
+import numpy as np
 import xarray as xr
 
 from symhbm.balance import HarmonicBalance
-from symhbm.model import (
-    PARAMETERS,
-    is_pattern,
-    records_by_name,
-    records_of_blade_modes,
-)
+from symhbm.model import PARAMETERS, is_pattern
 from symhbm.model.contacts import Parameter
-from symhbm.model.excitation import amplitude_of
 from symhbm.model.outputs import Output
+from symhbm.model.records import plain, unpack
 from symhbm.results.outputs import histories_of, of_peaks, variables_of
 from symhbm.results.variables import (
     OF_LAWS,
@@ -26,6 +22,8 @@ from symhbm.results.variables import (
     Variable,
 )
 
+_NONE = np.zeros(0)
+"""The numbers of what JSON tells whole."""
 OUTPUT = "output"
 """Attribute of results in which an output takes the place of displacements: its name."""
 
@@ -55,9 +53,19 @@ class Description:
         return parameters_of(self.problem)
 
     @property
-    def blade_modes(self) -> int:
-        """Number of modes of each blade whose frequencies are parameters."""
-        return self.problem.get("blade_modes", 0)
+    def contacts(self) -> tuple[Any, ...]:
+        """The ends of each contact, of several directions in tuples."""
+        return unpack(self.problem.get("contacts", []), _NONE)
+
+    @property
+    def groups(self) -> dict[str, dict[str, Any]]:
+        """Groups of contacts that have names, with their law, places and parameters."""
+        return self.problem.get("groups", {})
+
+    @property
+    def outputs(self) -> dict[str, Output]:
+        """Linear outputs by name."""
+        return outputs_of(self.problem)
 
     @property
     def lumped(self) -> bool:
@@ -67,18 +75,13 @@ class Description:
     @property
     def forces(self) -> list[dict[str, Any]]:
         """The excitation, part by part where it is a sum."""
-        force = self.problem.get("excitation", {})
+        force = plain(self.problem.get("excitation", {}))
         return force.get("parts", [force])
 
     @property
-    def condensed(self) -> dict[str, Any] | None:
-        """Description of a condensed structure, None for a whole one."""
-        return self.problem.get("condensed")
-
-    @property
-    def structure(self) -> dict[str, Any] | None:
-        """The class of a structure without matrices that is not condensed, None for others."""
-        return self.problem.get("structure")
+    def condensed_from(self) -> int | None:
+        """Degrees of freedom of what a condensed structure was made from, None for a whole one."""
+        return self.problem.get("n_whole")
 
     @property
     def request(self) -> dict[str, Any]:
@@ -149,7 +152,7 @@ class Description:
 def records_of(description: dict[str, Any]) -> dict[str, Parameter | Variable]:
     """What the parameters of a described problem are, and the variables of its contact laws."""
     variables = [entry["variables"] for entry in description.get("groups", {}).values()]
-    outputs = {n: Output.from_stored(n, o) for n, o in description.get("outputs", {}).items()}
+    outputs = outputs_of(description)
     of_outputs = of_peaks(outputs.get(description.get("peaks_of", "")))
     of_outputs |= variables_of(outputs) | histories_of(outputs)
     return parameters_of(description) | _of_laws(variables) | of_outputs
@@ -157,13 +160,13 @@ def records_of(description: dict[str, Any]) -> dict[str, Parameter | Variable]:
 
 def parameters_of(description: dict[str, Any]) -> dict[str, Parameter]:
     """What the parameters of a described problem are."""
-    own = {
-        group: {name: Parameter(*record) for name, record in entry["parameters"].items()}
-        for group, entry in description.get("groups", {}).items()
-    }
-    of_modes = records_of_blade_modes(description.get("blade_modes", 0))
-    of_force = amplitude_of(*description["amplitude"]) if "amplitude" in description else {}
-    return PARAMETERS | of_modes | records_by_name(own) | of_force
+    own = description.get("parameters", {})
+    return PARAMETERS | {name: Parameter(*record) for name, record in own.items()}
+
+
+def outputs_of(description: dict[str, Any]) -> dict[str, Output]:
+    """The linear outputs of a described problem by name."""
+    return {name: unpack(told, _NONE) for name, told in description.get("outputs", {}).items()}
 
 
 def check_names(problem: HarmonicBalance) -> None:

@@ -11,9 +11,10 @@ import xarray as xr
 from symhbm.balance import HarmonicBalance
 from symhbm.model import PARAMETERS
 from symhbm.numerics import Table, check
+from symhbm.results.dataset_parts import OF_STRUCTURE, DatasetParts
 from symhbm.results.description import Description, records_of, records_of_problem
 from symhbm.results.parts import PART
-from symhbm.results.provenance import OF_STRUCTURE, DatasetParts, evaluated_by, with_provenance
+from symhbm.results.provenance import evaluated_by, with_provenance
 from symhbm.results.request import Request
 from symhbm.results.sweep import RESERVED, Sweep
 from symhbm.results.tables import NO_VARIABLES, name_of
@@ -117,7 +118,7 @@ def check_present(dataset: xr.Dataset, *names: str, container: str = "dataset") 
 def differences(first: xr.Dataset, second: xr.Dataset) -> list[str]:
     """Names of the settings and inputs in which two computations differ."""
     settings, others = (
-        Description(dataset).problem
+        {n: told for n, told in Description(dataset).problem.items() if n != "digest"}
         # Results with an accuracy have more harmonics; those given are with the request.
         | Description(dataset).request
         | {name: dataset.attrs.get(name) for name in ("symhbm_schema", "swept", PART)}

@@ -4,13 +4,15 @@ A table holds the arrays of a curve by the names of the dataset. Those of points
 have the point, peak or event as their first axis; points on a grid where the curve may fold have
 the solution as the second. ``value`` is the moving parameter, ``harmonics`` are those of the
 coefficients; counts and the status are single numbers and a text. ``by_machine_code`` is 1 for a
-curve that machine code evaluated, 0 for others, and -1 for one that was not computed.
+curve that machine code evaluated, 0 for others, and -1 for one that was not computed. Blocks of the
+sets of a sweep are consecutive in memory.
 """
 
 import json
 import math
-from collections.abc import Iterable
+from collections.abc import Iterable, Iterator, Sequence
 from functools import lru_cache
+from itertools import product
 from typing import Any
 
 import numpy as np
@@ -127,3 +129,24 @@ def widened(array: np.ndarray, n_harmonics: int) -> np.ndarray:
         return array
     absent = np.where(np.isnan(array[..., :1, :]), np.nan, 0.0)
     return np.concatenate([array, *[absent] * n_missing], axis=-2)
+
+
+def block_shape(shape: Sequence[int], most: int) -> tuple[int, ...]:
+    """Sizes of blocks of at most ``most`` entries that are consecutive in memory.
+
+    Powers of two, so that larger blocks are made of whole smaller ones.
+    """
+    sizes: list[int] = []
+    for size in reversed(shape):
+        step = size if size <= most else 2 ** (most.bit_length() - 1)
+        sizes.insert(0, max(step, 1))
+        most = most // step if step == size > 0 else 1
+    return tuple(sizes)
+
+
+def consecutive_blocks(shape: Sequence[int], most: int) -> Iterator[tuple[slice, ...]]:
+    """The blocks of at most ``most`` entries, one after the other."""
+    block = block_shape(shape, most)
+    for corner in product(*map(range, [0] * len(shape), shape, block)):
+        ends = zip(corner, block, shape, strict=True)
+        yield tuple(slice(start, min(start + step, size)) for start, step, size in ends)

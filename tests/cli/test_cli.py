@@ -278,7 +278,7 @@ def test_info_of_mistuned_blades_statistics_and_verifications(tmp_path):
     ds = dataset("grid")
     mean = ds[["amplitude"]].mean("sample", keep_attrs=True)
     mean["share"] = ("frequency", np.where(ds.frequency < 160, np.nan, 0.5))
-    mean.attrs = {"title": "A mean", "symhbm_schema": 2, "note": "by hand"}
+    mean.attrs = {"title": "A mean", "symhbm_schema": 1, "note": "by hand"}
     said = told(sh.save(mean, tmp_path / "mean.nc"))
     assert (said["title"], said["note"]) == ("A mean", "by hand")
     low, high = float(mean.amplitude.min()), float(mean.amplitude.max())

@@ -69,9 +69,3 @@ def test_physical_numbers_have_units():
             if not re.search(rf"``{one}``(?: \([^)]*\))?[^\[]{{0,90}}\[", results):
                 silent.append((name, one))
     assert silent == []
-
-
-def test_names_of_the_version_before_still_work():
-    with pytest.warns(DeprecationWarning, match=r"symhbm.transient is now symhbm.periodic_motion"):
-        assert sh.transient is sh.periodic_motion
-    assert "transient" not in dir(sh)

@@ -383,9 +383,12 @@ def test_an_archive_names_the_law_it_lacks(tmp_path):
     response = sh.frf(stopped((1,)), (14, 15), progress=False)
     sh.save(response, tmp_path / "law.nc")
     loaded = sh.load(tmp_path / "law.nc")
+    assert sh.rebuild(loaded).model.groups[0].law == SoftStop()  # it is defined here
+    elsewhere = loaded.attrs["problem"].replace('"SoftStop"', '"HardStop"')
+    elsewhere = loaded.assign_attrs(problem=elsewhere)
     for call in (sh.rebuild, sh.sensitivity, lambda d: sh.verify(d, progress=False)):
-        with pytest.raises(ArchiveError, match=r"computed with SoftStop \(group 'stop'\)"):
-            call(loaded)
+        with pytest.raises(ArchiveError, match=r"computed with HardStop \(group 'stop'\)"):
+            call(elsewhere)
 
     class Other(SoftStop):
         parameters = {"else": sh.Parameter("N", "something else")}  # noqa: RUF012

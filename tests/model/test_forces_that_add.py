@@ -375,25 +375,6 @@ def test_archives_keep_sums(tmp_path):
     assert "a travelling wave over the blades and static load and point force on blade 2" in text
 
 
-def of_old_version(response, cosine, amplitude):
-    """A dataset whose description has the mean among the coefficients, as it once had."""
-    problem = json.loads(response.problem)
-    problem["excitation"] = dict(type="HarmonicForce", cosine=cosine, sine={}, amplitude=amplitude)
-    return response.assign_attrs(problem=json.dumps(problem))
-
-
-def test_old_archives_with_a_mean_are_read():
-    force = sh.HarmonicForce(cosine={0: [2.0], 1: [1.0]}, amplitude=3.0)
-    problem = cubic(force)
-    response = sh.frf(problem, (4, 6), at=[5.0], progress=False)
-    old = of_old_version(response, {"0": [2.0], "1": [1.0]}, 3.0)
-    assert sh.rebuild(old).excitation == force
-    assert json.loads(sh.verify(old, exact="none").verification)["passed"]
-    swept = sh.frf(problem, (4, 6), at=[5.0], over={"force_amplitude": [1, 2]}, progress=False)
-    with pytest.raises(sh.ArchiveError, match=r"force_amplitude: .* scaled the mean"):
-        sh.rebuild(of_old_version(swept, {"0": [2.0], "1": [1.0]}, 3.0))
-
-
 def test_problems_go_to_workers():
     problem = cubic(sh.PointForce(amplitude=2.0) + sh.StaticLoad([300.0]), (0, 1, 2))
     again = pickle.loads(pickle.dumps(problem))

@@ -390,7 +390,7 @@ def test_damaged_graphs_are_refused(text, tmp_path):
         SmoothForce(text, law.parameters, law.directions, 1, False)
     response = sh.solve(problem_of(group_of("gap")), 15.0)
     description = json.loads(response.attrs["problem"])
-    description["groups"]["own"]["attributes"]["graph"] = text
+    description["groups"]["own"]["law"]["fields"]["graph"] = text
     damaged = response.assign_attrs(problem=json.dumps(description))
     with pytest.raises(ArchiveError, match="the description of the problem is damaged"):
         sh.rebuild(damaged)

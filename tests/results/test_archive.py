@@ -1,5 +1,6 @@
 """Saved datasets come back equal, explain themselves, and rebuild their problem."""
 
+import json
 from functools import cache
 
 import numpy as np
@@ -254,7 +255,7 @@ def test_provenance(case):
     attributes = dataset(case).attrs
     for name in ("title", "references", "symhbm_version", "casadi_version", "problem", "swept"):
         assert attributes[name], name
-    assert attributes["symhbm_schema"] == 2
+    assert attributes["symhbm_schema"] == 1
 
 
 @pytest.mark.parametrize("case", ["path", "ensemble", "general"])
@@ -299,15 +300,16 @@ def test_padding_of_events():
         assert np.isnan(ds.event_frequency.values[i]).all()
 
 
-def test_archives_without_cubic_springs_are_read(tmp_path):
-    """Those of the first schema: no cubic springs, no word of what was followed."""
-    curve = sh.frf(BLADE, (15, 17), over={"normal_load": [2.0, 3.0]})
-    description = curve.attrs["problem"].replace('"samples": null, ', "")
-    old = curve.drop_vars("cubic_stiffness").assign_attrs(symhbm_schema=1, problem=description)
-    del old.attrs["followed"]
-    assert "samples" not in description
-    path = sh.save(old, tmp_path / "old.nc")
-    problem = sh.rebuild(sh.load(path).sel(normal_load=2.0))
-    assert problem.parameters["normal_load"].tolist() == [2.0]
-    assert problem.parameters["cubic_stiffness"].tolist() == [0.0]
-    assert problem.samples is None
+def test_archives_of_before_the_first_release_are_refused(tmp_path):
+    """Their schema had other numbers, and one of them was 1 too."""
+    curve = sh.frf(BLADE, (15, 17))
+    description = json.loads(curve.attrs["problem"])
+    del description["digest"]
+    for old in (
+        curve.assign_attrs(symhbm_schema=2),
+        curve.assign_attrs(problem=json.dumps(description)),
+    ):
+        path = sh.save(old, tmp_path / "old.nc", overwrite=True)
+        for call in (lambda: sh.load(path), lambda: sh.rebuild(old)):  # noqa: B023
+            with pytest.raises(sh.ArchiveError, match="this version reads 1 alone"):
+                call()

@@ -22,7 +22,7 @@ from symhbm.numerics.machine_code import COMPILER
 from symhbm.response import ensemble
 from symhbm.results.archive import from_working_file
 from symhbm.results.archive.working_files import Store, working_file
-from symhbm.results.blocks import consecutive_blocks
+from symhbm.results.tables import consecutive_blocks
 from tests.quick import quick_first
 
 VALUES = dict(
@@ -308,7 +308,7 @@ def test_kept_names_alone_are_stored(tmp_path):
     names |= {"contact_model_valid", "residual_norm", "n_points", "n_peaks", "n_events"}
     names |= {"rejected_steps", "linear_solves", "n_sectors"}
     parameters = set(BLADE.parameters) - {"normal_load"} | {"normal_load_nominal"}
-    assert set(kept.data_vars) == names | parameters
+    assert set(kept.data_vars) == names | parameters | {"problem_numbers"}
     for name in kept.variables:
         xr.testing.assert_identical(kept[name], whole[name])
     assert "left_out" not in whole.attrs

@@ -322,9 +322,10 @@ def found(name: str) -> dict[str, np.ndarray]:
 
 _COUNTS = {
     "n_points", "rejected_steps", "linear_solves", "iterations", "by_machine_code", "created",
+    "problem_numbers",
     "elapsed", "seconds",
 }  # fmt: skip
-"""Variables that tell the work, not the result."""
+"""Variables that tell the work, or the problem, and not the result."""
 
 
 _MANY = 2000

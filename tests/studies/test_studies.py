@@ -737,7 +737,7 @@ def raises(progress):
 
 
 def nothing(progress):
-    return xr.Dataset(attrs={"symhbm_schema": 2})
+    return xr.Dataset(attrs={"symhbm_schema": 1})
 
 
 def test_a_study_that_fails_does_not_stop_the_others(tmp_path, monkeypatch, capsys):

@@ -54,7 +54,7 @@ def check_archive(study, dataset, tmp_path, capsys):
     assert picture.stat().st_size > 10_000
     loaded = sh.load(archive)
     assert loaded.identical(dataset.assign_coords({k: loaded[k] for k in loaded.coords}))
-    assert loaded.attrs["symhbm_schema"] == 2
+    assert loaded.attrs["symhbm_schema"] == 1
     assert {"title", "references", "symhbm_version"} <= set(loaded.attrs)
     for variable in loaded.variables.values():
         assert variable.attrs["units"]

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from symhbm.continuation import Status
 from symhbm.numerics import check
-from symhbm.results import Description, check_forced, parts, variables_of_model, without
+from symhbm.results import NUMBERS, Description, check_forced, parts, without
 from symhbm.results.archive import check_schema
 
 BLOCK = 2**26
@@ -56,7 +56,7 @@ def slices(size: int, item_bytes: int, most: int = BLOCK) -> Iterator[slice]:
 
 def origin(dataset: xr.Dataset, without: Collection[Hashable]) -> xr.Dataset:
     """The parameters and the problem behind a dataset, without those along some dimensions."""
-    stems = [*Description(dataset).records, *variables_of_model(dataset)]
+    stems = [*Description(dataset).records, NUMBERS]
     names = [name for stem in stems for name in (stem, f"{stem}_nominal")]
     chosen = [
         name

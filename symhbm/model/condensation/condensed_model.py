@@ -1,6 +1,5 @@
 """A large structure condensed to the few degrees of freedom that are kept."""
 
-from functools import cached_property
 from hashlib import sha256
 from typing import Any, NamedTuple, Self
 
@@ -15,11 +14,11 @@ from symhbm.model.condensation.pole_residue import PoleResidueFunction, PoleSum
 from symhbm.model.condensation.reduced_basis import Certificate
 from symhbm.model.contacts import renumbered
 from symhbm.model.linear import LowRankSum
-from symhbm.model.matrices import Model, restored
+from symhbm.model.matrices import Model
 from symhbm.model.outputs import Output
 from symhbm.model.places import Place, Places
-from symhbm.model.records import from_numbers, recalled, stored, to_numbers
-from symhbm.model.structure import AT_REST, CACHED, NearModes, Structure
+from symhbm.model.records import NotStoredError, copied, record
+from symhbm.model.structure import AT_REST, NearModes, Structure, restored
 from symhbm.numerics import RADIANS, ComplexArray, FloatArray, FourierBasis, check
 
 _INSIDE = 1e-12
@@ -27,6 +26,7 @@ _INSIDE = 1e-12
 _MATRICES = "mass_matrix", "damping_matrix", "stiffness_matrix"
 
 
+@record
 class CondensedStiffness(NamedTuple):
     """Dynamic stiffness of a structure at the kept degrees of freedom, with ``p = i n omega``.
 
@@ -60,17 +60,6 @@ class CondensedStiffness(NamedTuple):
             patterns=self.patterns.conj(),
             modal=None,
         )
-
-
-class _Stored(NamedTuple):
-    """What archives hold of a condensed structure."""
-
-    condensed: CondensedStiffness
-    certificate: Certificate
-
-
-RECORDS = Certificate, CondensedStiffness, ModalMatrices, PoleSum
-_RECORDS = *RECORDS, _Stored
 
 
 class CondensedModel(Structure):
@@ -125,50 +114,41 @@ class CondensedModel(Structure):
         attributes["places"] = places_of(structure, structure.places, dofs, displacements)
         self._store(**attributes, _structure=structure, displacements_kept=displacements)
         # The layout in memory decides how sums are rounded: it is that of what archives hold.
-        record = from_numbers(*to_numbers(_Stored(condensed, certificate)), _RECORDS)
-        self._set_condensed(dofs, frequency, harmonics, record)
+        given = dict(condensed=copied(condensed), certificate=copied(certificate))
+        self._store(digest=self._digest(structure, condensed.patterns))
+        self._set_condensed(dofs=dofs, frequency=frequency, harmonics=harmonics, **given)
 
-    def _set_condensed(
-        self,
-        dofs: NDArray[np.intp],
-        frequency: tuple[float, float],
-        harmonics: tuple[int, ...],
-        record: _Stored,
-    ) -> None:
-        attributes: dict[str, Any] = dict(dofs=dofs, frequency=frequency, harmonics=harmonics)
-        condensed = record.condensed
-        attributes |= record._asdict() | dict(lumped=False)
-        attributes["fixed_widths"] = condensed.fixed_widths
-        whole = {n: condensed.matrix for n in harmonics if n}
-        attributes["functions"] = {
-            n: PoleResidueFunction(whole[n], self.band(n, frequency)) for n in whole
-        }
-        attributes["undamped"] = {
-            n: PoleResidueFunction(condensed.undamped, self.band(n, frequency)) for n in whole
-        }
-        self._store(**attributes)
+    def _set_condensed(self, **given: Any) -> None:
+        """Store what tells the condensed structure, and the functions of the frequency of it."""
+        self._store(**given, lumped=False, fixed_widths=given["condensed"].fixed_widths)
+        moving = [n for n in self.harmonics if n]
+        for name, whole in (("functions", "matrix"), ("undamped", "undamped")):
+            sums = getattr(self.condensed, whole)
+            bands = {n: self.band(n, self.frequency) for n in moving}
+            self._store(**{name: {n: PoleResidueFunction(sums, bands[n]) for n in moving}})
+
+    def fields(self) -> dict[str, Any]:
+        """What makes it again, without the whole structure."""
+        self._check_stored()
+        names = "dofs", "frequency", "harmonics", "condensed", "certificate", "digest", "places"
+        return {name: getattr(self, name) for name in names}
+
+    def _check_stored(self) -> None:
+        if len(self.displacements_kept):
+            raise NotStoredError(
+                "archives do not hold displacements of contacts; condense the structure again, or "
+                "compute on with the problem that gave this dataset"
+            )
 
     @classmethod
-    def from_stored(
-        cls, told: dict[str, Any], numbers: FloatArray, contacts: Any, places: Any, **values: Any
-    ) -> "CondensedModel":
-        """The condensed structure that a `description` has ``told``, without the whole one.
-
-        ``contacts``, ``places`` and ``values`` of parameters are as of a `Model`, of the degrees of
-        freedom that are kept. Raises ValueError where `numbers` or description are damaged.
-        """
-        record = recalled(numbers, told, _RECORDS)
+    def of_fields(cls, **fields: Any) -> "CondensedModel":
+        """The condensed structure of its `fields`, without the whole one and contacts."""
         model = object.__new__(cls)
-        model._set_condensed(
-            np.array(told["dofs"], dtype=np.intp),
-            tuple(told["frequency"]),
-            tuple(told["harmonics"]),
-            record,
-        )
-        model._store(_structure=None, _description=told, places=places)
-        model._set_contacts(contacts, **values)
+        model._set_condensed(**fields, _structure=None)
+        model._set_contacts({})
         return model
 
+    digest: str
     condensed: CondensedStiffness
     fixed_widths: FloatArray
     functions: dict[int, PoleResidueFunction]
@@ -213,7 +193,7 @@ class CondensedModel(Structure):
                 "structure: expected None where displacements are kept, it has its structure"
             )
         same = structure.n_dof == self.n_whole
-        if not same or self._digest(structure) != self._description["matrices"]:
+        if not same or self._digest(structure, self.condensed.patterns) != self.digest:
             raise ValueError("structure: expected that which was condensed, its matrices differ")
         number = self.dofs.tolist().__getitem__
         whole: dict[str, Any] = {name: getattr(structure, name) for name in _MATRICES}
@@ -221,7 +201,7 @@ class CondensedModel(Structure):
         whole |= {n: renumbered(getattr(self, n), number) for n in ("contacts", "row_ends")}
         whole |= dict(groups=self.groups, lumped=structure.lumped, places=structure.places)
         other = object.__new__(type(self))
-        other._store(**vars(self) | {"_structure": restored(whole)})
+        other._store(**vars(self) | {"_structure": restored(whole, Model)})
         return other
 
     def number_of(self, place: Place) -> int:
@@ -262,39 +242,16 @@ class CondensedModel(Structure):
         """Number of degrees of freedom that are kept, displacements apart."""
         return self.n_dof - len(self.displacements_kept)
 
-    def description(self) -> dict[str, Any]:
-        """Identification of a condensed structure for JSON."""
-        return {"condensed": self._description}
-
-    @cached_property
-    def _description(self) -> dict[str, Any]:
-        assert self._structure is not None
-        told = {
-            "n_dof": self.n_whole,
-            "dofs": self.dofs.tolist(),
-            "frequency": list(self.frequency),
-            "harmonics": list(self.harmonics),
-            "error": self.certificate.error,
-            "matrices": self._digest(self._structure),
-        }
-        return stored(_Stored(self.condensed, self.certificate), told)[1]
-
-    def _digest(self, structure: Model) -> str:
+    @staticmethod
+    def _digest(structure: Model, patterns: NDArray) -> str:
         """Checksum of the matrices of the whole structure and of the known force patterns."""
-        digest = sha256(np.ascontiguousarray(self.condensed.patterns).tobytes())
+        digest = sha256(np.ascontiguousarray(patterns).tobytes())
         for name in _MATRICES:
             matrix = getattr(structure, name)
             for array in arrays_of(matrix):
                 digest.update(np.ascontiguousarray(array).tobytes())
         digest.update(np.array(structure.loss_factor).tobytes())
         return digest.hexdigest()
-
-    @cached_property
-    def numbers(self) -> FloatArray | None:  # type: ignore[override]
-        """All numbers that `from_stored` needs, (n,); None with displacements of contacts."""
-        if len(self.displacements_kept):
-            return None
-        return to_numbers(_Stored(self.condensed, self.certificate))[0]
 
     def share(self, shape: FloatArray) -> FloatArray:
         """Coefficients (n_patterns, n) of force patterns (n_whole, n) by the known patterns.
@@ -430,9 +387,6 @@ class CondensedModel(Structure):
         """The modes near a harmonic, from the dynamic stiffness at one frequency."""
         return modes_near(self, harmonic, frequency, springs, losses)
 
-    def __reduce__(self) -> Any:
-        return _restored, ({k: v for k, v in vars(self).items() if k not in {*CACHED, "numbers"}},)
-
     @property
     def remark(self) -> str:
         """What else to tell of it in a line."""
@@ -477,10 +431,3 @@ def arrays_of(matrix: Any) -> tuple[NDArray, ...]:
     if isinstance(matrix, LowRankSum):
         return matrix.arrays
     return matrix.indptr, matrix.indices, matrix.data
-
-
-def _restored(values: dict[str, Any]) -> CondensedModel:
-    """The condensed structure that was pickled."""
-    model = object.__new__(CondensedModel)
-    model._store(**values)
-    return model

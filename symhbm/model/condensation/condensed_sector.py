@@ -3,14 +3,13 @@
 from collections.abc import Mapping
 from functools import cached_property
 from hashlib import sha256
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from symhbm.model.condensation.condensed_model import (
-    RECORDS,
     CondensedModel,
     CondensedStiffness,
     arrays_of,
@@ -18,16 +17,9 @@ from symhbm.model.condensation.condensed_model import (
 )
 from symhbm.model.condensation.pole_residue import PoleResidueFunction
 from symhbm.model.condensation.reduced_basis import Certificate
-from symhbm.model.cyclic import (
-    RECORDS_OF_SECTOR,
-    Sector,
-    SectorShape,
-    components,
-    displacements,
-    phasors,
-)
+from symhbm.model.cyclic import Interfaces, Sector, components, displacements, phasors
 from symhbm.model.excitation import Excitation, sector_order
-from symhbm.model.records import from_numbers, recalled, stored, to_numbers
+from symhbm.model.records import copied
 from symhbm.model.structure import AT_REST, Structure
 from symhbm.numerics import ComplexArray, FloatArray, FourierBasis, check
 
@@ -37,24 +29,6 @@ _GONE = (
 )
 _INSIDE = 1e-12
 """Share of a force outside of the known patterns that is round-off."""
-
-
-class _Wave(NamedTuple):
-    """A condensed wave: its nodal diameters; a certificate where a harmonic moves in it."""
-
-    n: int
-    condensed: CondensedStiffness
-    certificate: Certificate | None
-
-
-class _Stored(NamedTuple):
-    """What archives hold of a condensed sector."""
-
-    waves: tuple[_Wave, ...]
-    shape: SectorShape
-
-
-_RECORDS = _Wave, _Stored, *RECORDS, *RECORDS_OF_SECTOR
 
 
 class _Gone(Structure):
@@ -96,16 +70,17 @@ class CondensedSector(CondensedModel):
         waves: Mapping[int, CondensedStiffness],
         certificates: Mapping[int, Certificate],
         displacements: NDArray[np.intp],
+        digest: str | None = None,
     ):
         self._check_names(structure.contact_parameters)
         # The layout in memory decides how sums are rounded: it is that of what archives hold.
-        waves = {n: from_numbers(*to_numbers(wave), RECORDS) for n, wave in waves.items()}
-        names = ("contacts", "row_ends", "groups", *structure.contact_parameters)
-        self._store(**{name: getattr(structure, name) for name in names})
+        waves = {n: copied(wave) for n, wave in waves.items()}
+        self._store(**_contacts_of(structure))
         self._store(dofs=dofs, frequency=frequency, harmonics=harmonics, lumped=False)
         self._store(waves=waves, certificates=certificates, certificate=_together(certificates))
         places = places_of(structure, structure.structure.places, dofs, displacements)
         self._store(_structure=structure, places=places, displacements_kept=displacements)
+        self._store(digest=digest or _digest(structure))
         if structure.order is not None:
             self._bind()
 
@@ -159,6 +134,11 @@ class CondensedSector(CondensedModel):
         """Number of degrees of freedom of a sector."""
         return self._structure.n_whole
 
+    @property
+    def interfaces(self) -> Interfaces:
+        """Those of the sector."""
+        return self._structure.interfaces
+
     @cached_property
     def masters(self) -> NDArray[np.intp]:  # type: ignore[override]
         """The degrees of freedom that are kept among those that are not right."""
@@ -205,56 +185,24 @@ class CondensedSector(CondensedModel):
         """Coefficients of all displacements from those of the degrees of freedom, flattened."""
         return displacements(self.directions_in, basis)
 
-    def description(self) -> dict[str, Any]:
-        """Identification of a condensed sector for JSON."""
-        return {"condensed": self._description}
-
-    @cached_property
-    def _record(self) -> tuple[_Stored, list[str]]:
-        waves = [
-            _Wave(n, condensed, self.certificates.get(n)) for n, condensed in self.waves.items()
-        ]
-        shape, labels = self._structure.shape
-        return _Stored(tuple(waves), shape), labels
-
-    @cached_property
-    def _description(self) -> dict[str, Any]:
-        record, labels = self._record
-        told = {
-            "n_dof": self.n_whole,
-            "n_sectors": self._structure.n_sectors,
-            "dofs": self.dofs.tolist(),
-            "frequency": list(self.frequency),
-            "harmonics": list(self.harmonics),
-            "error": self.certificate.error,
-            "matrices": _digest(self._structure),
-            "labels": labels,
-        }
-        return stored(record, told)[1]
-
-    @cached_property
-    def numbers(self) -> FloatArray | None:  # type: ignore[override]
-        """All numbers that `from_stored` needs, (n,); None with displacements of contacts."""
-        return None if len(self.displacements_kept) else to_numbers(self._record[0])[0]
+    def fields(self) -> dict[str, Any]:
+        """What makes it again, without the matrices of the whole sector."""
+        self._check_stored()
+        names = "dofs", "frequency", "harmonics", "waves", "certificates", "digest"
+        gone = _Gone(self.n_whole, places=self._structure.structure.places)
+        fields = {"sector": self._structure._changed(structure=gone)}
+        return fields | {name: getattr(self, name) for name in names}
 
     @classmethod
-    def from_stored(
-        cls, told: dict[str, Any], numbers: FloatArray, contacts: Any, places: Any, **values: Any
-    ) -> "CondensedSector":
-        """The condensed sector that a `description` has ``told``, without the whole one.
+    def of_fields(cls, **fields: Any) -> "CondensedSector":
+        """The condensed sector of its `fields`, without contacts."""
+        none = np.zeros(0, dtype=np.intp)
+        return cls(fields.pop("sector"), **fields, displacements=none)
 
-        Arguments are as of `CondensedModel.from_stored`, contacts those of the sector.
-        """
-        record = recalled(numbers, told, _RECORDS)
-        whole, labels = _Gone(told["n_dof"]), told["labels"]
-        sector = Sector.from_shape(whole, record.shape, labels, contacts, **values)
-        waves = {wave.n: wave.condensed for wave in record.waves}
-        certificates = {wave.n: wave.certificate for wave in record.waves if wave.certificate}
-        dofs, band = np.array(told["dofs"], dtype=np.intp), tuple(told["frequency"])
-        none, harmonics = np.zeros(0, dtype=np.intp), tuple(told["harmonics"])
-        model = cls(sector, dofs, band, harmonics, waves, certificates, none)
-        model._store(_description=told)
-        return model
+    def _set_contacts(self, contacts: Any, **parameters: Any) -> None:
+        sector = self._structure._changed()
+        sector._set_contacts(contacts, **parameters)
+        self._store(_structure=sector, **_contacts_of(sector))
 
     @property
     def structure(self) -> Sector:  # type: ignore[override]
@@ -274,11 +222,10 @@ class CondensedSector(CondensedModel):
         if not isinstance(structure, Sector):
             raise TypeError(f"structure={check.shown(structure)}: expected a Sector")
         same = structure.n_whole == self.n_whole
-        if not same or _digest(structure) != self._description["matrices"]:
+        if not same or _digest(structure) != self.digest:
             raise ValueError("structure: expected that which was condensed, its matrices differ")
         whole = structure._changed(order=self.order)
-        names = "contacts", "row_ends", "groups", *self.contact_parameters
-        whole._store(**{name: getattr(self, name) for name in names})
+        whole._store(**_contacts_of(self))
         other = object.__new__(type(self))
         other._store(**vars(self) | {"_structure": whole})
         return other
@@ -353,11 +300,10 @@ class CondensedSector(CondensedModel):
         """Fixed-interface natural frequencies and half widths of a harmonic, (n,) [rad/s]."""
         return self._fixed[harmonic]
 
-    def __reduce__(self) -> Any:
-        arguments = (self.dofs, self.frequency, self.harmonics, self.waves, self.certificates)
-        whole = self._structure.with_parameters(**self.parameters)
-        known = {"_description": self._description}  # what the whole one alone can tell
-        return CondensedSector, (whole, *arguments, self.displacements_kept), known
+
+def _contacts_of(structure: Structure) -> dict[str, Any]:
+    names = "contacts", "row_ends", "groups", *structure.contact_parameters
+    return {name: getattr(structure, name) for name in names}
 
 
 def _digest(sector: Sector) -> str:

@@ -11,10 +11,10 @@ from numpy.typing import NDArray
 from symhbm.model.contacts import Weights
 from symhbm.model.cyclic import Sector
 from symhbm.model.linear import LowRankSum, RelativeCoordinates
-from symhbm.model.matrices import Model, restored
+from symhbm.model.matrices import Model
 from symhbm.model.outputs import Output
 from symhbm.model.places import Place
-from symhbm.model.structure import AT_REST, Matrices, Structure
+from symhbm.model.structure import AT_REST, Matrices, Structure, restored
 from symhbm.numerics import FloatArray, FourierBasis
 
 

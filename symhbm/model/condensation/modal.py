@@ -10,14 +10,16 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from symhbm.model.matrices import Model, restored
-from symhbm.model.structure import Structure
+from symhbm.model.matrices import Model
+from symhbm.model.records import record
+from symhbm.model.structure import Structure, restored
 from symhbm.numerics import FloatArray
 
 LARGEST_MODAL = 400
 """Masters and modes up to which matrices are kept: Floquet multipliers of more take too long."""
 
 
+@record
 class ModalMatrices(NamedTuple):
     """A structure in coordinates of its masters and of fixed-interface modes, (n, n) each.
 
@@ -55,4 +57,5 @@ class ModalMatrices(NamedTuple):
             for name in ("mass", "damping", "stiffness")
         }
         names = ["contacts", "row_ends", "groups", "lumped", *contacts.contact_parameters]
-        return restored(matrices | {name: getattr(contacts, name) for name in names})
+        own = {name: getattr(contacts, name) for name in names}
+        return restored(matrices | own, Model)

@@ -11,6 +11,7 @@ import numpy as np
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
+from symhbm.model.records import record
 from symhbm.numerics import ComplexArray, FloatArray
 
 _NEAR = 3.0
@@ -23,6 +24,7 @@ OUTSIDE = 1e-9
 """Distance beyond the ends of a band, over half of it, that is round-off."""
 
 
+@record
 class PoleSum(NamedTuple):
     """``P(p) - sum_k left_k(p) right_k(p) / (p - pole_k)`` at ``p = i s``, (n_rows, n_columns).
 

@@ -15,6 +15,7 @@ from scipy.linalg import cholesky, eig, eigh, eigvals, eigvalsh, qr, solve_trian
 from symhbm.model.condensation.modal import ModalMatrices
 from symhbm.model.condensation.partition import Interior, adjoint
 from symhbm.model.condensation.pole_residue import PoleSum, at
+from symhbm.model.records import record
 from symhbm.numerics import ComplexArray, FloatArray
 from symhbm.workers import progress_bar
 
@@ -34,6 +35,7 @@ _BATCH = 16
 """Motions whose residuals are evaluated at once: little memory."""
 
 
+@record
 class Certificate(NamedTuple):
     """Errors of a condensation, measured at single frequencies.
 

@@ -14,9 +14,7 @@ from symhbm.model.contacts.directions import (
     Ends,
     Weights,
     check_directions,
-    from_stored,
     renumbered,
-    to_stored,
     weights_of,
 )
 from symhbm.model.contacts.friction import Friction
@@ -69,7 +67,6 @@ __all__ = [
     "VariableLoadFriction",
     "Weights",
     "check_directions",
-    "from_stored",
     "graph_of",
     "is_name",
     "located_of",
@@ -79,7 +76,6 @@ __all__ = [
     "on_loop",
     "renumbered",
     "stick_intervals",
-    "to_stored",
     "travel",
     "weights_of",
 ]

@@ -12,6 +12,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from symhbm.model.places import NextSector, Place, check_place
+from symhbm.model.records import Record
 from symhbm.numerics import check
 
 _AS_WRITTEN = (
@@ -21,7 +22,7 @@ _AS_WRITTEN = (
 
 
 @dataclass(frozen=True, repr=False)
-class Weights:
+class Weights(Record):
     """A displacement ``y = sum_i weights[i] x[dofs[i]]``, ``dofs`` ascending, weights not 0."""
 
     dofs: tuple[int, ...]
@@ -101,20 +102,6 @@ def renumbered(ends: Any, number: Callable[[int], int]) -> Any:
     if isinstance(ends, tuple):
         return tuple(renumbered(end, number) for end in ends)
     return number(ends)
-
-
-def to_stored(ends: Any) -> Any:
-    """Ends of a displacement, or of several in tuples, as JSON keeps them."""
-    if isinstance(ends, Weights):
-        return {str(dof): weight for dof, weight in zip(ends.dofs, ends.weights, strict=True)}
-    return [to_stored(end) for end in ends] if isinstance(ends, tuple) else ends
-
-
-def from_stored(stored: list[int] | dict[str, float]) -> Ends:
-    """Ends of one displacement, from JSON."""
-    if isinstance(stored, dict):
-        return Weights(tuple(map(int, stored)), tuple(stored.values()))
-    return tuple(stored)
 
 
 _SEVERAL = (tuple, list, Mapping, Weights, np.ndarray)

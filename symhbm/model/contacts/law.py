@@ -27,6 +27,7 @@ from numpy.typing import NDArray
 
 from symhbm.model.contacts.history import History
 from symhbm.model.contacts.parameter import Parameter
+from symhbm.model.records import Record
 from symhbm.numerics import Compiled, FloatArray, FourierBasis
 
 _ANY_FORCE = 1e200
@@ -127,7 +128,7 @@ class SpringSliders(NamedTuple):
     offset: FloatArray
 
 
-class ContactLaw(ABC):
+class ContactLaw(Record, ABC):
     """A contact law; one of your own derives from this class.
 
     A law holds no values: a group of contacts does, see `symhbm.Contacts`. Laws of one class and
@@ -172,7 +173,7 @@ class ContactLaw(ABC):
     sums_samples: ClassVar[bool] = False
     """Whether coefficients of the force are sums over samples, see `sampling_errors`."""
 
-    def check(self) -> None:  # noqa: B027
+    def check(self) -> None:
         """Raise ValueError where what the law tells of itself is not true of its force."""
 
     @property

@@ -2,7 +2,10 @@
 
 from typing import Literal, NamedTuple
 
+from symhbm.model.records import record
 
+
+@record
 class Parameter(NamedTuple):
     """A named number of a model, of a contact law or of an excitation.
 

@@ -10,6 +10,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from symhbm.model.cyclic.waves import turn
+from symhbm.model.records import record
 from symhbm.numerics import RADIANS, ComplexArray, FloatArray, check
 
 LARGEST = 1000
@@ -109,6 +110,7 @@ class Influence:
         return Coupling(column, self.distances, self.stiffness, self.damping)
 
 
+@record
 class Coupling(NamedTuple):
     """Forces along a sparse ``column`` (n_dof, 1) by stiffness and damping at each distance."""
 

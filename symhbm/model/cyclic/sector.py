@@ -4,14 +4,14 @@ from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
 from functools import cached_property
-from typing import Any, NamedTuple, Self
+from typing import Any, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.model.contacts import Contacts
+from symhbm.model.cyclic.blade import Blade
 from symhbm.model.cyclic.influence import Coupling, Influence
-from symhbm.model.cyclic.stored import RECORDS_OF_SECTOR, Blade, SectorShape, stored_places
 from symhbm.model.cyclic.waves import (
     Interfaces,
     check_geometry,
@@ -26,9 +26,8 @@ from symhbm.model.matrices import Model
 from symhbm.model.outputs import Output
 from symhbm.model.places import NextSector, Places
 from symhbm.model.polynomial import PolynomialStructure
-from symhbm.model.records import recalled, stored
-from symhbm.model.rotation import RECORDS, RotatingModel, model_of
-from symhbm.model.structure import AT_REST, DENSE, STORED, Matrices
+from symhbm.model.rotation import RotatingModel
+from symhbm.model.structure import AT_REST, DENSE, Matrices
 from symhbm.numerics import ComplexArray, FloatArray, FourierBasis, check
 
 LARGEST = 300
@@ -332,8 +331,7 @@ class Sector(PolynomialStructure):
     def _changed(self, **values: Any) -> Sector:
         other = object.__new__(type(self))
         other._store(**vars(self) | values)
-        for name in (DENSE, STORED):
-            vars(other).pop(name, None)
+        vars(other).pop(DENSE, None)
         return other
 
     @property
@@ -449,52 +447,17 @@ class Sector(PolynomialStructure):
         adjoint, parts = expansion.conj().T, self.structure.rotation_powers(harmonic)
         return {power: adjoint @ part @ expansion for power, part in parts.items()}
 
-    def description(self) -> dict[str, Any]:
-        """What tells it apart in a dataset, as JSON keeps it."""
-        told = {"type": type(self).__name__, "n_sectors": self.n_sectors, "n_dof": self.n_whole}
-        return {"structure": told | {"stored": self._stored[1]}}
-
-    @property
-    def numbers(self) -> FloatArray:
-        """All numbers that `from_stored` needs, (n,)."""
-        return self._stored[0]
-
-    @property
-    def _stored(self) -> tuple[FloatArray, dict[str, Any]]:
-        if STORED not in vars(self):
-            told = {"model": self.structure.told, "labels": self.shape[1]}
-            self._store(**{STORED: stored(_Stored(self.shape[0], self.structure.record), told)})
-        return vars(self)[STORED]
-
-    @property
-    def shape(self) -> tuple[SectorShape, list[str]]:
-        """What archives hold of it beside its matrices, and the labels of its places."""
-        places, labels = stored_places(self.structure.places)
-        given = self.interfaces, self.influences, self._turns, places, self.blade
-        return SectorShape(*given), labels
+    def fields(self) -> dict[str, Any]:
+        """What makes it again, under no engine order yet."""
+        names = "structure", "interfaces", "influences", "_turns", "blade"
+        return {name: getattr(self, name) for name in names}
 
     @classmethod
-    def from_shape(
-        cls, structure: Any, shape: SectorShape, labels: list[str], contacts: Any, **values: Any
-    ) -> Sector:
-        """The sector of a structure without contacts and of its `shape`."""
-        places = None if shape.places is None else shape.places.places(labels)
-        structure._store(places=places)
-        sector = object.__new__(cls)
-        sector._store(structure=structure, interfaces=shape.interfaces, order=None, _waves={})
-        sector._store(influences=shape.influences, _turns=shape.known, blade=shape.blade)
-        sector._store(places=None if places is None else places.of(shape.interfaces.others))
-        sector._set_contacts(contacts, **values)
-        return sector
-
-    @classmethod
-    def from_stored(
-        cls, told: dict[str, Any], numbers: FloatArray, contacts: Any, **values: Any
-    ) -> Sector:
-        """The sector of a `description`; ValueError where it or ``numbers`` are damaged."""
-        record = recalled(numbers, told, (_Stored, *RECORDS, *RECORDS_OF_SECTOR))
-        structure = model_of(record.matrices, told["model"])
-        return cls.from_shape(structure, record.shape, told["labels"], contacts, **values)
+    def of_fields(cls, **fields: Any) -> Sector:
+        """The sector of its `fields`, without contacts."""
+        places, others = fields["structure"].places, fields["interfaces"].others
+        places = None if places is None else places.of(others)
+        return super().of_fields(**fields, order=None, places=places, _waves={})
 
     def as_felt(self, excitation: Excitation, basis: FourierBasis) -> Excitation:
         """An excitation on the sector itself, of one reduced from a larger one."""
@@ -518,11 +481,6 @@ class Sector(PolynomialStructure):
             f"one of {self.n_sectors} sectors of {self.n_whole} degrees of "
             f"freedom, {len(self.interfaces.right)} of them those of the next"
         )
-
-
-class _Stored(NamedTuple):
-    shape: SectorShape
-    matrices: Any
 
 
 def _numbers(structure: Model, name: str, given: Any) -> NDArray[np.intp]:

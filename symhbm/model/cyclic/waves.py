@@ -14,6 +14,7 @@ from numpy.typing import NDArray
 
 from symhbm.model.linear import RelativeCoordinates
 from symhbm.model.places import Places
+from symhbm.model.records import record
 from symhbm.numerics import ComplexArray, FloatArray, FourierBasis, check
 
 _AXES = "xyz"
@@ -43,6 +44,7 @@ def components(phasors: ComplexArray, harmonic: int) -> FloatArray:
     return np.asarray(np.column_stack(parts), dtype=float)
 
 
+@record
 class Interfaces(NamedTuple):
     """How the sectors of a disk hang together.
 

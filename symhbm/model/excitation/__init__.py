@@ -19,7 +19,6 @@ from symhbm.model.excitation.forces import (
 from symhbm.model.excitation.frequency_force import FrequencyForce, leaves
 from symhbm.model.excitation.nodal_field import nodal_field
 from symhbm.model.excitation.static_load import StaticLoad
-from symhbm.model.excitation.stored import amplitude_of, described
 
 __all__ = [
     "BaseMotion",
@@ -31,11 +30,9 @@ __all__ = [
     "HarmonicForce",
     "PointForce",
     "StaticLoad",
-    "amplitude_of",
     "bases_of",
     "check_excitation",
     "check_whole",
-    "described",
     "force_coefficients",
     "leaves",
     "motions_of_base",

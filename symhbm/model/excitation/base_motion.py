@@ -274,14 +274,6 @@ class BaseMotion(Excitation):
         """The same amplitude with these forces."""
         return FrequencyForce(forces, self.amplitude, self.units, self.meaning, self)
 
-    def description(self) -> dict[str, Any]:
-        """What tells it apart in a dataset, as JSON keeps it."""
-        told = super().description()
-        for name in _GIVEN:
-            value = told[name]
-            told[name] = None if value is None else [value.real, value.imag]
-        return told
-
     def at(self, frequency: float) -> complex:
         """Complex displacement [m] of the base at an angular frequency [rad/s]."""
         given = complex(getattr(self, self._name))

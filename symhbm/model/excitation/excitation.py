@@ -15,10 +15,11 @@ from typing import Any, ClassVar, Self
 import numpy as np
 
 from symhbm.model.places import Place
+from symhbm.model.records import Record
 from symhbm.numerics import FloatArray, FourierBasis, check
 
 
-class Excitation(ABC):
+class Excitation(Record, ABC):
     """A periodic force. Forces add: ``EngineOrder(3) + StaticLoad({0: 20.0})``.
 
     TypeError for a sum with anything else.
@@ -106,11 +107,6 @@ class Excitation(ABC):
         ``number_of`` tells the number of a place, or raises KeyError.
         """
         return self
-
-    def description(self) -> dict[str, Any]:
-        """What tells it apart in a dataset, as JSON keeps it."""
-        values = {field.name: getattr(self, field.name) for field in fields(self)}  # type: ignore[arg-type]
-        return {"type": type(self).__name__} | values
 
     def __add__(self, other: Excitation) -> ForceSum:
         for force in (self, other):
@@ -254,11 +250,6 @@ class ForceSum(Excitation):
     def placed(self, number_of: Callable[[Place], int]) -> Self:
         """The same sum with numbers of degrees of freedom for their names."""
         return replace(self, parts=tuple(part.placed(number_of) for part in self.parts))
-
-    def description(self) -> dict[str, Any]:
-        """What tells it apart in a dataset, as JSON keeps it."""
-        parts = [part.description() for part in self.parts]
-        return super().description() | {"parts": parts}
 
     def __repr__(self) -> str:
         return " + ".join(map(repr, self.scaled))

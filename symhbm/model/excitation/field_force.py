@@ -8,8 +8,8 @@ from typing import Any, Self
 
 from symhbm.model.excitation.excitation import Excitation
 from symhbm.model.excitation.pattern import (
+    acting,
     check_pattern,
-    pattern_to_stored,
     placed_pattern,
     shape_of,
 )
@@ -51,6 +51,6 @@ class FieldForce(Excitation):
         """Coefficients at unit amplitude, ``(n_dof, n_components)``; ValueError if they misfit."""
         return shape_of(self.pattern, n_dof, basis)
 
-    def description(self) -> dict[str, Any]:
-        """What tells it apart in a dataset, as JSON keeps it."""
-        return super().description() | {"pattern": pattern_to_stored(self.pattern)}
+    def fields(self) -> dict[str, Any]:
+        """What makes it again, of the pattern what acts."""
+        return super().fields() | {"pattern": acting(self.pattern)}

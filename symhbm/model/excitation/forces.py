@@ -12,8 +12,8 @@ from numpy.typing import ArrayLike
 from symhbm.model.excitation.excitation import Excitation, check_contained
 from symhbm.model.excitation.frequency_force import leaves
 from symhbm.model.excitation.pattern import (
+    acting,
     check_pattern,
-    pattern_to_stored,
     placed_pattern,
     placed_values,
     shape_of,
@@ -150,14 +150,10 @@ class EngineOrder(Excitation):
         shape[blades, basis.component(self.harmonic, sine=True)] = np.sin(2 * np.pi * turns)
         return shape
 
-    def description(self) -> dict[str, Any]:
-        """What tells it apart in a dataset, as JSON keeps it."""
-        description = super().description()
-        if self.pattern is None:
-            del description["pattern"]
-        else:
-            description["pattern"] = pattern_to_stored(self.pattern)  # type: ignore[arg-type]
-        return description
+    def fields(self) -> dict[str, Any]:
+        """What makes it again, of a pattern what acts."""
+        pattern = None if self.pattern is None else acting(self.pattern)  # type: ignore[arg-type]
+        return super().fields() | {"pattern": pattern}
 
 
 @dataclass(frozen=True, repr=False)

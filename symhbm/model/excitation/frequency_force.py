@@ -107,13 +107,6 @@ class FrequencyForce(Excitation):
         forces = {power: force.placed(number_of) for power, force in self.forces.items()}
         return replace(self, forces=forces)
 
-    def description(self) -> dict[str, Any]:
-        """What tells it apart in a dataset, as JSON keeps it."""
-        forces = {str(power): force.description() for power, force in self.forces.items()}
-        base = None if self.base is None else self.base.description()
-        told = {"amplitude": self.amplitude, "units": self.units, "meaning": self.meaning}
-        return {"type": type(self).__name__, "forces": forces, "base": base} | told
-
 
 def _is_static(force: Excitation) -> bool:
     return "force_amplitude" not in force.parameters or getattr(force, "mean", None) is not None

@@ -100,19 +100,10 @@ def shape_of(pattern: Pattern, n_dof: int, basis: FourierBasis) -> FloatArray:
     return shape
 
 
-def pattern_to_stored(pattern: Pattern) -> dict[str, Any]:
-    """A pattern as JSON keeps it: real and imaginary parts of what is not 0."""
-    stored = {}
+def acting(pattern: Pattern) -> Pattern:
+    """A pattern without amplitudes of 0, but for one that tells its harmonic."""
+    result: Pattern = {}
     for harmonic, given in pattern.items():
         each = [*(given.items() if isinstance(given, dict) else enumerate(given))]
-        acting = [(dof, p) for dof, p in each if p] or each[:1]
-        stored[str(harmonic)] = {str(dof): [p.real, p.imag] for dof, p in acting}
-    return stored
-
-
-def pattern_from_stored(stored: dict[str, Any]) -> Pattern:
-    """A pattern from JSON."""
-    return {
-        int(harmonic): {int(dof): complex(*parts) for dof, parts in given.items()}
-        for harmonic, given in stored.items()
-    }
+        result[harmonic] = dict([(dof, p) for dof, p in each if p] or each[:1])
+    return result

@@ -15,10 +15,10 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 
-from symhbm.model.damping import Damping
 from symhbm.model.files.arrays import places_of_columns
 from symhbm.model.files.contents import KINDS, Contents, beside, by_kind, sparse, told
 from symhbm.model.matrices import Model
+from symhbm.model.records import joined, packed, unpack
 from symhbm.numerics import check
 
 _RULE = "damping"
@@ -49,7 +49,7 @@ def read(files: dict[str, Path], names: Mapping[str, str]) -> Contents:
         matrices = by_kind(path, held, names)
         result = {kind: sparse(kind, value) for kind, value in matrices.items()}
         rule = json.loads(file.getncattr(_RULE)) if _RULE in file.ncattrs() else None
-        damping = None if rule is None else Damping.from_told(rule)
+        damping = None if rule is None else unpack(rule, joined([]))
         known = places_of_columns(columns)
         return Contents(result, known, beside=beside(held, matrices), damping=damping)
 
@@ -80,8 +80,9 @@ def save_structure(model: Model, path: str | os.PathLike[str], *, overwrite: boo
             "model: expected matrices that do not change with the speed of rotation; save those of "
             "RotatingModel.at(speed), one file for each speed"
         )
-    rule = None if model.damping is None else model.damping.description()
-    if model.coriolis_matrix is not None or (rule and "values" not in rule):
+    parts: list[Any] = []
+    rule = None if model.damping is None else packed(model.damping, parts)
+    if model.coriolis_matrix is not None or (rule and "lacks" in rule) or parts:
         raise TypeError(
             f"model: expected a damping matrix, or a damping rule of the library alone, got "
             f"{model.damping!r}{' beside Coriolis forces' * (model.coriolis_matrix is not None)}; "

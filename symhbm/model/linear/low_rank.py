@@ -8,7 +8,10 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from symhbm.model.records import record
 
+
+@record
 class LowRankSum:
     """``sparse + left @ right^T``: a sparse matrix (n, m) and factors (n, rank) and (m, rank).
 

@@ -7,10 +7,13 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.linalg import qr
 
+from symhbm.model.records import record
+
 _DEPENDENT = 1e-8
 """Share of a direction that is not one of the others, below which it depends on them."""
 
 
+@record
 class RelativeCoordinates(NamedTuple):
     """Which degrees of freedom displacements ``y = w^T x`` take the place of.
 

@@ -11,11 +11,12 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from symhbm.model.places import Place, check_place
+from symhbm.model.records import Record
 from symhbm.numerics import check
 
 
 @dataclass(frozen=True, eq=False)
-class Output:
+class Output(Record):
     """A linear output ``S x``: its name, ``rows`` S (n_rows, n_dof), sparse, and units.
 
     ``several`` tells that it has a dimension of its own, ``<name>_row``.
@@ -40,19 +41,18 @@ class Output:
         """The same output of a structure with other degrees of freedom."""
         return replace(self, rows=_tidy(rows))
 
-    def to_stored(self) -> dict[str, Any]:
-        """What tells it in a dataset, as JSON keeps it."""
+    def fields(self) -> dict[str, Any]:
+        """What makes it again, for readers without its numbers, too."""
         rows: Any = sp.coo_array(self.rows)
         entries = [rows.row.tolist(), rows.col.tolist(), rows.data.tolist()]
-        told = {"units": self.units, "several": self.several}
-        return told | {"shape": list(rows.shape), "entries": entries}
+        return super().fields() | {"rows": [list(rows.shape), *entries]}
 
     @classmethod
-    def from_stored(cls, name: str, told: dict[str, Any]) -> Output:
-        """The output that a dataset has told."""
-        row, column, value = told["entries"]
-        rows = sp.coo_array((value, (row, column)), shape=tuple(told["shape"]))
-        return cls(name, _tidy(rows), told["units"], told["several"])
+    def of_fields(cls, **fields: Any) -> Output:
+        """The output of its `fields`."""
+        shape, row, column, value = fields["rows"]
+        rows = sp.coo_array((value, (row, column)), shape=shape)
+        return cls(**fields | {"rows": _tidy(rows)})
 
 
 def outputs_of(

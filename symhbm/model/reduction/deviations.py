@@ -88,10 +88,18 @@ class DeviatingModel(Model):
         self._set_matrices()
         self._set_contacts(contacts)
 
-    @property
-    def numbers(self) -> None:
-        """None: its parameters change the matrices."""
-        return None
+    def fields(self) -> dict[str, Any]:
+        """The tuned matrices, what is the blades' of them, a loss factor and the speed."""
+        structural = self.damping
+        return dict(base=self._base, blades=self.blades, structural=structural, speed=self.speed)
+
+    @classmethod
+    def of_fields(cls, **fields: Any) -> Self:
+        """The model of its `fields`, tuned and without contacts."""
+        speed = fields.pop("speed")
+        made = cls(contacts={}, **fields)
+        made._store(speed=speed)
+        return made
 
     @property
     def n_blades(self) -> int:
@@ -116,11 +124,6 @@ class DeviatingModel(Model):
     def loss_stiffness(self, nodal_diameter: int | None = None) -> Any:
         """What a loss factor makes of the stiffness of the tuned disk, without the air."""
         return self._base["loss"]
-
-    def description(self) -> dict[str, Any]:
-        """How many modes of the blades deviate by themselves, and the loss factor, if any."""
-        told = {"blade_modes": self.n_blade_modes, "loss_factor": self.loss_factor}
-        return {name: value for name, value in told.items() if value}
 
     @property
     def parameters(self) -> dict[str, FloatArray]:

@@ -40,6 +40,7 @@ class MistunedRing(DeviatingModel):
 
     sector: Sector
     _spread: Any
+    stored_as = DeviatingModel
 
     def __init__(self, sector: Sector, **deviations: Any):
         model = sector.structure

@@ -69,6 +69,14 @@ class ReducedModel(Model):
         )
         self._store(outputs={n: out.of(self.seen(out)) for n, out in structure.outputs.items()})
 
+    stored_as = Model
+
+    def fields(self) -> dict[str, Any]:
+        """What makes a `Model` of the same matrices, places and speed."""
+        names = "damping", "damping_matrix", "coriolis_matrix", "lumped", "speed", "places"
+        chosen = {"mass_matrix", "stiffness_matrix", *names}
+        return {name: value for name, value in super().fields().items() if name in chosen}
+
     def _put_matrix(self, name: str, matrix: FloatArray) -> None:
         self._store(**{name: sp.csc_array(matrix)})
 

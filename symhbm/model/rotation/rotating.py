@@ -3,16 +3,15 @@
 from __future__ import annotations
 
 from collections.abc import Mapping
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 
 from symhbm.model.excitation import Excitation
 from symhbm.model.matrices import Model, matrix_of
-from symhbm.model.records import recalled
-from symhbm.model.structure import CACHED, DENSE, STORED, Matrices
-from symhbm.numerics import FloatArray, check
+from symhbm.model.structure import CACHED, DENSE
+from symhbm.numerics import check
 
 PER_MINUTE = 2 * np.pi / 60
 """Angular speed [rad/s] of one turn per minute."""
@@ -165,56 +164,12 @@ class RotatingModel(Model):
             result[2] = result[2] + 1j * harmonic / order * self.coriolis
         return result
 
-    def description(self) -> dict[str, Any]:
-        """What tells it apart in a dataset, as JSON keeps it."""
-        told = {"type": type(self).__name__, "stored": self._stored[1]}
-        return {"structure": told}
-
-    @property
-    def record(self) -> TurningMatrices:
-        """The matrices, and those that the speed multiplies."""
-        still = super().record._asdict()
-        return TurningMatrices(**still, stiffening=self.stiffening, coriolis=self.coriolis)
-
-    @property
-    def told(self) -> dict[str, Any]:
-        """What of it is no number, as JSON keeps it."""
-        return super().told | {"speeds": list(self.speeds)}
-
-    @classmethod
-    def from_record(cls, record: Any, told: dict[str, Any], lumped: bool = False) -> Model:
-        """The model of a `record` and of what was `told`, without contacts and places."""
-        model = super().from_record(record, told, lumped)
-        model._store(coriolis=record.coriolis, engine_order=None, speeds=tuple(told["speeds"]))
-        return model
+    def fields(self) -> dict[str, Any]:
+        """What makes it again, at no engine order yet."""
+        return super().fields() | {"engine_order": None}
 
 
-class TurningMatrices(NamedTuple):
-    """Matrices of a structure at rest, and what the speed of rotation multiplies, sparse."""
-
-    mass_matrix: Any
-    damping_matrix: Any
-    stiffness_matrix: Any
-    stiffening: tuple[Any, ...]
-    coriolis: Any
-
-
-RECORDS = Matrices, TurningMatrices
-"""Records of the matrices of structures, turning or not."""
-
-
-def model_of(record: Any, told: dict[str, Any], lumped: bool = False) -> Model:
-    """The model, turning or not, of a record and of what was told beside it."""
-    kind = RotatingModel if isinstance(record, TurningMatrices) else Model
-    return kind.from_record(record, told, lumped)
-
-
-def recalled_model(told: dict[str, Any], numbers: FloatArray, lumped: bool) -> Model:
-    """The model of an archive, without contacts; ValueError where it is damaged."""
-    return model_of(recalled(numbers, told, RECORDS), told, lumped)
-
-
-_OF_ROTATION = {"speeds", "stiffening", "coriolis", "engine_order", DENSE, STORED}
+_OF_ROTATION = {"speeds", "stiffening", "coriolis", "engine_order", DENSE}
 
 
 def _of_speed(given: Any, size: int) -> tuple[tuple[float, ...], tuple[Any, ...]]:

@@ -13,13 +13,11 @@ from symhbm.model.contacts import (
     Ends,
     History,
     MemorylessLaw,
-    from_stored,
-    named,
     weights_of,
 )
 from symhbm.numerics import RADIANS, FloatArray, check
 from symhbm.plot.drawing import check_variables, motions_of, moving
-from symhbm.results import Description, law_of_library
+from symhbm.results import Description, law_of
 
 N_ANGLES = 512
 """Points of a period beside its events: more than a figure resolves."""
@@ -84,30 +82,28 @@ def contact_of(dataset: xr.Dataset, contact: int) -> Contact:
     check.known("problem", dataset.attrs, "attribute of the dataset")
     for dim in ("dof", "contact"):
         check.known(dim, [str(d) for d in dataset.dims], "dimension of the dataset")
-    about = Description(dataset).problem
-    contact = check.integer("contact", contact, 0, len(about["contacts"]) - 1)
-    groups = about.get("groups")
-    if groups is None:
+    about, groups = Description(dataset).problem, Description(dataset).groups
+    contacts = Description(dataset).contacts
+    contact = check.integer("contact", contact, 0, len(contacts) - 1)
+    if not groups:
         names = {name: name for name in Coulomb.parameters}
-        ends = [from_stored(about["contacts"][contact])]
-        return Contact(Coulomb(), "friction", contact, contact, names, ends)
+        return Contact(Coulomb(), "friction", contact, contact, names, [contacts[contact]])
     owners = [(name, i) for name, each in groups.items() for i in range(len(each["pairs"][0]))]
     name, within = owners[contact]
-    law = law_of_library(groups[name])
+    law = law_of(groups[name])
     if law is None or type(law).history is ContactLaw.history:
         raise ValueError(
             f"contact={contact}: expected one of a law that tells its history, it is of "
-            f"{groups[name]['law']} in the group {name!r}"
+            f"{groups[name]['law']['of']} in the group {name!r}"
         )
-    called = named({group: each["parameters"] for group, each in groups.items()})[name]
-    pairs = groups[name]["pairs"]
+    called, pairs = groups[name]["parameters"], groups[name]["pairs"]
     if "displacements" in about:
         before = [len(each["pairs"]) * len(each["pairs"][0]) for each in groups.values()]
         first = sum(before[: [*groups].index(name)]) + within * len(pairs)
         waves = _waves_of(dataset, about, range(first, first + len(pairs)))
         return Contact(law, name, contact, within, called, waves)
-    ends = [from_stored(each[within]) for each in pairs]
-    return Contact(law, name, contact, within, called, ends)
+    several = contacts[contact] if len(pairs) > 1 else (contacts[contact],)
+    return Contact(law, name, contact, within, called, [*several])
 
 
 def _waves_of(dataset: xr.Dataset, about: dict[str, Any], rows: range) -> list[_Waves]:

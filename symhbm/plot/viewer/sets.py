@@ -129,7 +129,7 @@ def contact_names(dataset: xr.Dataset) -> list[str]:
     """What the contacts are called: their numbers, and their groups where there are several."""
     n_contacts = dataset.sizes.get("contact", 0)
     labels = dataset["contact"].values if "contact" in dataset.coords else np.arange(n_contacts)
-    groups = Description(dataset).problem.get("groups") or {}
+    groups = Description(dataset).groups
     owners = [name for name, each in groups.items() for _ in each["pairs"][0]]
     several = len(groups) > 1 and len(owners) == n_contacts
     return [

@@ -44,7 +44,7 @@ def sector_response(response: xr.Dataset, sector: int | Iterable[int]) -> xr.Dat
     """
     check_dataset("response", response)
     told = Description(response).problem
-    n_sectors = (told.get("structure") or told.get("condensed") or {}).get("n_sectors")
+    n_sectors = told.get("n_sectors")
     if n_sectors is None:
         raise ValueError("response: expected the result of a symhbm.Sector under an engine order")
     order = response["engine_order"] if "engine_order" in response else told["order"]

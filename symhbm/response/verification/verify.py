@@ -189,8 +189,7 @@ def summary(dataset: xr.Dataset) -> str:
             lines.append(f"{name}: {figure.long_name}; {figure.remedy}")
     failures = f" ({report['n_exact_failed']} impossible)" if report["n_exact_failed"] else ""
     exact = f"{report['n_exact']} against the exact motion{failures}"
-    # Archives of earlier versions have no entry for peaks.
-    peaks = [f"{report['n_peaks']} peaks checked"] if report.get("n_peaks") else []
+    peaks = [f"{report['n_peaks']} peaks checked"] if report["n_peaks"] else []
     n_points = report["n_checked"] + report["n_unchecked"] + report["n_skipped"]
     if n_points or not peaks:
         lines.append(
@@ -202,8 +201,7 @@ def summary(dataset: xr.Dataset) -> str:
         lines.append(f"{peaks[0]}, {exact}")
     if report.get("n_events"):
         lines.append(f"{report['n_events']} events checked")
-    # Earlier versions had one note at most.
-    lines += report.get("notes") or filter(None, [report.get("without_exact")])
+    lines += report["notes"]
     for by_keep, reason in ((True, "left out by keep="), (False, "not in the dataset")):
         absent, left_out = report.get("missing", []), Description(dataset).left_out
         names = [name for name in absent if (name in left_out) == by_keep]

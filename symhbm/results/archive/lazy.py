@@ -3,10 +3,10 @@
 from pathlib import Path
 from typing import Any
 
+import numpy as np
 import xarray as xr
-from xarray.backends import NetCDF4DataStore
-from xarray.backends.netCDF4_ import NetCDF4ArrayWrapper
-from xarray.core.indexing import LazilyIndexedArray
+from xarray.backends import BackendArray
+from xarray.core import indexing
 
 from symhbm.results.archive.working_files import ArchiveError
 
@@ -16,46 +16,42 @@ def open_lazily(path: Path) -> xr.Dataset:
 
     Reading raises ArchiveError where the file was changed after it was opened, or is unreadable.
     """
-    return xr.open_dataset(_Archive.open(path))
+    opened = _stamp(path)
+    dataset = xr.open_dataset(path, engine="netcdf4", cache=False)
+    for name, variable in dataset.variables.items():
+        if name not in dataset.indexes:
+            numbers = _Numbers(variable.copy(deep=False), path, opened)
+            variable.data = indexing.MemoryCachedArray(indexing.LazilyIndexedArray(numbers))
+    return dataset
 
 
-class _Archive(NetCDF4DataStore):
-    """A NetCDF file that may not change after it was opened."""
+def _stamp(path: Path) -> tuple[int, ...] | None:
+    """Number, size and time of a file, which tell its states apart; None if removed."""
+    try:
+        status = path.stat()
+    except FileNotFoundError:
+        return None
+    return status.st_ino, status.st_size, status.st_mtime_ns
 
-    def __init__(self, *arguments: Any, **options: Any):
-        super().__init__(*arguments, **options)
-        self._opened = self._stamp()
 
-    def open_store_variable(self, name: str, var: Any) -> xr.Variable:
-        """A variable whose reading checks the file."""
-        variable = super().open_store_variable(name, var)
-        variable.data = LazilyIndexedArray(_Numbers(name, self))
-        return variable
+class _Numbers(BackendArray):
+    """A variable of a file that may not change after it was opened."""
 
-    def _stamp(self) -> tuple[int, ...] | None:
-        """Number, size and time of the file, which tell its states apart; None if removed."""
+    def __init__(self, variable: xr.Variable, path: Path, opened: tuple[int, ...] | None):
+        self._variable, self._path, self._opened = variable, path, opened
+        self.shape, self.dtype = variable.shape, variable.dtype
+
+    def __getitem__(self, key: indexing.ExplicitIndexer) -> Any:
+        outer = indexing.IndexingSupport.OUTER
+        return indexing.explicit_indexing_adapter(key, self.shape, outer, self._read)
+
+    def _read(self, key: tuple[Any, ...]) -> np.ndarray:
+        if _stamp(self._path) not in (self._opened, None):
+            raise self._unreadable("it was changed after it was opened; load it again")
         try:
-            status = Path(self._filename).stat()
-        except FileNotFoundError:
-            return None
-        return status.st_ino, status.st_size, status.st_mtime_ns
-
-    def check(self) -> None:
-        """Raise ArchiveError if the file was replaced or changed."""
-        if self._stamp() not in (self._opened, None):
-            raise self.unreadable("it was changed after it was opened; load it again")
-
-    def unreadable(self, why: object) -> ArchiveError:
-        """The error of numbers that cannot be read."""
-        return ArchiveError(f"path={self._filename!r}: cannot be read ({why})")
-
-
-class _Numbers(NetCDF4ArrayWrapper):
-    __slots__ = ()
-
-    def __getitem__(self, key: Any) -> Any:
-        self.datastore.check()
-        try:
-            return super().__getitem__(key)
+            return self._variable[key].values
         except (OSError, RuntimeError, ValueError) as error:
-            raise self.datastore.unreadable(error) from error
+            raise self._unreadable(error) from error
+
+    def _unreadable(self, why: object) -> ArchiveError:
+        return ArchiveError(f"path={str(self._path)!r}: cannot be read ({why})")

@@ -15,17 +15,15 @@ import xarray as xr
 from symhbm.balance import HarmonicBalance
 from symhbm.continuation import Status
 from symhbm.model.contacts import ContactLaw
+from symhbm.model.records import NotRebuiltError
 from symhbm.numerics import Table, check
 from symhbm.results import parts, tables
 from symhbm.results.archive.lazy import open_lazily
 from symhbm.results.archive.seal import is_damaged, seal
 from symhbm.results.archive.working_files import SUFFIX, ArchiveError, Store, working_file
-from symhbm.results.provenance import (
-    SCHEMA_VERSION,
-    DatasetParts,
-    NotRebuiltError,
-    describe_problem,
-)
+from symhbm.results.dataset_parts import DatasetParts
+from symhbm.results.problem import describe_problem
+from symhbm.results.provenance import SCHEMA_VERSION
 from symhbm.results.schema import check_dataset, label, recall
 from symhbm.results.variables import TEXTS
 
@@ -276,7 +274,7 @@ def rebuild(dataset: xr.Dataset, laws: Iterable[ContactLaw] = ()) -> HarmonicBal
         return describe_problem(dataset, laws)
     except NotRebuiltError as error:
         raise ArchiveError(f"dataset: {error}") from error
-    except (KeyError, AttributeError, TypeError, ValueError) as error:
+    except (LookupError, AttributeError, TypeError, ValueError) as error:
         raise ArchiveError(
             f"dataset: the description of the problem is damaged ({error})"
         ) from error
@@ -289,9 +287,14 @@ def check_schema(dataset: xr.Dataset, source: str) -> None:
         raise ArchiveError(
             f"{source}: not written by symhbm (the attribute symhbm_schema is missing)"
         )
-    if not isinstance(number, (int, np.integer)) or not 1 <= number <= SCHEMA_VERSION:
+    known = isinstance(number, (int, np.integer)) and number == SCHEMA_VERSION
+    described = str(dataset.attrs.get("problem"))
+    before = '"excitation"' in described and '"digest"' not in described  # the first release
+    if not known or before:
         raise ArchiveError(
-            f"{source}: symhbm_schema={number!r}, this version reads 1 to {SCHEMA_VERSION}"
+            f"{source}: symhbm_schema={number!r}{' of before the first release' * before}, this "
+            f"version reads {SCHEMA_VERSION} alone; compute it again, or read it with the version "
+            "that wrote it"
         )
 
 

@@ -15,9 +15,8 @@ from symhbm.numerics import Table
 from symhbm.results import parts, schema, tables
 from symhbm.results.archive.netcdf import call_of, existing, load
 from symhbm.results.archive.working_files import SUFFIX, ArchiveError, Store, working_file
-from symhbm.results.blocks import consecutive_blocks
 from symhbm.results.provenance import states_of
-from symhbm.results.tables import Encoded
+from symhbm.results.tables import Encoded, consecutive_blocks
 
 _SLAB = 2**26
 """Memory [bytes] of the parameter sets read at once."""

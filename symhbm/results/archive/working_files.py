@@ -24,7 +24,7 @@ from typing import Any
 from symhbm.results.tables import Encoded
 
 SUFFIX = ".partial"
-_FORMAT = 2
+_FORMAT = 1
 _PATIENCE = 600.0
 """Seconds that a reader may keep a commit waiting."""
 _SCHEMA = """
@@ -121,12 +121,6 @@ class Store:
         number = self._connection.execute("PRAGMA user_version").fetchone()[0]
         if not number and not self._connection.execute("SELECT * FROM sqlite_master").fetchone():
             return False
-        if number == 1:
-            raise ArchiveError(
-                f"{self._name}: written by an earlier version of symhbm, which did not note which "
-                "results belong to which parameter set; finish it with that version, or remove it "
-                "to start anew"
-            )
         if number != _FORMAT:
             raise ArchiveError(
                 f"{self._name}: format {number}, this version of symhbm reads {_FORMAT}"
@@ -201,7 +195,7 @@ class Store:
         return value
 
     def _listed(self, name: str) -> list[dict[str, Any]]:
-        """A list that files of earlier versions do not have."""
+        """A list that a file may have."""
         if self._execute("SELECT 1 FROM about WHERE name=?", (name,)).fetchone() is None:
             return []
         return json.loads(self._entry(name))

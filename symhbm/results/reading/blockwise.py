@@ -8,8 +8,8 @@ import numpy as np
 import xarray as xr
 
 from symhbm.continuation import Status
-from symhbm.results.blocks import consecutive_blocks
 from symhbm.results.description import Description
+from symhbm.results.tables import consecutive_blocks
 
 SAMPLE = "sample"
 """The dimension of what was drawn; others of a sweep are of values that were chosen."""

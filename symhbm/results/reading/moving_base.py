@@ -8,6 +8,7 @@ import numpy as np
 import xarray as xr
 
 from symhbm.model.outputs import Output
+from symhbm.model.records import plain
 from symhbm.numerics import (
     RADIANS,
     FloatArray,
@@ -68,7 +69,9 @@ def seen_from(
     check_dataset("result", result)
     motion = _FROM[check.one_of("where", where, _FROM)]
     prefix = {"points": "", "peaks": "peak_"}[check.one_of("kind", kind, ("points", "peaks"))]
-    bases = Description(result).problem.get("bases", [])
+    bases = [
+        b | {"motion": plain(b["motion"])} for b in Description(result).problem.get("bases", [])
+    ]
     if not bases:
         raise ValueError(
             "result: expected a response to a symhbm.BaseMotion, its base stands still"
@@ -79,7 +82,7 @@ def seen_from(
     harmonics = tuple(np.atleast_1d(coefficient["harmonic"].values).tolist())
     about = _output_of(result)
     for base in bases:
-        if base["motion"] != motion:
+        if base["motion"]["motion"] != motion:
             sign = 1.0 if motion == "absolute" else -1.0
             moved = _moved(base, about)
             added = _added(base, moved, result, coefficient, result[name])
@@ -104,8 +107,7 @@ def seen_from(
 def _output_of(result: xr.Dataset) -> Output | None:
     """The output that a result is of, None of displacements."""
     told = Description(result)
-    name = told.output
-    return None if name is None else Output.from_stored(name, told.problem["outputs"][name])
+    return None if told.output is None else told.outputs[told.output]
 
 
 def _moved(base: dict[str, Any], about: Output | None) -> FloatArray:
@@ -131,13 +133,14 @@ def _added(
             "result: expected degrees of freedom, displacements of contacts do not tell how they "
             "move with the base; select others along dof"
         )
-    order, given = next(
-        (order, complex(*base[name]))
+    given = base["motion"]
+    order, number = next(
+        (order, given[name])
         for order, name in enumerate(("displacement", "velocity", "acceleration"))
-        if base[name] is not None
+        if given[name] is not None
     )
-    n = base["harmonic"]
-    phase = given / abs(given) if given else 1.0
+    n = given["harmonic"]
+    phase = number / abs(number) if number else 1.0
     size = result["force_amplitude"] * base["share"]
     phasor = size * phase / (1j * n * RADIANS * frequency) ** order
     unit = np.zeros((coefficient.sizes["harmonic"], 2))

@@ -5,7 +5,6 @@ from __future__ import annotations
 import numpy as np
 import xarray as xr
 
-from symhbm.model.outputs import Output
 from symhbm.numerics import check
 from symhbm.results.description import OUTPUT, Description
 from symhbm.results.schema import check_dataset, check_present
@@ -47,9 +46,9 @@ def output(result: xr.Dataset, name: str) -> xr.Dataset:
     """
     check_dataset("result", result)
     description = Description(result)
-    told = description.problem.get("outputs", {})
-    check.known(check.text("name", name), told, "output of the result")
-    about = Output.from_stored(name, told[name])
+    outputs = description.outputs
+    check.known(check.text("name", name), outputs, "output of the result")
+    about = outputs[name]
     check_present(result, f"{name}_amplitude", container="result")
     own = description.problem.get("peaks_of") == name
     dropped = [str(n) for n in result.variables if _is_dropped(result, str(n), description, own)]

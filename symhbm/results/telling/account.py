@@ -6,7 +6,7 @@ from collections.abc import Iterator
 import numpy as np
 import xarray as xr
 
-from symhbm.results import VARIABLES, parts, variables_of_model
+from symhbm.results import NUMBERS, VARIABLES, parts
 from symhbm.results.reading import printable, read
 from symhbm.results.telling.designs import designs
 from symhbm.results.telling.findings import findings
@@ -68,7 +68,7 @@ def _others(words: Words) -> Rows:
     followed = [*parameters, words.along]
     described |= {f"{prefix}_{name}" for prefix in ("peak", "event") for name in followed}
     described |= {f"{name}_nominal" for name in parameters}
-    described |= {*variables_of_model(dataset), *parts.variables_of_whole(dataset)}
+    described |= {NUMBERS, *parts.variables_of_whole(dataset)}
     if "status" not in dataset.variables:
         described -= {str(name) for name in dataset.data_vars} - {*parameters}
         sizes = ", ".join(f"{size} {dim}" for dim, size in dataset.sizes.items())

@@ -7,7 +7,8 @@ import numpy as np
 import xarray as xr
 
 from symhbm.model import is_pattern
-from symhbm.results.provenance import DRAWN
+from symhbm.model.contacts import weights_of
+from symhbm.results.dataset_parts import DRAWN
 from symhbm.results.reading import is_inner
 from symhbm.results.telling.words import Rows, Words, count
 
@@ -23,18 +24,18 @@ def problem(words: Words) -> Rows:
     if not about:
         return
     body = "blade" if about["lumped"] else "degree of freedom"
-    n_contacts = len(about["contacts"])
-    text = f"{count(about['n_dof'], body)}, {count(n_contacts, 'contact')}"
-    yield "structure", f"{text} {_where(about)}".rstrip()
+    contacts = words.description.contacts
+    text = f"{count(about['n_dof'], body)}, {count(len(contacts), 'contact')}"
+    yield "structure", f"{text} {_where(about['n_dof'], contacts)}".rstrip()
     sectors = dataset.get("n_sectors")
     if sectors is not None and (sectors > 1).any():
         alike = int((sectors > 1).sum())
         which = "" if alike == sectors.size else f", in {alike} of {sectors.size} curves"
         solved = " or ".join(map(str, np.unique(sectors.values[sectors.values > 1])))
         yield "solved", f"one of {solved} sectors that move alike{which}"
-    groups = about.get("groups") or {}
+    groups = words.description.groups
     if groups:
-        yield "contact laws", "; ".join(f"{name}: {of.get('law')}" for name, of in groups.items())
+        yield "contact laws", "; ".join(f"{name}: {of['law']['of']}" for name, of in groups.items())
     for name in words.description.parameters:
         if name in dataset.variables and name not in _OF_FORCE:
             text = _parameter(words, name, body)
@@ -62,9 +63,9 @@ def problem(words: Words) -> Rows:
         yield "friction law", law
 
 
-def _where(about: dict[str, Any]) -> str:
+def _where(n_dof: int, ends: tuple[Any, ...]) -> str:
     """Where the contacts of a problem are."""
-    n_dof, contacts = about["n_dof"], [_places(ends) for ends in about["contacts"]]
+    contacts = [_dofs_of(each) for each in ends]
     ring = [sorted((j, (j + 1) % n_dof)) for j in range(len(contacts))]
     if n_dof == len(contacts) > 2 and sorted(map(sorted, contacts)) == sorted(ring):
         return "each between two neighbours in a ring"
@@ -78,10 +79,10 @@ def _where(about: dict[str, Any]) -> str:
     return " and ".join(every)
 
 
-def _places(ends: Any) -> list[int]:
-    """Degrees of freedom of a stored contact, in the first of several directions."""
-    several = isinstance(ends, list) and not isinstance(ends[0], int)
-    return [*map(int, ends[0] if several else ends)]
+def _dofs_of(ends: Any) -> tuple[int, ...]:
+    """Degrees of freedom of a contact, in the first of several directions."""
+    several = isinstance(ends, tuple) and not isinstance(ends[0], int)
+    return weights_of(ends[0] if several else ends)[0]
 
 
 def _force(words: Words, force: dict[str, Any]) -> str:
@@ -96,11 +97,11 @@ def _force(words: Words, force: dict[str, Any]) -> str:
         [*values.values()] if isinstance(values, dict) else values
     ):
         return "none"
-    on = [str(force["harmonic"])] if "harmonic" in force else []
-    on = on or sorted({*force.get("cosine", {}), *force.get("sine", {})}, key=int)
+    on = [force["harmonic"]] if "harmonic" in force else []
+    on = on or sorted({*force.get("cosine", {}), *force.get("sine", {})})
     if force.get("mean") is not None:
-        on = ["0", *on]
-    harmonic = f", harmonic {', '.join(on)}" if on not in ([], ["1"]) else ""
+        on = [0, *on]
+    harmonic = f", harmonic {', '.join(map(str, on))}" if on not in ([], [1]) else ""
     return f"{kinds.get(force['type'], force['type'])}{harmonic}{_largest(words, force)}"
 
 
@@ -116,12 +117,12 @@ def _place_of_force(words: Words, number: int) -> str:
 
 def _largest(words: Words, force: dict[str, Any]) -> str:
     """The largest force of a pattern, and where it is: the amplitude scales all of them."""
-    of_harmonic: dict[tuple[str, int], float] = {}
+    of_harmonic: dict[tuple[int, int], float] = {}
     for part in ("pattern", "cosine", "sine"):
         for harmonic, values in (force.get(part) or {}).items():
             entries = values.items() if isinstance(values, dict) else enumerate(values)
             for dof, value in entries:
-                key, size = (harmonic, int(dof)), np.linalg.norm(np.atleast_1d(value))
+                key, size = (harmonic, dof), abs(value)
                 of_harmonic[key] = float(np.hypot(of_harmonic.get(key, 0.0), size))
     sizes: dict[int, float] = {}
     for (_, dof), size in of_harmonic.items():
