@@ -147,7 +147,6 @@ def minimise_peak(
     >>> light.design_value.values.round(6), light.named_peak_amplitude.values.round(8)
     (array([2.845496]), array([0.00031046]))
     """
-    running = runs.Running.of(run, runs.Sharing)
     task = Task.of(
         *(problem, parameters, bounds, frequency, over),
         vary=vary,
@@ -156,6 +155,7 @@ def minimise_peak(
         constraint=constraint,
         peaks=peaks,
     )
+    running = runs.Running.of(run, runs.Sharing)
     fixed_start = arguments.read_start(task.variables, start)
     given = objective is not None or peaks is not None
     program = task.program(*([task.read_aim("objective", objective)] if given else []))

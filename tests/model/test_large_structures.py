@@ -31,26 +31,32 @@ def banded(n, half_width, n_contacts=2):
     )
 
 
-def seconds(call):
-    start = time.process_time()
-    call()
-    return time.process_time() - start
+def effort(call):
+    """Time of a call over that of two million plain operations in the same run."""
+
+    def seconds(timed):
+        start = time.process_time()
+        timed()
+        return time.process_time() - start
+
+    return seconds(call) / seconds(lambda: sum(i * i % 7 for i in range(2_000_000)))
 
 
 @pytest.mark.parametrize("harmonics", [(1,), (1, 3)])
 def test_compiling_traces_no_matrix(harmonics):
-    # By rule 0.7 s; traced symbolically, the Jacobian alone took 4 to 5 s.
+    # By rule 5 to 10; traced symbolically, the Jacobian alone took 30 to 50.
     force, model = sh.PointForce(0), banded(250, 40)
     sh.HarmonicBalance(banded(20, 4), force, harmonics)
-    assert seconds(lambda: sh.HarmonicBalance(model, force, harmonics)) < 2.5
+    assert effort(lambda: sh.HarmonicBalance(model, force, harmonics)) < 20
 
 
-def test_a_curve_of_a_sparse_structure_takes_seconds():
+def test_a_curve_of_a_sparse_structure_takes_little():
     # Its first correction took as long to compile as many factorisations of it.
     model = banded(300, 25)
     problem = sh.HarmonicBalance(model, sh.PointForce(0, amplitude=10.0))
+    sh.frf(sh.HarmonicBalance(banded(20, 4), sh.PointForce(0)), (4, 5), progress=False)
     found = []
-    assert seconds(lambda: found.append(sh.frf(problem, (4, 5), progress=False))) < 2.5
+    assert effort(lambda: found.append(sh.frf(problem, (4, 5), progress=False))) < 40
     assert found[0].status == "the end of the band was reached"
     assert found[0].n_events > 0
 
