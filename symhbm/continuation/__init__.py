@@ -1,14 +1,20 @@
 """Numerical continuation: one solution by Newton's method, and the branch through it."""
 
 from symhbm.continuation.branch import Branch
-from symhbm.continuation.correctors import Corrector, by_machine_code, corrector_of, prepare
+from symhbm.continuation.correctors import (
+    LARGEST_SIZE,
+    Corrector,
+    by_machine_code,
+    corrector_of,
+    prepare,
+)
 from symhbm.continuation.deflation import other_solution
 from symhbm.continuation.following import filled, follow_branch
 from symhbm.continuation.newton import ACCEPTED, NewtonResult, newton, slope_of
 from symhbm.continuation.other_branches import FoundBranch, Origin, other_branches
 from symhbm.continuation.point import Event, EventKind, PathPoint
 from symhbm.continuation.problem import ContinuationProblem, FrequencyProblem, ParameterProblem
-from symhbm.continuation.resonance_count import LARGEST_SIZE
+from symhbm.continuation.restarts import branches_over
 from symhbm.continuation.segment import PathState, Segment
 from symhbm.continuation.start import AtRest, linear_response, solve_point
 from symhbm.continuation.status import SolveError, Status
@@ -32,6 +38,7 @@ __all__ = [
     "Segment",
     "SolveError",
     "Status",
+    "branches_over",
     "by_machine_code",
     "corrector_of",
     "filled",

@@ -58,10 +58,10 @@ class Branch:
             if solution is None and self.curve.single_valued:
                 solution = self._path_state(self.solve_from_scratch(value), value)
             solutions.append((solution, self.corrector.solves - solves_before))
-        if not solutions and self.points:
+        if not solutions:
             result = self.solve_from_scratch(value)
             solutions = [(self._path_state(result, value), result.iterations)]
-        return solutions or [(None, 0)]
+        return solutions
 
     def _path_state(self, result: NewtonResult, value: float) -> PathState | None:
         """The solution of an iteration at a value, with its tangent, None without one."""

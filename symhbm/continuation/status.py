@@ -70,7 +70,14 @@ class Status(StrEnum):
     CLOSED = "the branch came back to where it began, and is closed"
     MINIMUM_STEP = (
         "the path could not be continued: the step fell below its smallest value; "
-        "the points before are valid; try a band that starts beyond the last of them"
+        "the points before are valid; try more harmonics if contacts lift off there, or a band "
+        "that starts beyond the last of them"
+    )
+    INTERRUPTED = (
+        "the path could not be continued through a part of the band, and begins anew beyond it: "
+        "nothing is computed there (converged is false, the values are NaN), and peaks may be "
+        "missing; the other points are valid; try more harmonics if contacts lift off there, or at "
+        "with values there"
     )
     SEVERAL_MEET = (
         "the path could not be continued through a point where more than two branches meet, as of "

@@ -110,7 +110,8 @@ def frf(
     -------
     Dataset with the variables of `symhbm.results.VARIABLES`, the parameters and the problem; an
     ``archive`` is opened lazily. A parameter set whose computation fails has a ``status`` that
-    tells why.
+    tells why. Where a path cannot be continued, it begins anew beyond: a point that is not
+    ``converged`` stands for what lies in between, and ``at`` is solved there, too.
 
     Raises
     ------

@@ -11,6 +11,7 @@ from contextlib import closing, contextmanager, suppress
 from functools import cache
 from pathlib import Path
 
+import numpy as np
 import xarray as xr
 
 from symhbm.balance import HarmonicBalance
@@ -36,6 +37,9 @@ from symhbm.results.archive import (
     working_file,
 )
 from symhbm.workers import check_executor, check_progress
+
+_TOLD = 5
+"""Curves of a sweep that a warning names."""
 
 
 @on_one_thread
@@ -105,7 +109,8 @@ def reported(result: xr.Dataset, throw: bool = False, depth: int = 3) -> xr.Data
 
     ``depth`` is the number of calls to the user's, where the warning points.
     """
-    statuses = list(map(str, result.variables["status"].values.ravel()))
+    status = result["status"]
+    statuses = list(map(str, status.values.ravel()))
     whole = Status.REACHED_END, Status.CLOSED
     reasons = Counter(status for status in statuses if status not in whole)
     if not reasons:
@@ -115,11 +120,26 @@ def reported(result: xr.Dataset, throw: bool = False, depth: int = 3) -> xr.Data
     if len(statuses) > 1:
         count = "" if len(reasons) == 1 else f", {number} of them"
         text = f"{reasons.total()} of {len(statuses)} curves are incomplete{count}: {reason}"
-        text += " (status has the reason of each)"
+        text += f" (status has the reason of each; {_incomplete(status, whole)})"
     if throw:
         raise SolveError(text, result)
     warnings.warn(text, RuntimeWarning, stacklevel=depth)
     return result
+
+
+def _incomplete(status: xr.DataArray, whole: tuple[Status, ...]) -> str:
+    """Which curves of a sweep are incomplete, the first of them by the values they have."""
+    places = np.argwhere(~np.isin(status.values.astype(str), list(whole)))
+    told = []
+    for place in places[:_TOLD]:
+        at = status[tuple(place)]
+        values = {
+            dim: at[dim].item() if dim in at.coords else i
+            for dim, i in zip(status.dims, place, strict=True)
+        }
+        told.append(", ".join(f"{dim}={value}" for dim, value in values.items()))
+    more = "" if len(told) == len(places) else f"; and {len(places) - len(told)} more"
+    return f"they are those of {'; '.join(told)}{more}"
 
 
 def resume(

@@ -6,10 +6,10 @@ from scipy.linalg import eigh
 
 import symhbm as sh
 from studies import fig03_single_blade as fig03
+from symhbm.continuation.correctors.resonance_count import ResonanceCount
 from symhbm.continuation.events import modes, resonances
 from symhbm.continuation.following import follow_branch
 from symhbm.continuation.problem import ContinuationProblem, FrequencyProblem, ParameterProblem
-from symhbm.continuation.resonance_count import ResonanceCount
 from symhbm.numerics.linear_algebra import negative_eigenvalues
 from symhbm.peaks.survey import sector_of
 

@@ -7,7 +7,7 @@ import pytest
 import scipy.sparse as sp
 
 import symhbm as sh
-from symhbm.continuation.resonance_count import LARGEST_SIZE
+from symhbm.continuation.correctors.resonance_count import LARGEST_SIZE
 from symhbm.model.condensation.pole_residue import PoleResidueFunction, PoleSum
 
 BAND = (7.0, 12.5)

@@ -12,14 +12,10 @@ from symhbm.continuation.angles.corrector import AngleCorrector
 from symhbm.continuation.branch import Branch
 from symhbm.continuation.following import follow_with
 from symhbm.continuation.problem import ContinuationProblem
+from symhbm.continuation.restarts import chained
 from symhbm.continuation.status import Status
 from symhbm.numerics import FloatArray
 
-_FIRST, _FARTHER, _NOT_CONVERGED = 1e-3, 1.5, 4
-"""Distance beyond the end of a branch, relative, of the first attempt to start the next one; its
-growth with each attempt, and the additional growth where the form applies but nothing converges."""
-_MAX_BRANCHES = 12
-"""Branches over one band."""
 _BEYOND = 1e-5
 """Distance beyond the end of a branch, relative, at which located friction tells why it ended."""
 ANGLES_ENDED = (Status.ANGLES_DO_NOT_APPLY, Status.ANGLES_NOT_CONVERGED)
@@ -32,13 +28,15 @@ def angle_branches(
 
     The first begins where the band does; it has no points where the form does not apply there.
     """
-    branches = [_angle_branch(curve, band, max_points, per_dof)]
-    while branches[-1].status in ANGLES_ENDED and len(branches) < _MAX_BRANCHES:
-        following = _next_branch(branches[-1], band, max_points)
-        if following is None:
-            break
-        branches.append(following)
-    return branches
+
+    def follow(part: tuple[float, float], guess: FloatArray | None) -> Branch:
+        return _angle_branch(curve, part, max_points, per_dof, guess)
+
+    def applies(branch: Branch, value: float) -> bool | None:
+        assert isinstance(branch.corrector, AngleCorrector)
+        return branch.corrector.applies(value)
+
+    return chained(follow, band, ANGLES_ENDED, applies)
 
 
 def _angle_branch(
@@ -66,38 +64,6 @@ def _angle_branch(
         return branch
     ended = Status.ANGLES_NOT_CONVERGED if applies else Status.ANGLES_DO_NOT_APPLY
     return replace(branch, status=ended)
-
-
-def _next_branch(branch: Branch, band: tuple[float, float], max_points: int) -> Branch | None:
-    """The branch after another one, None where none starts up to the end of the band."""
-    curve, corrector = branch.curve, branch.corrector
-    assert isinstance(corrector, AngleCorrector)
-    begin, end = branch.points[-1].value if branch.points else band[0], band[1]
-    heading = 1 if end > begin else -1
-    distance = _FIRST * max(abs(begin), curve.smallest)
-    value = begin
-    while value != end:
-        value = begin + heading * min(distance, abs(end - begin))
-        distance *= _FARTHER
-        if corrector.applies(value) is False:
-            continue
-        solution = corrector.free(branch.points[-1].unknowns, value) if branch.points else None
-        if solution is None or not solution.converged:
-            solution = corrector.solve_from_scratch(value)
-        if not solution.converged:
-            distance *= _NOT_CONVERGED
-            continue
-        back = _angle_branch(curve, (value, begin), max_points, branch.per_dof, solution.unknowns)
-        corrector.solves += back.corrector.solves
-        first = back.points[-1] if back.points else None
-        if first is None or first.value == end:
-            continue
-        rest = first.value, end
-        forward = _angle_branch(curve, rest, max_points, branch.per_dof, first.unknowns)
-        if forward.points and (forward.points[-1].value - begin) * heading > 0:
-            return forward
-        corrector.solves += forward.corrector.solves
-    return None
 
 
 def covered(branches: Sequence[Branch], unit: float, band: tuple[float, float]) -> float:

@@ -13,10 +13,12 @@ from symhbm.continuation.correctors.constraints import (
 )
 from symhbm.continuation.correctors.corrector import Corrector
 from symhbm.continuation.correctors.newton_graph import MAX_CORRECTIONS, STAGNATION
+from symhbm.continuation.correctors.resonance_count import LARGEST_SIZE, structure_matrices
 from symhbm.continuation.correctors.stepwise import StepwiseCorrector
 
 __all__ = [
     "BEYOND",
+    "LARGEST_SIZE",
     "MAX_CORRECTIONS",
     "ON_LIMIT",
     "STAGNATION",
@@ -30,5 +32,6 @@ __all__ = [
     "corrector_of",
     "crossed",
     "prepare",
+    "structure_matrices",
     "unit_parameter",
 ]

@@ -26,9 +26,9 @@ from symhbm.continuation.correctors.constraints import (
 from symhbm.continuation.correctors.corrector import Corrector
 from symhbm.continuation.correctors.located import LocatedCorrector, is_located
 from symhbm.continuation.correctors.newton_graph import DONE, correction, is_generated, tangent
+from symhbm.continuation.correctors.resonance_count import ResonanceCount
 from symhbm.continuation.correctors.stepwise import StepwiseCorrector
 from symhbm.continuation.problem import ContinuationProblem, FrequencyProblem
-from symhbm.continuation.resonance_count import ResonanceCount
 from symhbm.numerics import DENSE_LIMIT, Compiled, FloatArray, to_machine_code
 
 _OFTEN = 50

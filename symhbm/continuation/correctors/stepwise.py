@@ -14,9 +14,9 @@ from symhbm.continuation.correctors.constraints import (
 )
 from symhbm.continuation.correctors.corrector import Corrector
 from symhbm.continuation.correctors.newton_graph import MAX_CORRECTIONS, STAGNATION
+from symhbm.continuation.correctors.resonance_count import ResonanceCount
 from symhbm.continuation.newton import TOLERANCE
 from symhbm.continuation.problem import ContinuationProblem
-from symhbm.continuation.resonance_count import ResonanceCount
 from symhbm.numerics import Factorisation, FloatArray, bordered, length_of
 
 

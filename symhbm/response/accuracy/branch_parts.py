@@ -1,7 +1,7 @@
 """Solutions with an error estimate, and branch parts of different levels that make a curve."""
 
 from collections.abc import Callable, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from itertools import pairwise
 from typing import NamedTuple
 
@@ -73,9 +73,15 @@ class BranchPart:
     peak_errors: list[float]
     between: dict[int, list[Solution]] = field(default_factory=dict)
 
+    @classmethod
+    def gap(cls, branch: Branch, level: int, value: float) -> "BranchPart":
+        """What stands for the values beyond an interrupted branch that are not computed."""
+        nothing = replace(branch, points=[], peaks=[], between={})
+        return cls(nothing, level, 0, 0, [Solution.at(value, level, None, 0)], [], [])
+
     def contains(self, value: float) -> bool:
         """Whether a value lies between the first and the last point."""
-        if self.last < self.first:
+        if self.last < self.first or not self.branch.points:
             return False
         low, high = sorted(self.branch.points[i].value for i in (self.first, self.last))
         return low <= value <= high

@@ -9,7 +9,7 @@ amplitude, contact states and slopes, so that no peak and no event is lost or co
 from collections.abc import Callable, Iterable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property
-from itertools import repeat
+from itertools import repeat, zip_longest
 
 import numpy as np
 
@@ -19,8 +19,8 @@ from symhbm.continuation import (
     ContinuationProblem,
     PathPoint,
     Status,
+    branches_over,
     filled,
-    follow_branch,
     newton,
     slope_of,
 )
@@ -118,32 +118,52 @@ class Refinement:
         if equations.angles is not None:
             branches = angle_branches(equations, band, max_points, per_dof)
         else:
-            branches = [follow_branch(equations, band, max_points, per_dof, guess)]
+            branches = branches_over(equations, band, max_points, per_dof, guess)
         if self.with_between:
             branches = [filled(branch) for branch in branches]
-        branch = branches[0]
-        if not np.isfinite(self.accuracy) or not branch.points:
-            return [self.whole(level, branch) for branch in branches]
-        points = branch.points
+        parts, highest = list[BranchPart](), level
+        for branch, beyond in zip_longest(branches, branches[1:]):
+            whole, needed = self._assessed(level, branch)
+            if np.any(needed > level) and equations.single_valued:
+                parts += self._refined(whole, needed, max_points, per_dof)
+            else:
+                parts.append(whole)
+                highest = max(highest, int(needed.max(initial=level)))
+            if branch.status == Status.INTERRUPTED:
+                begin = branch.points[-1].value if branch.points else band[0]
+                middle = (begin + beyond.points[0].value) / 2
+                parts.append(BranchPart.gap(branch, level, middle))
+        if highest == level:
+            return parts
+        # A path with folds has no parts that end at values.
+        anew = self.follow(highest, band, max_points, per_dof)
+        return anew if anew[0].branch.points else parts
+
+    def _assessed(self, level: int, branch: Branch) -> tuple[BranchPart, np.ndarray]:
+        """All of a branch, and the level (n_points,) that each of its points needs."""
+        points, single_valued = branch.points, self.equations(level).single_valued
+        if not points or not np.isfinite(self.accuracy):
+            return self.whole(level, branch), np.zeros(0, dtype=int)
         of_points, of_peaks = self._along(level, points), self._along(level, branch.peaks)
         whole = self.whole(level, branch, of_points, of_peaks)
         between = self._needed_between(whole, of_peaks)
         needed = np.maximum(between, [self._needed(level, truncation) for truncation in of_points])
-        if equations.single_valued:
+        if single_valued:
             self._settle_few(whole, needed, between > level)
-        if np.all(needed == level):
-            return [whole]
-        if not equations.single_valued:
-            # A path with folds has no parts that end at values.
-            anew = self.follow(int(needed.max()), band, max_points, per_dof)
-            return anew if anew[0].branch.points else [whole]
+        return whole, needed
+
+    def _refined(
+        self, whole: BranchPart, needed: np.ndarray, max_points: int, per_dof: bool
+    ) -> list[BranchPart]:
+        """A branch with the parts of it that need higher levels followed again."""
+        level, points = whole.level, whole.branch.points
 
         def refined(span: Span) -> list[BranchPart] | None:
             of_span = needed[span[0] : span[1] + 1]
             higher = int(np.quantile(of_span[of_span > level], _MOST, method="lower"))
             start, end = (points[i].value for i in span)
             larger = self.equations(higher).problem
-            guess = embed(equations.problem, larger, points[span[0]].unknowns)
+            guess = embed(self.equations(level).problem, larger, points[span[0]].unknowns)
             parts = self.follow(higher, (start, end), max_points, per_dof, guess)
             complete = all(part.branch.status == Status.REACHED_END for part in parts)
             return parts if complete else None
