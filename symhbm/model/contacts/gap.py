@@ -55,7 +55,8 @@ class UnilateralSpring(NormalLaw):
         matrix, closed = ca.reshape(events[: size * size], size, size), events[size * size :]
         spring = values["normal_stiffness"] * ca.mtimes(matrix, motion)
         held = ca.DM((basis.order == 0).astype(float)) * self.balanced_load(frequency, values)
-        return spring + self.load(frequency, values) * closed - held
+        # In this order a small motion keeps its digits beside a load that is held.
+        return spring + (self.load(frequency, values) * closed - held)
 
     def locate(
         self,

@@ -5,6 +5,9 @@ from typing import Any
 
 from symhbm.numerics.loops.loop import Loop
 
+_ROUND_OFF = 4e-15
+"""Error [rad] of the length of a period."""
+
 
 @Loop
 def as_series(order: Any, is_sine: Any, coefficients: Any, cosine: Any, sine: Any) -> None:
@@ -40,9 +43,12 @@ def moments(begin: float, end: float, result: Any) -> None:
     """Write integrals of ``cos(k tau)`` and ``sin(k tau)`` over an interval into (2, 2 H + 1)."""
     half, middle = 0.5 * (end - begin), 0.5 * (begin + end)
     turn, shift = (math.cos(middle), math.sin(middle)), (math.cos(half), math.sin(half))
+    result[0, 0], result[1, 0] = end - begin, 0.0
+    if abs(end - begin - 2 * math.pi) < _ROUND_OFF:
+        # A constant has no harmonics over a period: those by round-off may exceed a small motion.
+        result[0, 0], shift = 2 * math.pi, (-1.0, 0.0)
     cosine, sine = turn
     half_cosine, half_sine = shift
-    result[0, 0], result[1, 0] = end - begin, 0.0
     # Sines of the half width, and no differences: short intervals keep their digits.
     for k in range(1, result.shape[1]):
         size = 2 * half_sine / k

@@ -20,6 +20,28 @@ def problem_of(**changes):
     return sh.HarmonicBalance(model, wave, range(8))
 
 
+@pytest.mark.parametrize(
+    "contact",
+    [
+        sh.Friction(**PRESSED),
+        sh.Gap(normal=(1,), normal_stiffness=2e4, normal_load=5.0),
+    ],
+    ids=["line", "stop"],
+)
+def test_a_small_force_has_the_response_of_a_larger_one(contact):
+    """Neither slips nor opens. Round-off of loads of 3 and 5 N, which are held, moved it."""
+    stiffness = np.array([[1e4, 5e2, 0], [5e2, 1.6e4, 0], [0, 0, 1.2e4]])
+    model = sh.Model(np.eye(3), np.diag([2.0, 3.0, 2.0]), stiffness, contacts={"pad": contact})
+    found = []
+    for size in (1e-12, 1e-3):
+        wave = sh.HarmonicForce(cosine={1: [5, 0, 1]}, sine={1: [0, 8, 2]}, amplitude=size)
+        problem = sh.HarmonicBalance(model, wave, range(4))
+        response = sh.frf(problem, (15, 35), at=[17.0, 23.0, 29.0], progress=False)
+        assert response.status.item() == sh.Status.REACHED_END
+        found.append(response.amplitude.values / size)
+    np.testing.assert_allclose(*found, rtol=1e-9)
+
+
 @pytest.mark.parametrize("none", ["friction_coefficient", "contact_stiffness"])
 def test_without_friction_a_contact_is_a_stop(none):
     alone = sh.frf(problem_of(**{none: 0.0}), BAND, progress=False)

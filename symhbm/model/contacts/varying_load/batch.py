@@ -81,8 +81,8 @@ def estimate(
 
 
 @Loop
-def _waves(order: Any, is_sine: Any, motion: Any, values: Any, waves: Any) -> float:
-    """Write ``k_t u``, ``p`` and both walls of a contact; gives their round-off."""
+def _waves(order: Any, is_sine: Any, motion: Any, values: Any, waves: Any) -> tuple[float, float]:
+    """As `walls`, of the coefficients of a motion."""
     size, highest = len(order), int(order[len(order) - 1])
     parts = np.zeros((2, 2, highest + 1))
     for i in range(size):

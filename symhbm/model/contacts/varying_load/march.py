@@ -34,14 +34,15 @@ _LOW_TURNS, _HIGH_TURNS, _OPENS_OR_CLOSES = range(3)
 
 
 @Loop
-def walls(cosine: Any, sine: Any, values: Any, waves: Any) -> float:
-    """Write ``k_t u``, ``p``, ``low`` and ``high`` into waves (4, 2, H + 1); gives their round-off.
+def walls(cosine: Any, sine: Any, values: Any, waves: Any) -> tuple[float, float]:
+    """Write ``k_t u``, ``p``, ``low`` and ``high`` into waves (4, 2, H + 1).
 
+    The result is the round-off of walls, and of their derivatives, which a load does not move.
     ``cosine`` and ``sine`` (2, H + 1) are the coefficients of ``u`` and ``v``; ``values`` are
     ``k_t``, ``k_n``, ``mu`` and ``N0``.
     """
     stiffness, normal, friction, load = values[0], values[1], values[2], values[3]
-    size = abs(friction * load)
+    size, rate = abs(friction * load), 0.0
     for h in range(cosine.shape[1]):
         for k in range(2):
             part = cosine if k == 0 else sine
@@ -51,7 +52,8 @@ def walls(cosine: Any, sine: Any, values: Any, waves: Any) -> float:
             waves[0, k, h], waves[1, k, h] = pull, press
             waves[2, k, h], waves[3, k, h] = pull - friction * press, pull + friction * press
             size += max(h, 1) * (abs(pull) + abs(friction * press))
-    return 4e-16 * size
+            rate += h * (abs(pull) + abs(friction * press))
+    return 4e-16 * size, 4e-16 * rate
 
 
 @Loop
@@ -71,11 +73,12 @@ def extremes(waves: Any, derivative_zeros: Any, count: int) -> Any:
 
 
 @Loop
-def march(waves: Any, noise: float, held: int, pieces: Any, turning: Any) -> int:
+def march(waves: Any, noise: tuple[float, float], held: int, pieces: Any, turning: Any) -> int:
     """Write the pieces of one period; the result is their number.
 
-    ``held`` is 1 or 0 for a contact whose slip is imposed, else -1. ``turning`` (4, 2) takes value
-    and angle of the largest ``low``, the smallest ``high``, the smallest and the largest ``p``.
+    ``noise`` is the round-off of `walls`. ``held`` is 1 or 0 for a contact whose slip is imposed,
+    else -1. ``turning`` (4, 2) takes value and angle of the largest ``low``, the smallest ``high``,
+    the smallest and the largest ``p``.
     """
     size = 6 * waves.shape[2] + 8
     angles, kinds = np.empty(size), np.empty(size, dtype=np.int64)
@@ -85,7 +88,7 @@ def march(waves: Any, noise: float, held: int, pieces: Any, turning: Any) -> int
     n = 0
     for k in range(2):  # the turning points of both walls
         series.derive(waves[2 + k, 0], waves[2 + k, 1], rate[0], rate[1])
-        count = series.sign_changes(rate[0], rate[1], noise, zeros, up)
+        count = series.sign_changes(rate[0], rate[1], noise[1], zeros, up)
         high, at_high, low, at_low = extremes(waves[2 + k], zeros, count)
         turning[k, 0], turning[k, 1] = (high, at_high) if k == 0 else (low, at_low)
         for i in range(count):
@@ -121,7 +124,7 @@ def march(waves: Any, noise: float, held: int, pieces: Any, turning: Any) -> int
                 count = _piece(pieces, count, LIFTED, zeros[i], end, 0.0, 0.0)
         return count
     # Continued beyond the limit, or on it but for round-off: each wall pushes where it turns only.
-    if not slips or (beyond <= noise and not opens):
+    if not slips or (beyond <= noise[0] and not opens):
         middle = last if last > first else last + 2 * math.pi
         _piece(pieces, 0, STICK_LOW, first, middle, first, 0.0)
         return _piece(pieces, 1, STICK_HIGH, middle, first + 2 * math.pi, last, 0.0)
@@ -141,7 +144,7 @@ def march(waves: Any, noise: float, held: int, pieces: Any, turning: Any) -> int
             rises[place] = rises[place - 1]
             place -= 1
         angles[place], kinds[place], rises[place] = angle, zero_of, rise
-    return _around(waves, noise, start, opens, angles[:n], kinds[:n], rises[:n], pieces)
+    return _around(waves, noise[0], start, opens, angles[:n], kinds[:n], rises[:n], pieces)
 
 
 @Loop
