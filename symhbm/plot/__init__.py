@@ -2,14 +2,13 @@
 
 from symhbm.plot.contact import contact_map, hysteresis, normal_force, states
 from symhbm.plot.curves import curve, response
-from symhbm.plot.disks import campbell, interference
+from symhbm.plot.disks import campbell, disk, interference
 from symhbm.plot.drawing import LINE_STYLES, MOST_LEGEND_ENTRIES, SYMBOLS, nothing_to_draw
 from symhbm.plot.ensemble import blades, envelope
 from symhbm.plot.figures import FORMATS, STYLE, panels, save
 from symhbm.plot.front import pareto_front
 from symhbm.plot.map import stick_map
 from symhbm.plot.phase import phase
-from symhbm.plot.shapes import disk
 from symhbm.plot.structure import model
 from symhbm.plot.unforced import flutter_limit, limit_cycles, nonlinear_modes
 

@@ -18,8 +18,6 @@ SYMBOLS |= {name: about.shown_as(name) for name, about in PARAMETERS.items()}
 LINE_STYLES: tuple[Any, ...] = ("-", (0, (5, 1.5)), (0, (1.2, 1.2)), (0, (6, 1.5, 1.2, 1.5)))
 MOST_LEGEND_ENTRIES = 14
 """Largest family of curves with a legend; a larger one has a colour bar."""
-ENDS_HERE = "incomplete, ends here"
-"""What a legend says of the marks at the ends of curves that are not complete."""
 WIDE = 30
 """Ratio of values from which a scale is logarithmic."""
 

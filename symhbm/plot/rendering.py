@@ -46,8 +46,8 @@ def pictured(make: Callable[_P, Picture]) -> Drawing[_P]:
 
     @wraps(make)
     def draw(*args: _P.args, **options: _P.kwargs) -> Figure:
-        ax = signature.bind(*args, **options).arguments.get("ax")
-        return drawn(make(*args, **options), ax)
+        picture = make(*args, **options)
+        return drawn(picture, signature.bind(*args, **options).arguments.get("ax"))
 
     drawing: Any = draw
     drawing.picture = make

@@ -12,7 +12,7 @@ mpl.use("Agg")
 import matplotlib.pyplot as plt
 
 import symhbm as sh
-from symhbm.plot.shapes import HUB, OFFSET, TIP, nodal_shares
+from symhbm.plot.disks.shapes import HUB, OFFSET, TIP, nodal_shares
 
 
 @pytest.fixture(autouse=True)

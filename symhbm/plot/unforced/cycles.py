@@ -7,8 +7,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from symhbm.plot.drawing import Family, axis_label, check_anything
-from symhbm.plot.ends import at_an_end, draw_ends, is_complete
-from symhbm.plot.events import FIRST_HARMONIC, mark_events
+from symhbm.plot.marks import FIRST_HARMONIC, at_an_end, draw_ends, is_complete, mark_events
 from symhbm.plot.picture import Axis, Panel, Picture
 from symhbm.plot.rendering import pictured
 from symhbm.results import Description, check_dataset, check_present

@@ -5,8 +5,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from symhbm.plot.drawing import LINE_STYLES, check_anything, parameter_axis
-from symhbm.plot.ends import beside_missing, draw_ends
-from symhbm.plot.events import MARK
+from symhbm.plot.marks import MARK, beside_missing, draw_ends
 from symhbm.plot.picture import FAMILY, Axis, Panel, Picture
 from symhbm.plot.rendering import pictured
 from symhbm.results import Description, check_dataset, check_present

@@ -4,8 +4,7 @@ import xarray as xr
 from matplotlib.axes import Axes
 
 from symhbm.plot.drawing import Family, axis_label, one_solution
-from symhbm.plot.ends import mark_ends
-from symhbm.plot.events import FIRST_HARMONIC, mark_events
+from symhbm.plot.marks import FIRST_HARMONIC, mark_ends, mark_events
 from symhbm.plot.picture import Axis, Panel, Picture
 from symhbm.plot.rendering import pictured
 from symhbm.results import Description, check_dataset, check_present

@@ -1,4 +1,4 @@
-"""Where curves end before they are complete."""
+"""Marks of peaks and events along curves, and of where curves end before they are complete."""
 
 from typing import Any
 
@@ -6,14 +6,40 @@ import numpy as np
 import xarray as xr
 
 from symhbm.numerics import FloatArray
-from symhbm.plot.drawing import ENDS_HERE
 from symhbm.plot.picture import Panel
 from symhbm.results import Description
 from symhbm.results.reading import COMPLETE
 
+OF_EVENTS = {
+    "fold": "s",
+    "branch point": "D",
+    "damping turns": "D",
+    "phase resonance": "<",
+    "period doubling": "v",
+    "Neimark-Sacker": "P",
+    "symmetry breaking": "X",
+    "change of stability": "X",
+}
+MARKERS = {"smooth": "o", "corner": "^"} | OF_EVENTS
+"""Marks of peaks and events of curves; those of contacts are circles."""
+MARK: Any = dict(linestyle="", markeredgecolor="black", markeredgewidth=0.6, markersize=4.5)
+"""Look of all marks."""
+FIRST_HARMONIC = "amplitude of the first harmonic [m]"
 _NEAR = 1e-6
 """Relative distance from an end of a band within which a path has reached it."""
-_MARK: Any = dict(linestyle="", marker="x", color="tab:red", markersize=7, markeredgewidth=1.6)
+_END: Any = dict(linestyle="", marker="x", color="tab:red", markersize=7, markeredgewidth=1.6)
+
+
+def mark_events(panel: Panel, curve: xr.Dataset, name: str, color: Any) -> None:
+    """Mark the events of one curve over what moves."""
+    moves = Description(curve).moving
+    if "event_kind" not in curve.variables or f"event_{name}" not in curve.variables:
+        return
+    kinds = curve["event_kind"].values.astype(str)
+    for kind in np.unique(kinds[kinds != ""]):
+        x, y = (curve[f"event_{of}"].values[kinds == kind] for of in (moves, name))
+        look = MARK | dict(markerfacecolor=color, marker=OF_EVENTS.get(kind, "o"), zorder=3)
+        panel.line(x, y, **look)
 
 
 def mark_ends(panel: Panel, curve: xr.Dataset, name: str, shown: FloatArray) -> None:
@@ -37,7 +63,7 @@ def mark_ends(panel: Panel, curve: xr.Dataset, name: str, shown: FloatArray) -> 
 def draw_ends(panel: Panel, value: FloatArray, shown: FloatArray) -> None:
     """Mark points (n,) at which something ends that is not complete."""
     if len(value):
-        panel.line(value, shown, ENDS_HERE, zorder=4, clip_on=False, **_MARK)
+        panel.line(value, shown, "incomplete, ends here", zorder=4, clip_on=False, **_END)
 
 
 def is_complete(curve: xr.Dataset) -> bool:

@@ -247,7 +247,6 @@ def _draw(
     panel: Panel, instant: FloatArray, amplitude: FloatArray, colors: np.ndarray, names: list[int]
 ) -> None:
     n_blades = len(instant)
-    n_blades = len(instant)
     turn = np.pi / 2 - 2 * np.pi * np.arange(n_blades) / n_blades  # the first on top, clockwise
     radius = TIP + OFFSET * instant
     half = min(0.36 * 2 * np.pi / n_blades * HUB, 0.07)
