@@ -80,7 +80,7 @@ class OpenSector(NamedTuple):
         """Displacements [m s^2] of all degrees of freedom under centrifugal load, over Omega^2."""
         load = asm(LinearForm(lambda v, w: DENSITY * dot(w.x[:2], v[:2])), self.basis)[self.free]
         stiffness = self.disk.matrices(0).stiffness_matrix
-        motion = spsolve(sp.csc_array(stiffness.real), self.disk.folded(load, 0).real)
+        motion = spsolve(sp.csc_array(stiffness.real), self.disk.interfaces.folded(load, 0).real)
         result = np.zeros(self.n_all)
         result[self.free] = self.disk.expanded(motion, 0).real
         return result

@@ -176,6 +176,20 @@ class Structure(Record, ABC):
     """Where its degrees of freedom are, as `Places`, if known."""
     outputs: Mapping[str, Output] = MappingProxyType({})
     """Its linear outputs by name."""
+    beneath: Any = None
+    """The structure that forces and outputs are of, None where they are of this one."""
+    _lift: Any = None
+    """Motion of the structure beneath by that of this one, (n_whole, n_dof), None for the same."""
+    kept: Any = None
+    """Numbers of the degrees of freedom in the structure this one was made from, if any."""
+    reduced_from: int | None = None
+    """Number of degrees of freedom of the whole one that it is reduced from by its modes."""
+    interfaces: Any = None
+    """How the sectors of a disk join, as `Interfaces`; None for a whole structure."""
+    order: int | None = None
+    """Engine order that moves a sector."""
+    masters: Any = slice(None)
+    """Which of the degrees of freedom of a sector that are not right are there."""
 
     def __init__(self, n_dof: int, contacts: Any = (), *, places: Any = None, **parameters: Any):
         self._store(_n_dof=check.integer("n_dof", n_dof, minimum=1))
@@ -232,10 +246,14 @@ class Structure(Record, ABC):
         ``place`` is a number, or a name as ``"tip:y"`` where the structure has places. Raises
         KeyError for unknown names, ValueError for numbers out of range.
         """
-        if isinstance(place, NextSector):
+        if isinstance(place, NextSector) and self.interfaces is None:
             raise TypeError(
                 f"{place!r}: only a symhbm.Sector has a next one; give it these contacts"
             )
+        if isinstance(place, NextSector):
+            return self.n_whole + self.number_of(place.place)
+        if self.beneath is not None:
+            return self.beneath.number_of(place)
         return number_of(self.places, place, self.n_whole)
 
     def with_contacts(self, **groups: Any) -> Self:
@@ -268,28 +286,37 @@ class Structure(Record, ABC):
 
     def seen(self, output: Output) -> Any:
         """Rows (n_rows, n_dof) of an output over all degrees of freedom that forces name."""
-        return output.rows
+        rows = output.rows if self.beneath is None else self.beneath.seen(output)
+        return rows if self._lift is None else rows @ self._lift
 
     @property
     def contact_coordinates(self) -> FloatArray:
-        """Where contacts are, amid the nodes that they act on, (n_contacts, 3) [m]."""
-        assert self.places is not None
-        assert self.places.coordinates is not None
+        """Where contacts are, amid the nodes that they act on, (n_contacts, 3) [m].
+
+        Of one to the next sector amid those in this one.
+        """
+        places = self._places_of_contacts
+        assert places is not None
+        assert places.coordinates is not None
         result = np.zeros((self.n_contacts, 3))
         for j, rows in enumerate(self.contact_rows):
-            dofs = {dof for row in rows for dof in weights_of(self.row_ends[row])[0]}
-            _, first = np.unique(self.places.node[[*dofs]], return_index=True)
-            result[j] = self.places.coordinates[[*dofs]][first].mean(axis=0)
+            named = {dof for row in rows for dof in weights_of(self.row_ends[row])[0]}
+            inside = {dof for dof in named if dof < places.n_dof} or named
+            dofs = np.array(sorted(inside)) % places.n_dof
+            _, first = np.unique(places.node[dofs], return_index=True)
+            result[j] = places.coordinates[dofs][first].mean(axis=0)
         return result
 
     @property
     def _n_named(self) -> int:
-        """How many degrees of freedom contacts may name."""
-        return self.n_dof
+        """How many degrees of freedom contacts may name, of a sector those of the next one too."""
+        return self.n_dof if self.interfaces is None else 2 * self.n_whole
 
     @property
     def _places_of_contacts(self) -> Places | None:
         """Where the degrees of freedom are that contacts may name, None where it is not known."""
+        if self.interfaces is not None:
+            return self.beneath.places
         known = self.places is not None and self.places.n_dof == self._n_named
         return self.places if known else None
 
@@ -433,7 +460,9 @@ class Structure(Record, ABC):
 
     @property
     def touched(self) -> set[int]:
-        """Degrees of freedom that contacts act on."""
+        """Degrees of freedom that contacts act on, of a sector those that are not right."""
+        if self.interfaces is not None:
+            return self.interfaces.touched(self._directions_as_named)
         return {dof for ends in self.row_ends for dof in weights_of(ends)[0]}
 
     @cached_property
@@ -442,7 +471,7 @@ class Structure(Record, ABC):
 
         Of a sector of a disk they are those of a constant motion.
         """
-        return self._directions_as_named
+        return self._directions_as_named if self.interfaces is None else self.directions_of(0)
 
     @property
     def _directions_as_named(self) -> sp.csr_array:
@@ -453,13 +482,27 @@ class Structure(Record, ABC):
         return sp.csr_array((values, (rows, columns)), shape=(len(each), self._n_named))
 
     @property
-    def nodal_diameters(self) -> range | None:
-        """Nodal diameters that differ, of one sector of a disk; None for a whole structure."""
-        return None
+    def nodal_diameters(self) -> Any:
+        """Nodal diameters that differ, 0 to N / 2, of a sector; None for a whole structure."""
+        return None if self.interfaces is None else range(self.interfaces.n_sectors // 2 + 1)
 
-    def wave(self, harmonic: int) -> int | None:
-        """Nodal diameters of a harmonic, of a sector of a disk, None of a whole structure."""
-        return None
+    def wave(self, harmonic: int) -> Any:
+        """Nodal diameters of a harmonic, 0 to N - 1, of a sector; None for a whole structure.
+
+        ValueError for a sector under no engine order.
+        """
+        if self.interfaces is None:
+            return None
+        if self.order is None and harmonic:
+            raise ValueError("order=None: expected a sector under an engine order")
+        return harmonic * (self.order or 0) % self.interfaces.n_sectors
+
+    def _wave_of(self, nodal_diameter: int | None) -> int:
+        if nodal_diameter is None:
+            raise ValueError(
+                "nodal_diameter=None: expected a number of nodal diameters, a sector moves in waves"
+            )
+        return check.integer("nodal_diameter", nodal_diameter) % self.interfaces.n_sectors
 
     def matrices(self, nodal_diameter: int | None = None) -> Matrices:
         """Matrices, of a sector of a disk those of a wave of so many nodal diameters.
@@ -479,22 +522,31 @@ class Structure(Record, ABC):
 
     def directions_of(self, nodal_diameter: int | None = None) -> Any:
         """Directions (n_rows, n_dof), of a sector of a disk those of a wave, complex."""
-        return self.directions
+        if self.interfaces is None:
+            return self.directions
+        n = self._wave_of(nodal_diameter)
+        return self.interfaces.displacements(n, self._directions_as_named)[:, self.masters]
 
     def expanded(self, motion: Any, nodal_diameter: int | None = None) -> Any:
-        """Motion of all degrees of freedom of a sector from a motion (n_dof, n) in a wave."""
-        return motion
+        """Motion (n_whole, n) of the whole structure, or of a sector in a wave, from (n_dof, n)."""
+        motion = motion if self._lift is None else self._lift @ motion
+        return motion if self.beneath is None else self.beneath.expanded(motion)
 
     def directions_in(self, harmonic: int) -> Any:
         """Directions in one harmonic (n_rows, n_dof), complex for a sector of a disk."""
-        return self.directions
+        return self.directions_of(self.wave(harmonic))
 
     def displacements(self, basis: FourierBasis) -> Any:
         """Coefficients of all displacements from those of all degrees of freedom, flattened."""
+        if self.interfaces is not None:
+            return self.interfaces.coefficients(self.directions_in, basis)
         return sp.kron(self.directions, sp.eye_array(basis.n_components))
 
     def under(self, excitation: Excitation) -> Structure:
         """The structure as an excitation moves it; ValueError for one that does not fit."""
+        if self.beneath is not None:
+            self.beneath.under(excitation)
+            return self
         check_whole(excitation)
         return self.along(excitation)
 
@@ -578,18 +630,8 @@ class Structure(Record, ABC):
 
     @property
     def n_whole(self) -> int:
-        """Number of degrees of freedom that forces may act on."""
-        return self.n_dof
-
-    @property
-    def kept(self) -> NDArray[np.intp] | None:
-        """Numbers of the degrees of freedom in the structure this one was made from, if any."""
-        return None
-
-    @property
-    def reduced_from(self) -> int | None:
-        """Number of degrees of freedom of the whole one that it is reduced from by its modes."""
-        return None
+        """Number of degrees of freedom that forces act on: those of the structure beneath."""
+        return self.n_dof if self.beneath is None else self.beneath.n_dof
 
     @property
     def modal(self) -> Any:
@@ -624,10 +666,24 @@ class Structure(Record, ABC):
 
         On the degrees of freedom (n_dof, 1 or 2), and shares of known patterns (n_patterns, ..).
         """
-        return [(part, np.zeros((0, part.shape[1]))) for part in basis.by_harmonic(shape)]
+        parts = zip(basis.harmonics, basis.by_harmonic(shape), strict=True)
+        largest = float(np.abs(shape).max(initial=0.0))
+        return [self._split(part, harmonic, largest) for harmonic, part in parts]
+
+    def _split(
+        self, part: FloatArray, harmonic: int, largest: float
+    ) -> tuple[FloatArray, FloatArray]:
+        """One harmonic (n_whole, 1 or 2) of a force whose ``largest`` coefficient is told."""
+        if self.interfaces is not None:
+            part = self.interfaces.felt(part, self.wave(harmonic), harmonic)
+        elif self._lift is not None:
+            part = self._lift.T @ part
+        return part, np.zeros((0, part.shape[1]))
 
     def force_shape(self, excitation: Any, basis: FourierBasis) -> FloatArray:
         """Coefficients of an excitation of unit amplitude, (n_whole, n_components)."""
+        if self.beneath is not None:
+            return self.beneath.felt_shape(excitation, basis)
         return excitation.shape(self.n_whole, basis)
 
     def force_shapes(self, excitation: Any, basis: FourierBasis) -> dict[int, FloatArray]:
@@ -635,6 +691,8 @@ class Structure(Record, ABC):
 
         By the power of the angular frequency that they go with, 0 where they do not change.
         """
+        if self.beneath is not None:
+            return self.beneath.felt_shapes(excitation, basis)
         return excitation.shapes(self, basis)
 
     def static_load(self, excitation: Any, basis: FourierBasis = AT_REST) -> FloatArray:
@@ -642,6 +700,8 @@ class Structure(Record, ABC):
 
         ValueError for one that is not 0 where a basis leaves out harmonic 0.
         """
+        if self.beneath is not None:
+            return self.beneath.felt_static(excitation, basis)
         return static_force(excitation, self.n_whole, basis)
 
     def felt(self, shape: FloatArray, basis: FourierBasis) -> FloatArray:
@@ -748,6 +808,16 @@ class Structure(Record, ABC):
 
     def _repr_html_(self) -> str:
         return as_table(type(self).__name__, rows_of(self))
+
+
+class PlacesAlone(Structure):
+    """A structure of which nothing is known but its size and its places."""
+
+    def dynamic_stiffness(
+        self, harmonic: int, frequency: float
+    ) -> tuple[ComplexArray, ComplexArray]:
+        """Raise TypeError: nobody knows."""
+        raise TypeError("structure: expected the whole structure, its matrices are not known here")
 
 
 DENSE = "_of_matrices"

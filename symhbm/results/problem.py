@@ -104,7 +104,7 @@ def _in_waves(problem: HarmonicBalance) -> dict[str, Any]:
         ]
         by_harmonic[harmonic] = rows
     order = problem.excitation.parameters.get("engine_order", model.order)
-    n_sectors = model.interfaces.n_sectors  # type: ignore[attr-defined]
+    n_sectors = model.interfaces.n_sectors
     return {"displacements": by_harmonic, "order": order, "n_sectors": n_sectors}
 
 

@@ -117,7 +117,7 @@ def test_copies_and_archives():
     point = sh.solve(problem, 0.9)
     again = sh.solve(pickle.loads(pickle.dumps(problem)), 0.9)
     assert np.array_equal(again.coefficient, point.coefficient)
-    with pytest.raises(sh.ArchiveError, match="displacements of contacts are not"):
+    with pytest.raises(sh.ArchiveError, match="do not hold displacements of contacts"):
         sh.rebuild(point)
     with pytest.raises(TypeError, match="has its structure"):
         sh.recover(problem, point, structure=chain([(10, 40)]))

@@ -37,7 +37,7 @@ def test_stresses_that_stiffen_are_in_equilibrium_with_centrifugal_forces(twiste
             position[dofs[way::3]] = twisted.basis.doflocs[way][dofs[way::3]]
         inner = twisted.basis.interior_dofs[way::3]
         position[inner] = twisted.basis.doflocs[way][inner]
-    load = twisted.disk.folded((mass @ position)[twisted.free], 0)
+    load = twisted.disk.interfaces.folded((mass @ position)[twisted.free], 0)
     kept = static[twisted.free][twisted.disk.kept]
     felt = twisted.disk.matrices(0).stiffness_matrix @ kept
     assert np.allclose(felt, load, rtol=0, atol=1e-9 * abs(load).max())

@@ -216,7 +216,7 @@ def condense(
     given = structure, masters, band, basis.harmonics, condensed, certificate, rows
     small = CondensedModel(*given)
     if isinstance(structure, RelativeModel):
-        seen = {name: each @ structure.change for name, each in seen.items()}
+        seen = {name: each @ structure._lift for name, each in seen.items()}
     return _with_outputs(small, model, seen)
 
 

@@ -88,7 +88,8 @@ def _waves(
         pairs = [pair for shapes in each for pair in zip(basis.harmonics, shapes, strict=True)]
         for harmonic, shape in pairs:
             n = bound.wave(harmonic)
-            push = bound.folded(phasors(shape) if harmonic else static.astype(complex), n)
+            phasor = phasors(shape) if harmonic else static.astype(complex)
+            push = bound.interfaces.folded(phasor, n)
             reverse = 2 * n > sector.n_sectors
             wave = found.setdefault(sector.n_sectors - n if reverse else n, _Wave([], []))
             wave.forces.append(push.conj() if reverse else push)

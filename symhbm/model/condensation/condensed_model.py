@@ -13,12 +13,13 @@ from symhbm.model.condensation.modes import modes_below, modes_near
 from symhbm.model.condensation.pole_residue import PoleResidueFunction, PoleSum
 from symhbm.model.condensation.reduced_basis import Certificate
 from symhbm.model.contacts import renumbered
+from symhbm.model.cyclic import components, phasors
 from symhbm.model.linear import LowRankSum
 from symhbm.model.matrices import Model
 from symhbm.model.outputs import Output
-from symhbm.model.places import Place, Places
+from symhbm.model.places import Place, Places, number_of
 from symhbm.model.records import NotStoredError, copied, record
-from symhbm.model.structure import AT_REST, NearModes, Structure, restored
+from symhbm.model.structure import NearModes, PlacesAlone, Structure, restored
 from symhbm.numerics import RADIANS, ComplexArray, FloatArray, FourierBasis, check
 
 _INSIDE = 1e-12
@@ -112,20 +113,32 @@ class CondensedModel(Structure):
         attributes["row_ends"] = renumbered(structure.row_ends, position.__getitem__)
         attributes["groups"] = structure.groups
         attributes["places"] = places_of(structure, structure.places, dofs, displacements)
-        self._store(**attributes, _structure=structure, displacements_kept=displacements)
+        self._store(**attributes, beneath=structure, displacements_kept=displacements)
         # The layout in memory decides how sums are rounded: it is that of what archives hold.
         given = dict(condensed=copied(condensed), certificate=copied(certificate))
         self._store(digest=self._digest(structure, condensed.patterns))
         self._set_condensed(dofs=dofs, frequency=frequency, harmonics=harmonics, **given)
 
-    def _set_condensed(self, **given: Any) -> None:
+    def _set_condensed(self, dofs: NDArray[np.intp], **given: Any) -> None:
         """Store what tells the condensed structure, and the functions of the frequency of it."""
-        self._store(**given, lumped=False, fixed_widths=given["condensed"].fixed_widths)
-        moving = [n for n in self.harmonics if n]
-        for name, whole in (("functions", "matrix"), ("undamped", "undamped")):
-            sums = getattr(self.condensed, whole)
-            bands = {n: self.band(n, self.frequency) for n in moving}
-            self._store(**{name: {n: PoleResidueFunction(sums, bands[n]) for n in moving}})
+        self._store(**given, dofs=dofs, masters=dofs, lumped=False)
+        rows = self.n_whole + self.displacements_kept
+        self._store(kept=np.concatenate([dofs[: self.n_watched], rows]))
+        self._bind()
+
+    def _in(self, harmonic: int) -> CondensedStiffness:
+        """The condensed stiffness of a harmonic."""
+        return self.condensed
+
+    def _bind(self) -> None:
+        """The functions of the frequency of each harmonic, and the resonances of what is held."""
+        moving = {n: self._in(n) for n in self.harmonics if n}
+        bands = {n: self.band(n, self.frequency) for n in moving}
+        self._store(
+            functions={n: PoleResidueFunction(of.matrix, bands[n]) for n, of in moving.items()},
+            undamped={n: PoleResidueFunction(of.undamped, bands[n]) for n, of in moving.items()},
+            _fixed={n: (of.fixed_frequencies, of.fixed_widths) for n, of in moving.items()},
+        )
 
     def fields(self) -> dict[str, Any]:
         """What makes it again, without the whole structure."""
@@ -144,16 +157,16 @@ class CondensedModel(Structure):
     def of_fields(cls, **fields: Any) -> "CondensedModel":
         """The condensed structure of its `fields`, without the whole one and contacts."""
         model = object.__new__(cls)
-        model._set_condensed(**fields, _structure=None)
+        model._store(beneath=PlacesAlone(len(fields["condensed"].patterns)))
+        model._set_condensed(**fields)
         model._set_contacts({})
         return model
 
     digest: str
     condensed: CondensedStiffness
-    fixed_widths: FloatArray
     functions: dict[int, PoleResidueFunction]
     undamped: dict[int, PoleResidueFunction]
-    _structure: Model | None
+    _fixed: dict[int, tuple[FloatArray, FloatArray]]
 
     @staticmethod
     def band(harmonic: int, frequency: tuple[float, float]) -> tuple[float, float]:
@@ -167,18 +180,12 @@ class CondensedModel(Structure):
 
         TypeError for one from an archive, which has a checksum of it alone; see `of_structure`.
         """
-        if self._structure is None:
+        if isinstance(self.beneath, PlacesAlone):
             raise TypeError(
                 "structure: this condensed structure was rebuilt from an archive, which does not "
                 "hold the whole one; give it as structure= of symhbm.recover"
             )
-        return self._structure.with_parameters(**self.parameters)
-
-    def under(self, excitation: Any) -> Structure:
-        """The structure as an excitation moves it; ValueError for one that does not fit."""
-        if self._structure is not None:
-            self._structure.under(excitation)
-        return self
+        return self.beneath.with_parameters(**self.parameters)
 
     def of_structure(self, structure: Any) -> "CondensedModel":
         """The same with the whole structure that it was condensed from, given again.
@@ -201,15 +208,14 @@ class CondensedModel(Structure):
         whole |= {n: renumbered(getattr(self, n), number) for n in ("contacts", "row_ends")}
         whole |= dict(groups=self.groups, lumped=structure.lumped, places=structure.places)
         other = object.__new__(type(self))
-        other._store(**vars(self) | {"_structure": restored(whole, Model)})
+        other._store(**vars(self) | {"beneath": restored(whole, Model)})
         return other
 
     def number_of(self, place: Place) -> int:
         """The number of a place in the whole structure, which forces act on."""
-        if self._structure is not None:
-            return self._structure.number_of(place)
-        number = super().number_of(place)
-        return int(self.dofs[number]) if isinstance(place, str) else number
+        if isinstance(place, str) and self.beneath.places is None:  # of an archive
+            return int(self.dofs[number_of(self.places, place, self.n_whole)])
+        return super().number_of(place)
 
     def seen(self, output: Output) -> Any:
         """Rows of an output of the whole structure by what is kept; ValueError for others."""
@@ -223,19 +229,9 @@ class CondensedModel(Structure):
         )
 
     @property
-    def masters(self) -> NDArray[np.intp]:
-        """The degrees of freedom that are kept among those of the equations of the structure."""
-        return self.dofs
-
-    @property
     def n_dof(self) -> int:
         """Number of degrees of freedom that are kept."""
         return len(self.dofs)
-
-    @property
-    def n_whole(self) -> int:
-        """Number of degrees of freedom of the whole structure."""
-        return len(self.condensed.patterns)
 
     @property
     def n_watched(self) -> int:
@@ -252,22 +248,6 @@ class CondensedModel(Structure):
                 digest.update(np.ascontiguousarray(array).tobytes())
         digest.update(np.array(structure.loss_factor).tobytes())
         return digest.hexdigest()
-
-    def share(self, shape: FloatArray) -> FloatArray:
-        """Coefficients (n_patterns, n) of force patterns (n_whole, n) by the known patterns.
-
-        ValueError where a force is no sum of known patterns and forces on kept degrees of freedom.
-        """
-        inside = shape.copy()
-        inside[self.dofs] = 0.0
-        share = self.condensed.patterns.T @ inside
-        rest = np.abs(inside - self.condensed.patterns @ share).max(axis=1)
-        if rest.max() > _INSIDE * np.abs(shape).max():
-            raise ValueError(
-                f"excitation: the condensed structure does not know this force (on degree of "
-                f"freedom {int(rest.argmax())}); give it to condense, alone or in a list"
-            )
-        return share
 
     def check_frequencies(self, name: str, values: ArrayLike) -> None:
         """Raise ValueError unless frequencies [Hz] are within the band of the condensation."""
@@ -288,14 +268,6 @@ class CondensedModel(Structure):
             )
 
     @property
-    def kept(self) -> NDArray[np.intp]:
-        """The degrees of freedom that are kept, as the structure numbers them.
-
-        Displacements of contacts are numbered from its number of degrees of freedom on.
-        """
-        return np.concatenate([self.dofs[: self.n_watched], self.n_whole + self.displacements_kept])
-
-    @property
     def bends(self) -> bool:
         """That it does: its poles have all derivatives."""
         return True
@@ -303,12 +275,12 @@ class CondensedModel(Structure):
     @property
     def modal(self) -> ModalMatrices | None:
         """Matrices of what is kept and of the modes inside, None where they are large."""
-        return self.condensed.modal
+        return self._in(0).modal
 
     @property
     def inertia(self) -> FloatArray:
         """Inertia of the kept degrees of freedom and of the quasi-static interior [kg]."""
-        return self.condensed.undamped.polynomial[2].real
+        return self._in(next(iter(self.functions))).undamped.polynomial[2].real
 
     @property
     def pole_residues(self) -> dict[int, PoleResidueFunction]:
@@ -318,7 +290,7 @@ class CondensedModel(Structure):
     @property
     def static_stiffness(self) -> Any:
         """Condensed stiffness at rest, sparse."""
-        return sp.csc_array(self.condensed.static[:, : self.n_dof].real)
+        return sp.csc_array(self._in(0).static[:, : self.n_dof].real)
 
     def dynamic_stiffness(
         self, harmonic: int, frequency: float
@@ -330,35 +302,15 @@ class CondensedModel(Structure):
     def linear_forces(self, harmonic: int, frequency: float) -> tuple[ComplexArray, ComplexArray]:
         """``[Z, G]`` of one harmonic and its derivative by the frequency."""
         if harmonic == 0:
-            static = self.condensed.static.astype(complex)
+            static = self._in(0).static.astype(complex)
             return static, np.zeros_like(static)
         value, slope = self.functions[harmonic](harmonic * frequency)
         return value, harmonic * slope
 
-    def force_shape(self, excitation: Any, basis: FourierBasis) -> FloatArray:
-        """Coefficients of an excitation of unit amplitude on the whole structure."""
-        if self._structure is None:
-            return super().force_shape(excitation, basis)
-        return self._structure.felt_shape(excitation, basis)
-
-    def force_shapes(self, excitation: Any, basis: FourierBasis) -> dict[int, FloatArray]:
-        """The same by the power of the angular frequency."""
-        if self._structure is None:
-            return super().force_shapes(excitation, basis)
-        return self._structure.felt_shapes(excitation, basis)
-
     def as_felt(self, excitation: Any, basis: FourierBasis) -> Any:
         """An excitation on the degrees of freedom of the whole structure, which archives lack."""
-        if self._structure is None:
-            return excitation
-        felt = self._structure.as_felt(excitation, basis)
-        return felt.on(self._structure) if felt.of_matrices else felt
-
-    def static_load(self, excitation: Any, basis: FourierBasis = AT_REST) -> FloatArray:
-        """What of an excitation does not oscillate, on the whole structure [N]."""
-        if self._structure is None:
-            return super().static_load(excitation, basis)
-        return self._structure.felt_static(excitation, basis)
+        felt = self.beneath.as_felt(excitation, basis)
+        return felt.on(self.beneath) if felt.of_matrices else felt
 
     def forces_curvature(self, harmonic: int, frequency: float) -> ComplexArray:
         """Second derivative of `linear_forces` by the frequency, from the same poles."""
@@ -366,16 +318,38 @@ class CondensedModel(Structure):
             return np.zeros_like(self.linear_forces(0, frequency)[0])
         return harmonic**2 * self.functions[harmonic].curvature(harmonic * frequency)
 
-    def split_force(
-        self, shape: FloatArray, basis: FourierBasis
-    ) -> list[tuple[FloatArray, FloatArray]]:
-        """A force on the whole structure: on kept degrees of freedom, shares of known patterns."""
-        parts = map(basis.by_harmonic, (shape[self.dofs], self.share(shape)))
-        return list(zip(*parts, strict=True))
+    def _split(
+        self, part: FloatArray, harmonic: int, largest: float
+    ) -> tuple[FloatArray, FloatArray]:
+        """One harmonic of a force: on kept degrees of freedom, and shares of known patterns.
+
+        ValueError where it is no sum of known patterns and forces on kept degrees of freedom.
+        """
+        inside, _ = super()._split(part, harmonic, largest)
+        own = inside[self.masters]
+        inside = inside.copy()
+        inside[self.masters] = 0.0
+        patterns, wave = self._in(harmonic).patterns, self.wave(harmonic)
+        share = patterns.conj().T @ phasors(inside)
+        rest = np.abs(phasors(inside) - patterns @ share)
+        if rest.max() > _INSIDE * largest:
+            dof = int(np.arange(self.n_whole)[self._of_equations][rest.argmax()])
+            what = "structure" if wave is None else "sector"
+            where = "" if wave is None else f" in harmonic {harmonic}"
+            raise ValueError(
+                f"excitation: the condensed {what} does not know this force (on degree of freedom "
+                f"{dof}{where}); give it to condense, alone or in a list"
+            )
+        return own, components(share, harmonic)
+
+    @property
+    def _of_equations(self) -> Any:
+        """Which degrees of freedom the condensed equations were of."""
+        return slice(None)
 
     def fixed_in(self, harmonic: int) -> tuple[FloatArray, FloatArray]:
         """Fixed-interface natural frequencies and half widths of a harmonic, (n,) [rad/s]."""
-        return self.condensed.fixed_frequencies, self.fixed_widths
+        return self._fixed[harmonic]
 
     def modes_below(self, harmonic: int, frequency: float, springs: FloatArray) -> int:
         """Number of natural frequencies below a harmonic, counted exactly."""

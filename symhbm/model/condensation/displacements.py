@@ -12,66 +12,20 @@ from symhbm.model.contacts import Weights
 from symhbm.model.cyclic import Sector
 from symhbm.model.linear import LowRankSum, RelativeCoordinates
 from symhbm.model.matrices import Model
-from symhbm.model.outputs import Output
-from symhbm.model.places import Place
-from symhbm.model.structure import AT_REST, Matrices, Structure, restored
-from symhbm.numerics import FloatArray, FourierBasis
+from symhbm.model.structure import Matrices, Structure, restored
+from symhbm.numerics import FloatArray
 
 
 class RelativeModel(Model):
     """A `Model` whose motion is ``x = T z``: displacements of contacts are some of the ``z``.
 
-    Its matrices are ``T^T M T``, and so on; forces are those on the ``whole`` structure.
+    Its matrices are ``T^T M T``, and so on; forces are those on the structure ``beneath``.
     """
-
-    whole: Model
-    change: Any
-
-    def split_force(
-        self, shape: FloatArray, basis: FourierBasis
-    ) -> list[tuple[FloatArray, FloatArray]]:
-        """A force on the whole structure as the coordinates feel it, harmonic by harmonic."""
-        parts = self.whole.split_force(shape, basis)
-        return [(self.change.T @ own, share) for own, share in parts]
-
-    def expanded(self, motion: Any, nodal_diameter: int | None = None) -> Any:
-        """Motion (n_whole, n) of the whole structure from that (n_dof, n) of the coordinates."""
-        return self.whole.expanded(self.change @ motion, nodal_diameter)
-
-    def seen(self, output: Output) -> Any:
-        """Rows of an output of the whole structure by the coordinates."""
-        return sp.csr_array(self.whole.seen(output)) @ self.change
-
-    def number_of(self, place: Place) -> int:
-        """The number of a place in the whole structure, which forces act on."""
-        return self.whole.number_of(place)
-
-    def under(self, excitation: Any) -> Structure:
-        """Itself; ValueError for an excitation that does not fit."""
-        self.whole.under(excitation)
-        return self
-
-    def force_shape(self, excitation: Any, basis: FourierBasis) -> FloatArray:
-        """Coefficients of an excitation of unit amplitude on the whole structure."""
-        return self.whole.force_shape(excitation, basis)
-
-    def force_shapes(self, excitation: Any, basis: FourierBasis) -> dict[int, FloatArray]:
-        """The same by the power of the angular frequency."""
-        return self.whole.force_shapes(excitation, basis)
-
-    def static_load(self, excitation: Any, basis: FourierBasis = AT_REST) -> FloatArray:
-        """What of an excitation does not oscillate, on the whole structure [N]."""
-        return self.whole.static_load(excitation, basis)
-
-    @property
-    def n_whole(self) -> int:
-        """Number of degrees of freedom that forces may act on."""
-        return self.whole.n_whole
 
     @property
     def contact_coordinates(self) -> FloatArray:
         """Where contacts are, (n_contacts, 3) [m]."""
-        return self.whole.contact_coordinates
+        return self.beneath.contact_coordinates
 
 
 def in_displacements(
@@ -101,8 +55,8 @@ def in_displacements(
         row_ends=tuple(ends),
         contacts=tuple(each[0] if len(each) == 1 else each for each in of_contacts),
         lumped=False,
-        whole=structure,
-        change=change,
+        beneath=structure,
+        _lift=change,
     )
     return restored(matrices | values, RelativeModel), coordinates
 

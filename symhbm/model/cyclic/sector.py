@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from functools import cached_property
 from typing import Any, Self
 
 import numpy as np
@@ -15,8 +14,6 @@ from symhbm.model.cyclic.influence import Coupling, Influence
 from symhbm.model.cyclic.waves import (
     Interfaces,
     check_geometry,
-    components,
-    displacements,
     phasors,
     rotation_of,
 )
@@ -24,11 +21,10 @@ from symhbm.model.excitation import EngineOrder, Excitation, StaticLoad, sector_
 from symhbm.model.linear import RelativeCoordinates
 from symhbm.model.matrices import Model
 from symhbm.model.outputs import Output
-from symhbm.model.places import NextSector, Places
 from symhbm.model.polynomial import PolynomialStructure
 from symhbm.model.rotation import RotatingModel
-from symhbm.model.structure import AT_REST, DENSE, Matrices
-from symhbm.numerics import ComplexArray, FloatArray, FourierBasis, check
+from symhbm.model.structure import DENSE, Matrices
+from symhbm.numerics import FourierBasis, check
 
 LARGEST = 300
 """Degrees of freedom of a sector that is balanced as it is: larger ones are condensed."""
@@ -106,7 +102,6 @@ class Sector(PolynomialStructure):
 
     structure: Model
     interfaces: Interfaces
-    order: int | None
     influences: tuple[Coupling, ...]
     blade: Blade | None = None
     _waves: dict[int, Matrices]
@@ -135,7 +130,7 @@ class Sector(PolynomialStructure):
         check_geometry(places, *ends, rotation, n_sectors)
         others = np.setdiff1d(np.arange(structure.n_dof), ends[1])
         interfaces = Interfaces(n_sectors, *ends, others, turned)
-        self._store(structure=structure, interfaces=interfaces, order=None, influences=())
+        self._store(structure=structure, interfaces=interfaces, influences=())
         self._store(places=None if places is None else places.of(others))
         self._store(_turns=known, _waves={})
         self._check_turns("left", ends[0])
@@ -156,8 +151,8 @@ class Sector(PolynomialStructure):
         ``2 n_dof - 1`` of arrays of weights.
         """
         other = object.__new__(type(self))
-        kept = ("structure", "places", "interfaces", "order", "influences", "_turns", "_waves")
-        other._store(**{name: getattr(self, name) for name in kept}, outputs=dict(self.outputs))
+        names = ("structure", "places", "interfaces", "order", "influences", "_turns", "_waves")
+        other._store(**{name: getattr(self, name) for name in names}, outputs=dict(self.outputs))
         other._set_contacts(groups)
         return other
 
@@ -166,38 +161,24 @@ class Sector(PolynomialStructure):
         beyond = np.unique(self._directions_as_named.nonzero()[1]) - self.n_whole
         self._check_turns("next_sector", beyond[beyond >= 0])
 
-    def number_of(self, place: Any) -> int:
-        """Number of a place among the degrees of freedom of this sector, then of the next."""
-        if isinstance(place, NextSector):
-            return self.n_whole + self.structure.number_of(place.place)
-        return self.structure.number_of(place)
+    @property
+    def beneath(self) -> Model:  # type: ignore[override]
+        """The structure of the sector."""
+        return self.structure
 
     @property
-    def reduced_from(self) -> int | None:
+    def kept(self) -> NDArray[np.intp]:  # type: ignore[override]
+        """The degrees of freedom that are not right, as the structure numbers them.
+
+        Of a reduced one as the structure numbers them that it was made from.
+        """
+        kept = self.structure.kept
+        return self.interfaces.others if kept is None else kept[self.interfaces.others]
+
+    @property
+    def reduced_from(self) -> int | None:  # type: ignore[override]
         """That of its structure."""
         return self.structure.reduced_from
-
-    @property
-    def contact_coordinates(self) -> FloatArray:
-        """Where contacts are, amid their nodes in this sector, (n_contacts, 3) [m]."""
-        rows = self._directions_as_named.tolil().rows
-        own = [{dof for row in each for dof in rows[row]} for each in self.contact_rows]
-        inside = [{dof for dof in dofs if dof < self.n_whole} or dofs for dofs in own]
-        places = self.structure.places
-        result = np.zeros((self.n_contacts, 3))
-        for j, dofs in enumerate(inside):
-            chosen = np.array(sorted(dofs)) % self.n_whole
-            _, first = np.unique(places.node[chosen], return_index=True)
-            result[j] = places.coordinates[chosen][first].mean(axis=0)
-        return result
-
-    @property
-    def _n_named(self) -> int:
-        return 2 * self.n_whole
-
-    @property
-    def _places_of_contacts(self) -> Places | None:
-        return self.structure.places
 
     @property
     def n_numbered(self) -> int:
@@ -210,28 +191,9 @@ class Sector(PolynomialStructure):
         return self.interfaces.n_sectors
 
     @property
-    def nodal_diameters(self) -> range:
-        """Nodal diameters that differ, 0 to N / 2."""
-        return range(self.n_sectors // 2 + 1)
-
-    @property
     def n_dof(self) -> int:
         """Number of degrees of freedom of a sector that are not right."""
         return len(self.interfaces.others)
-
-    @property
-    def n_whole(self) -> int:
-        """Number of degrees of freedom of a sector."""
-        return self.structure.n_dof
-
-    @property
-    def kept(self) -> NDArray[np.intp]:
-        """The degrees of freedom that are not right, as the structure numbers them.
-
-        Of a reduced one as the structure numbers them that it was made from.
-        """
-        kept = self.structure.kept
-        return self.interfaces.others if kept is None else kept[self.interfaces.others]
 
     def seen(self, output: Output) -> Any:
         """Rows of an output over the degrees of freedom of a sector that are not right.
@@ -247,18 +209,6 @@ class Sector(PolynomialStructure):
                 "sector"
             )
         return rows[:, self.interfaces.others]
-
-    def force_shape(self, excitation: Excitation, basis: FourierBasis) -> FloatArray:
-        """Coefficients of an excitation of unit amplitude on one sector."""
-        return self.structure.felt_shape(excitation, basis)
-
-    def force_shapes(self, excitation: Excitation, basis: FourierBasis) -> dict[int, FloatArray]:
-        """Coefficients on one sector, by the power of the angular frequency."""
-        return self.structure.felt_shapes(excitation, basis)
-
-    def static_load(self, excitation: Excitation, basis: FourierBasis = AT_REST) -> FloatArray:
-        """What of an excitation does not oscillate, on one sector, (n_whole,) [N]."""
-        return self.structure.felt_static(excitation, basis)
 
     @property
     def loss_factor(self) -> float:  # type: ignore[override]
@@ -339,12 +289,6 @@ class Sector(PolynomialStructure):
         """That along which the structure changes with the speed, None where it does not."""
         return self.structure.engine_order
 
-    def wave(self, harmonic: int) -> int:
-        """Nodal diameters of a harmonic, 0 to N - 1; ValueError without an engine order."""
-        if self.order is None and harmonic:
-            raise ValueError("order=None: expected a sector under an engine order")
-        return harmonic * (self.order or 0) % self.n_sectors
-
     def matrices(self, nodal_diameter: int | None = None) -> Matrices:
         """``B^H M B``, ``B^H C B`` and ``B^H K B`` of a wave, sparse (n_dof, n_dof), Hermitian.
 
@@ -380,57 +324,9 @@ class Sector(PolynomialStructure):
                     return False
         return True
 
-    def _wave_of(self, nodal_diameter: int | None) -> int:
-        if nodal_diameter is None:
-            raise ValueError(
-                "nodal_diameter=None: expected a number of nodal diameters, a sector moves in waves"
-            )
-        return check.integer("nodal_diameter", nodal_diameter) % self.n_sectors
-
-    def directions_of(self, nodal_diameter: int | None = None) -> Any:
-        """Directions ``w`` of all displacements in a wave, sparse (n_rows, n_dof), complex."""
-        named, n = self._directions_as_named, self._wave_of(nodal_diameter)
-        return self.interfaces.displacements(n, named)
-
     def expanded(self, motion: Any, nodal_diameter: int | None = None) -> Any:
         """Motion of all degrees of freedom of the sector from that of those that are not right."""
         return self.interfaces.expansion(self._wave_of(nodal_diameter)) @ motion
-
-    def directions_in(self, harmonic: int) -> Any:
-        """Directions in one harmonic (n_rows, n_dof), complex."""
-        return self.directions_of(self.wave(harmonic))
-
-    @cached_property
-    def directions(self) -> Any:
-        """Directions of a constant motion, sparse (n_rows, n_dof)."""
-        return self.directions_of(0)
-
-    def displacements(self, basis: FourierBasis) -> Any:
-        """Coefficients of all displacements from those of the degrees of freedom, flattened."""
-        return displacements(self.directions_in, basis)
-
-    @property
-    def touched(self) -> set[int]:
-        """Degrees of freedom that contacts act on, of those that are not right."""
-        reach = abs(self.interfaces.expansion(0))
-        named = abs(self._directions_as_named)
-        turned = abs(self.interfaces.rotation)
-        columns = ((named[:, : self.n_whole] + named[:, self.n_whole :] @ turned) @ reach).nonzero()
-        return {*self.interfaces.others[np.unique(columns[1])].tolist()}
-
-    def folded(self, force: ComplexArray, nodal_diameter: int) -> ComplexArray:
-        """A force on a sector (n_whole, n) as its degrees of freedom feel it, ``B^H f``."""
-        return self.interfaces.expansion(nodal_diameter).conj().T @ force
-
-    def split_force(
-        self, shape: FloatArray, basis: FourierBasis
-    ) -> list[tuple[FloatArray, FloatArray]]:
-        """A force on a sector as its degrees of freedom feel it in each harmonic."""
-        parts = []
-        for harmonic, part in zip(basis.harmonics, basis.by_harmonic(shape), strict=True):
-            folded = self.folded(phasors(part), self.wave(harmonic))
-            parts.append((components(folded, harmonic), np.zeros((0, part.shape[1]))))
-        return parts
 
     @property
     def static_stiffness(self) -> Any:
@@ -457,7 +353,7 @@ class Sector(PolynomialStructure):
         """The sector of its `fields`, without contacts."""
         places, others = fields["structure"].places, fields["interfaces"].others
         places = None if places is None else places.of(others)
-        return super().of_fields(**fields, order=None, places=places, _waves={})
+        return super().of_fields(**fields, places=places, _waves={})
 
     def as_felt(self, excitation: Excitation, basis: FourierBasis) -> Excitation:
         """An excitation on the sector itself, of one reduced from a larger one."""

@@ -86,6 +86,26 @@ class Interfaces(NamedTuple):
         beyond = turn(n, self.n_sectors) * (directions[:, n_dof:] @ self.rotation)
         return ((directions[:, :n_dof] + beyond) @ self.expansion(n)).tocsr()
 
+    def touched(self, directions: Any) -> set[int]:
+        """Degrees of freedom, of the ``others``, that directions (n_rows, 2 n_dof) act on."""
+        n_dof, named = self.rotation.shape[0], abs(directions)
+        whole = named[:, :n_dof] + named[:, n_dof:] @ abs(self.rotation)
+        columns = (whole @ abs(self.expansion(0))).nonzero()[1]
+        return {*self.others[np.unique(columns)].tolist()}
+
+    def felt(self, part: FloatArray, n: int, harmonic: int) -> FloatArray:
+        """Coefficients of a force in one harmonic as the ``others`` feel it in a wave."""
+        return components(self.folded(phasors(part), n), harmonic)
+
+    def folded(self, force: ComplexArray, n: int) -> ComplexArray:
+        """A force on a sector (n_dof, n) as the ``others`` feel it in a wave, ``B^H f``."""
+        return self.expansion(n).conj().T @ force
+
+    @staticmethod
+    def coefficients(directions: Callable[[int], Any], basis: FourierBasis) -> Any:
+        """Coefficients of displacements, see `displacements`."""
+        return displacements(directions, basis)
+
 
 def displacements(directions: Callable[[int], Any], basis: FourierBasis) -> Any:
     """Coefficients of displacements from those of degrees of freedom, sparse, all flattened.

@@ -7,7 +7,7 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import ArrayLike
 
 from symhbm.model.contacts import Contacts
 from symhbm.model.cyclic import Sector
@@ -39,12 +39,13 @@ class MistunedRing(DeviatingModel):
     """
 
     sector: Sector
-    _spread: Any
     stored_as = DeviatingModel
 
     def __init__(self, sector: Sector, **deviations: Any):
         model = sector.structure
-        self._store(sector=sector, _spread=_spread(sector))
+        firsts = np.arange(sector.n_sectors) * model.n_whole
+        kept = (firsts[:, None] + sector.kept).ravel()
+        self._store(sector=sector, _lift=_spread(sector), kept=kept)
         damping, stiffness = self._of_influences()
         base, blades = {}, {}
         for name, added in (("mass", 0), ("stiffness", stiffness)):
@@ -57,7 +58,7 @@ class MistunedRing(DeviatingModel):
         if structural is not None:
             base["loss"] = sp.csc_array(model.loss_factor * (base["stiffness"] - stiffness))
         self._store(speed=model.speed)
-        super().__init__(base, blades, _contacts(sector, self._spread), structural, **deviations)
+        super().__init__(base, blades, _contacts(sector, self._lift), structural, **deviations)
         self._store(outputs={n: self._around(out) for n, out in sector.outputs.items()})
 
     def _around(self, output: Output) -> Output:
@@ -66,7 +67,7 @@ class MistunedRing(DeviatingModel):
         rows = sp.lil_array((output.rows.shape[0], self.sector.n_whole))
         rows[:, ends.others] = output.rows
         each = sp.kron(sp.eye_array(ends.n_sectors), rows.tocsr())
-        return replace(output, several=True).of(each @ self._spread)
+        return replace(output, several=True).of(each @ self._lift)
 
     def seen(self, output: Output) -> Any:
         """Rows of an output of the whole disk by the degrees of freedom of the ring."""
@@ -75,12 +76,12 @@ class MistunedRing(DeviatingModel):
             model.seen(output.of(output.rows[:, j * size : (j + 1) * size]))
             for j in range(self.sector.n_sectors)
         ]
-        return sp.hstack([sp.csr_array(part) for part in parts]).tocsr() @ self._spread
+        return sp.hstack([sp.csr_array(part) for part in parts]).tocsr() @ self._lift
 
     def _of_each(self, matrix: Any) -> list[Any]:
         """A matrix of one sector as each of them has it among the degrees of freedom of all."""
         size = self.sector.n_whole
-        rows = [self._spread[j * size : (j + 1) * size] for j in range(self.sector.n_sectors)]
+        rows = [self._lift[j * size : (j + 1) * size] for j in range(self.sector.n_sectors)]
         return [sp.coo_array(row.T @ matrix @ row) for row in rows]
 
     def _of_influences(self) -> tuple[Any, Any]:
@@ -88,7 +89,7 @@ class MistunedRing(DeviatingModel):
         n, every = self.sector.n_sectors, np.arange(self.sector.n_sectors)
         damping = stiffness = sp.csc_array((self.n_dof, self.n_dof))
         for influence in self.sector.influences:
-            along = self._spread.T @ sp.kron(sp.eye_array(n), influence.column)
+            along = self._lift.T @ sp.kron(sp.eye_array(n), influence.column)
             parts = zip(*influence[1:], strict=True)
             for distance, of_stiffness, of_damping in parts:
                 ahead = sp.csr_array((np.ones(n), (every, (every + distance) % n)), shape=(n, n))
@@ -105,8 +106,8 @@ class MistunedRing(DeviatingModel):
     def _assembled(self, matrix: Any, blade: Any, added: Any = 0) -> Any:
         """Sum of one matrix of all sectors, with places for the entries of the blades."""
         every = sp.eye_array(self.sector.n_sectors)
-        whole = self._spread.T @ sp.kron(every, matrix) @ self._spread + added
-        places = abs(self._spread.T) @ sp.kron(every, abs(blade)) @ abs(self._spread)
+        whole = self._lift.T @ sp.kron(every, matrix) @ self._lift + added
+        places = abs(self._lift.T) @ sp.kron(every, abs(blade)) @ abs(self._lift)
         result = sp.csc_array(abs(whole) + places)
         result.sort_indices()
         result.data = (_places(result, [sp.coo_array(whole)]) @ np.ones(1)).astype(float)
@@ -129,18 +130,12 @@ class MistunedRing(DeviatingModel):
     @property
     def n_dof(self) -> int:
         """Number of degrees of freedom."""
-        return self._spread.shape[1]
+        return self._lift.shape[1]
 
     @property
     def n_whole(self) -> int:
         """Degrees of freedom of all sectors of the disk it was made from, sector by sector."""
         return self.sector.n_sectors * self.sector.structure.n_whole
-
-    @property
-    def kept(self) -> NDArray[np.intp]:
-        """The degrees of freedom, as those of the whole disk are numbered sector by sector."""
-        firsts = np.arange(self.sector.n_sectors) * self.sector.structure.n_whole
-        return (firsts[:, None] + self.sector.kept).ravel()
 
     def under(self, excitation: Excitation) -> MistunedRing:
         """The ring itself: it takes the pattern of a sector, too."""
@@ -154,7 +149,7 @@ class MistunedRing(DeviatingModel):
 
     def expanded(self, motion: Any, nodal_diameter: int | None = None) -> Any:
         """Motion (n_whole, n) of all sectors of the whole disk from that (n_dof, n) of the ring."""
-        each = np.split(self._spread @ motion, self.sector.n_sectors)
+        each = np.split(self._lift @ motion, self.sector.n_sectors)
         return np.concatenate([self.sector.structure.expanded(part) for part in each])
 
     def force_shape(self, excitation: Excitation, basis: FourierBasis) -> FloatArray:
@@ -207,14 +202,13 @@ class MistunedRing(DeviatingModel):
             return np.tile(own, self.sector.n_sectors)
         return super().static_load(excitation, basis)
 
-    def split_force(
-        self, shape: FloatArray, basis: FourierBasis
-    ) -> list[tuple[FloatArray, FloatArray]]:
-        """A force on the whole disk (n_whole, n) as the degrees of freedom feel it."""
-        model = self.sector.structure
-        each = shape.reshape(self.sector.n_sectors, model.n_whole, -1)
-        felt = np.concatenate([model.felt(part, basis) for part in each])
-        return super().split_force(self._spread.T @ felt, basis)
+    def _split(
+        self, part: FloatArray, harmonic: int, largest: float
+    ) -> tuple[FloatArray, FloatArray]:
+        """One harmonic of a force on the whole disk, sector by sector."""
+        each = part.reshape(self.sector.n_sectors, -1, part.shape[1])
+        felt = [self.sector.structure._split(own, harmonic, largest)[0] for own in each]
+        return super()._split(np.concatenate(felt), harmonic, largest)
 
     def as_felt(self, excitation: Excitation, basis: FourierBasis) -> Excitation:
         """An excitation as the degrees of freedom of the ring feel it."""

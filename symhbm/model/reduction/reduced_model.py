@@ -9,11 +9,10 @@ from numpy.typing import NDArray
 from symhbm.model.contacts import renumbered
 from symhbm.model.excitation import Excitation
 from symhbm.model.matrices import Model
-from symhbm.model.outputs import Output
-from symhbm.model.places import Place, Places, number_of
 from symhbm.model.reduction.certificate import ReductionCertificate
 from symhbm.model.reduction.component import Component, projected
 from symhbm.model.reduction.deviations import force_as_felt
+from symhbm.model.structure import PlacesAlone
 from symhbm.numerics import FloatArray, FourierBasis
 
 
@@ -42,15 +41,15 @@ class ReducedModel(Model):
     fixed_frequencies: FloatArray
     modal_rows: FloatArray
     certificate: ReductionCertificate
-    whole_places: Places | None
 
     def __init__(
         self, structure: Model, dofs: NDArray[np.intp], component: Component, n_right: int = 0
     ):
         basis = component.basis
-        self._store(lumped=False, dofs=dofs, basis=basis)
+        self._store(lumped=False, dofs=dofs, basis=basis, kept=dofs, _lift=basis)
         given = structure.places
-        self._store(whole_places=given, places=None if given is None else given.of(dofs))
+        self._store(places=None if given is None else given.of(dofs), reduced_from=len(basis))
+        self._store(beneath=PlacesAlone(len(basis), places=given))
         natural = np.sqrt(np.maximum(component.squares, 0.0)) / (2 * np.pi)
         self._store(fixed_frequencies=natural, modal_rows=component.modal_rows)
         if structure.damping is not None:
@@ -80,45 +79,12 @@ class ReducedModel(Model):
     def _put_matrix(self, name: str, matrix: FloatArray) -> None:
         self._store(**{name: sp.csc_array(matrix)})
 
-    @property
-    def n_whole(self) -> int:
-        """Number of degrees of freedom of the whole structure."""
-        return len(self.basis)
-
-    @property
-    def kept(self) -> NDArray[np.intp]:
-        """The degrees of freedom that are kept, as the whole structure numbers them."""
-        return self.dofs
-
-    @property
-    def reduced_from(self) -> int:
-        """The number of those of the whole structure."""
-        return self.n_whole
-
-    def expanded(self, motion: Any, nodal_diameter: int | None = None) -> Any:
-        """Motion (n_whole, n) of the whole structure from that (n_dof, n) of what is kept."""
-        return self.basis @ motion
-
-    def number_of(self, place: Place) -> int:
-        """The number of a place in the whole structure, which forces act on."""
-        return number_of(self.whole_places, place, self.n_whole)
-
-    def seen(self, output: Output) -> Any:
-        """Rows of an output of the whole structure by what is kept."""
-        return output.rows @ self.basis
-
     def with_contacts(self, **groups: Any) -> NoReturn:
         """Raise TypeError: it is reduced to the contacts that it has."""
         raise TypeError(
             "with_contacts: expected a whole structure, this one is reduced to its contacts; "
             "reduce the structure with the others"
         )
-
-    def split_force(
-        self, shape: FloatArray, basis: FourierBasis
-    ) -> list[tuple[FloatArray, FloatArray]]:
-        """A force on the whole structure as the kept degrees of freedom feel it."""
-        return super().split_force(self.basis.T @ shape, basis)
 
     def as_felt(self, excitation: Excitation, basis: FourierBasis) -> Excitation:
         """An excitation as the kept degrees of freedom feel it."""

@@ -61,7 +61,7 @@ def test_condensed_stiffness_is_that_of_all_equations(order):
         for harmonic in (1, 2):
             n, s = small.wave(harmonic), 2 * np.pi * hertz * harmonic
             cosine = 2 * harmonic - 2
-            push = disk.folded(shape[:, cosine] - 1j * shape[:, cosine + 1], n)
+            push = disk.interfaces.folded(shape[:, cosine] - 1j * shape[:, cosine + 1], n)
             exact = direct(disk, n, s, push)[masters]
             load = problem.force(2 * np.pi * hertz)[:, cosine : cosine + 2] @ [1, -1j]
             stiffness, slope = small.dynamic_stiffness(harmonic, s / harmonic)
