@@ -1,6 +1,6 @@
 """The equations of harmonic balance, Eqs. (9)-(11), and their derivatives to second order."""
 
-from symhbm.balance.batch import check_each, compile_checks, locate_each, values_at_each
+from symhbm.balance.batch import check_each, compile_checks, locate_each, motions_at_each
 from symhbm.balance.contact_springs import by_row, contact_springs
 from symhbm.balance.contact_states import ContactStates
 from symhbm.balance.contacts import BalancedContacts, BalancedGroup
@@ -40,7 +40,7 @@ __all__ = [
     "is_held",
     "locate_each",
     "matrices_in",
+    "motions_at_each",
     "slip_angles",
     "unforced",
-    "values_at_each",
 ]

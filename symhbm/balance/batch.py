@@ -10,7 +10,7 @@ from symhbm.balance.contact_states import ContactStates
 from symhbm.balance.contacts import BalancedGroup
 from symhbm.balance.equations import Equations
 from symhbm.balance.harmonic_balance import HarmonicBalance
-from symhbm.model.contacts import FREE
+from symhbm.model.contacts import FREE, Motions
 from symhbm.numerics import Compiled, FloatArray, to_machine_code
 
 
@@ -91,15 +91,26 @@ def _check_function(equations: Equations) -> ca.Function:
     return ca.Function("check", inputs, [residual, magnitude, *events])
 
 
-def values_at_each(
-    problems: Sequence[HarmonicBalance], group: BalancedGroup
-) -> dict[str, FloatArray]:
-    """Values of the contacts of a group in several problems of one structure, one after another."""
+def motions_at_each(
+    problems: Sequence[HarmonicBalance],
+    group: BalancedGroup,
+    relative: FloatArray,
+    frequencies: FloatArray,
+) -> Motions:
+    """Motions of a group in several problems of one structure, one after another.
+
+    ``relative`` (n_points, n_rows, n_components) are the displacements of all contacts.
+    """
+    first = problems[0]
     if _are_one(problems):
-        values = problems[0].contacts.values_of(group)
-        return {name: np.tile(value, len(problems)) for name, value in values.items()}
-    each = [problem.contacts.values_of(group) for problem in problems]
-    return {name: np.concatenate([v[name] for v in each]) for name in each[0]}
+        values = first.contacts.values_of(group)
+        values = {name: np.tile(value, len(problems)) for name, value in values.items()}
+    else:
+        each = [problem.contacts.values_of(group) for problem in problems]
+        values = {name: np.concatenate([v[name] for v in each]) for name in each[0]}
+    motion = first.contacts.motions(group, relative)
+    motion = motion.reshape(-1, motion.shape[-1])
+    return Motions(first.basis, motion, np.repeat(frequencies, group.n), values)
 
 
 def _are_one(problems: Sequence[HarmonicBalance]) -> bool:
@@ -113,9 +124,6 @@ def _locate_all(
     first, located = problems[0], {}
     relative = first.layout.relative(unknowns)
     for group in first.groups:
-        motion = first.contacts.motions(group, relative)
-        values = values_at_each(problems, group)
-        at = np.repeat(frequencies, group.n)
-        flat = motion.reshape(-1, motion.shape[-1])
-        located[group.name] = group.law.locate(first.basis, flat, at, values)
+        at = motions_at_each(problems, group, relative, frequencies)
+        located[group.name] = group.law.locate(at)
     return ContactStates(located)

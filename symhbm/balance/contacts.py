@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from symhbm.balance.contact_states import ContactStates
 from symhbm.balance.unknowns import UnknownLayout
 from symhbm.model import SliderContacts, Structure, Symmetry
-from symhbm.model.contacts import ContactLaw
+from symhbm.model.contacts import ContactLaw, Motions
 from symhbm.numerics import FloatArray
 
 
@@ -93,6 +93,11 @@ class BalancedContacts:
         size = group.rows.shape[1] * self.layout.basis.n_components
         return relative.reshape(*relative.shape[:-2], group.n, size)
 
+    def at(self, group: BalancedGroup, relative: FloatArray, frequency: float) -> Motions:
+        """Motions of a group, from the displacements (n_rows, n_components) of all."""
+        motion = self.motions(group, relative)
+        return Motions(self.layout.basis, motion, frequency, self.values_of(group))
+
     def locate(
         self, unknowns: FloatArray, frequency: float, held: NDArray[np.bool_] | None = None
     ) -> ContactStates:
@@ -103,8 +108,7 @@ class BalancedContacts:
             if held is not None:
                 own = held[first : first + group.n_switches].reshape(group.n, q)
             first += group.n_switches
-            arguments = self.motions(group, relative), frequency, self.values_of(group), own
-            located[group.name] = group.law.locate(self.layout.basis, *arguments)
+            located[group.name] = group.law.locate(self.at(group, relative, frequency), own)
         return ContactStates(located)
 
     def sliders(self, frequency: float = 0.0) -> SliderContacts:
@@ -137,11 +141,13 @@ class BalancedContacts:
             own = error[..., first : first + group.n_switches].reshape(-1, q)
             first += group.n_switches
             motion = self.motions(group, relative)
-            given = self._values_at(group, values, shape)
-            at = np.repeat(frequency, shape[1] * group.n)
-            motion = motion.reshape(-1, motion.shape[-1])
-            found = group.law.margins_within(self.layout.basis, motion, own, at, given)
-            parts.append(found.reshape(*shape, -1))
+            at = Motions(
+                self.layout.basis,
+                motion.reshape(-1, motion.shape[-1]),
+                np.repeat(frequency, shape[1] * group.n),
+                self._values_at(group, values, shape),
+            )
+            parts.append(group.law.margins_within(at, own).reshape(*shape, -1))
         return np.concatenate(parts, axis=-1)
 
     @staticmethod

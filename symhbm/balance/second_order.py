@@ -16,6 +16,7 @@ import scipy.sparse as sp
 from symhbm.balance.equations import BalancedGroup, identifier
 from symhbm.balance.evaluation import Evaluation
 from symhbm.balance.harmonic_balance import HarmonicBalance, check_problem
+from symhbm.model.contacts import Motions
 from symhbm.numerics import DENSE_LIMIT, Assembly, Compiled, FloatArray, constant
 
 
@@ -120,11 +121,8 @@ class SecondOrder:
             if not group.n or not group.law.n_events(problem.basis):
                 continue
             moving = group.law.moving_events(
-                problem.basis,
+                problem.contacts.at(group, relative, frequency),
                 contacts.groups[group.name],
-                problem.contacts.motions(group, relative),
-                frequency,
-                problem.contacts.values_of(group),
                 problem.contacts.motions(group, weights),
             )
             added.append(moving.ravel())
@@ -170,15 +168,9 @@ class SecondOrder:
         spread = constant(problem.compiled[0].spreads(group)[0])
         motion = ca.reshape(ca.mtimes(spread, symbol["unknowns"]), -1, group.n)
         values = {own: symbol[identifier(name)] for own, name in group.parameters.items()}
-        each = [
-            group.law.event_variables(
-                motion[:, j], symbol["frequency"], {own: array[j] for own, array in values.items()}
-            )
-            for j in range(group.n)
-        ]
-        if any(part is None for part in each):
-            raise NotImplementedError(
-                f"{group.law!r}: expected the methods event_variables and moving_events; second "
-                "derivatives of its force need them"
-            )
+        each = []
+        for j in range(group.n):
+            of_contact = {own: array[j] for own, array in values.items()}
+            at = Motions(problem.basis, motion[:, j], symbol["frequency"], of_contact)
+            each.append(group.law.event_variables(at))
         return ca.jacobian(ca.vertcat(*each), variables)

@@ -19,7 +19,13 @@ from numpy.typing import NDArray
 from symhbm.balance import BalancedGroup, ContactStates, Evaluation, HarmonicBalance, SecondOrder
 from symhbm.continuation.between import TIE, Peak, PeakKind
 from symhbm.continuation.correctors import ON_LIMIT
-from symhbm.model.contacts import Coulomb, Loop, located_of, loops_near_limit, on_loop, travel
+from symhbm.model.contacts import (
+    Coulomb,
+    Loop,
+    Motions,
+    loops_near_limit,
+    on_loop,
+)
 from symhbm.numerics import DENSE_LIMIT, FloatArray, turning_points
 
 
@@ -102,31 +108,30 @@ class Maximum:
             states[self.on_limit if slips else []] = True
             return problem.evaluate(*solution, states)
         states = problem.locate(self.unknowns, self.frequency, self.switches)
-        group, contact, motion, values = self._at_limit
+        group, contact, at = self._at_limit
         assert isinstance(group.law, Coulomb)
-        stiffness, limit = (float(part[0]) for part in group.law.sliders(self.frequency, values))
+        sliders = group.law.sliders(self.frequency, at.values)
+        stiffness, limit = (float(part[0]) for part in sliders)
         state = on_loop(
             states.groups[group.name].details,
             problem.basis,
-            motion,
+            at.motion[0],
             stiffness,
             limit,
             replace(self.loop, contact=contact),
             slips,
         )
-        held = {group.name: located_of(state, state.vector)}
+        held = {group.name: state.located(state.vector)}
         return problem.evaluate(*solution, self.switches, ContactStates(states.groups | held))
 
     @property
-    def _at_limit(self) -> tuple[BalancedGroup, int, FloatArray, dict[str, FloatArray]]:
-        """Of the contact of a corner: group, number within, motion (m K,) and values (1,)."""
+    def _at_limit(self) -> tuple[BalancedGroup, int, Motions]:
+        """Of the contact of a corner: its group, number within, and its motion."""
         problem = self.problem
         group, contact, _ = problem.contacts.switch(self.contact)
-        motion = problem.contacts.motions(group, problem.layout.relative(self.unknowns))[contact]
-        values = {
-            name: array[[contact]] for name, array in problem.contacts.values_of(group).items()
-        }
-        return group, contact, motion, values
+        relative = problem.layout.relative(self.unknowns)
+        at = problem.contacts.at(group, relative, self.frequency).of([contact])
+        return group, contact, at
 
     def moved(self, unknowns: FloatArray, frequency: float) -> "Maximum":
         """The same maximum at other unknowns and another frequency."""
@@ -199,9 +204,9 @@ class Maximum:
         if self.kind == MaximumKind.EDGE:
             row[self.problem.n_unknowns] = 1 / self.frequency
         elif self.kind == MaximumKind.CORNER:
-            group, contact, motion, _ = self._at_limit
+            group, contact, at = self._at_limit
             gradient = self._limit[1]
-            by_motion, others = np.split(gradient, [len(motion)])
+            by_motion, others = np.split(gradient, [at.motion.size])
             row[: self.problem.n_unknowns] = self.problem.contacts.by_unknowns(
                 group, contact, by_motion
             )
@@ -211,8 +216,8 @@ class Maximum:
 
     def limit_curvature(self, second_order: SecondOrder) -> Any:
         """Second derivative of the limit of a corner by all variables, dense or sparse by size."""
-        group, contact, motion, _ = self._at_limit
-        block, size = self._limit[2], len(motion)
+        group, contact, at = self._at_limit
+        block, size = self._limit[2], at.motion.size
         rows = self.problem.contacts.by_unknowns(group, contact, np.eye(size))
         involved = np.flatnonzero(rows.any(axis=0))
         columns, places = self._columns(second_order)
@@ -230,24 +235,27 @@ class Maximum:
         limit the margin is the travel between its turning points, over the whole one.
         """
         basis, loop = self.problem.basis, self.loop
-        group, _, motion, values = self._at_limit
+        group, _, at = self._at_limit
         if loop is None:
             place = self.problem.contacts.switch(self.contact)[2]
-            return group.law.margin_expansion(basis, motion, self.frequency, values, place)
+            return group.law.margin_expansion(at, place)
+        motion = at.motion[0]
         moved_loop = loop.on(basis, motion)
         angle = np.array([moved_loop.end, moved_loop.begin])[:: loop.sides[1]]
         assert isinstance(group.law, Coulomb)
         if not loop.returns:
-            return group.law.travel_expansion(basis, motion, self.frequency, values, angle)
+            return group.law.margin_expansion(at, 0, angle)
         points = turning_points(basis, motion[None])
         whole = points.value[0, 0] - points.value[0, points.lowest[0]]
-        n = 1 + len(values)
-        spread, gradient, curvature = (part / whole for part in travel(basis, motion, angle))
+        n = 1 + len(at.values)
+        spread, gradient, curvature = (
+            part / whole for part in group.law.travel(basis, motion, angle)
+        )
         return spread, np.pad(gradient, (0, n)), np.pad(curvature, (0, n))
 
     def _columns(self, second_order: SecondOrder) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
         """Columns of frequency and parameters of the contact of a corner, and their places."""
-        group, contact, _, _ = self._at_limit
+        group, contact, _ = self._at_limit
         columns, places = [self.problem.n_unknowns], [0]
         for i, name in enumerate(group.parameters.values()):
             if name in second_order.places:

@@ -5,7 +5,7 @@ from collections.abc import Sequence
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.balance import ContactStates, HarmonicBalance, check_each, values_at_each
+from symhbm.balance import ContactStates, HarmonicBalance, check_each, motions_at_each
 from symhbm.continuation import ACCEPTED, newton
 from symhbm.numerics import (
     RADIANS,
@@ -194,12 +194,8 @@ def results_of_contacts(
     for group in first.groups:
         if not group.n or group.name not in located.groups:
             continue
-        values = values_at_each(problems, group)
-        motion = first.contacts.motions(group, relative)
-        motion = motion.reshape(-1, motion.shape[-1])
-        at = np.repeat(frequencies, group.n)
-        states = located.groups[group.name]
-        for name, result in group.law.results(first.basis, states, motion, at, values).items():
+        at = motions_at_each(problems, group, relative, frequencies)
+        for name, result in group.law.results(at, located.groups[group.name]).items():
             by_point = result.reshape(len(problems), group.n)
             if name == "dissipation":
                 table[name][:, group.contacts] += by_point

@@ -160,13 +160,8 @@ def _described(at_rest: AtRest, states: list[NewtonResult]) -> dict[str, Any]:
         relative = problem.layout.relative(at_rest.whole(state.unknowns))
         located = problem.locate(at_rest.whole(state.unknowns), at_rest.omega)
         for group in problem.contacts.groups:
-            results = group.law.results(
-                problem.basis,
-                located.groups[group.name],
-                problem.contacts.motions(group, relative),
-                at_rest.omega,
-                problem.contacts.values_of(group),
-            )
+            at = problem.contacts.at(group, relative, at_rest.omega)
+            results = group.law.results(at, located.groups[group.name])
             if "contact_state" in results:
                 contact_state[k, group.contacts] = results["contact_state"]
             if "mean_normal_force" in results:

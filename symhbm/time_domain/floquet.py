@@ -16,7 +16,7 @@ import scipy
 from numpy.typing import NDArray
 
 from symhbm.balance import HarmonicBalance
-from symhbm.model.contacts import Group, MemorylessLaw, PolynomialLaw, stick_intervals
+from symhbm.model.contacts import Group, MemorylessLaw, Motions, PolynomialLaw, stick_intervals
 from symhbm.numerics import FloatArray
 from symhbm.time_domain.event_march import March, march
 from symhbm.time_domain.linear_motion import LinearMotion, curved, in_plane
@@ -252,8 +252,9 @@ class _Perturbation:
         problem, frequency, relative = self._given
         assert isinstance(group.law, MemorylessLaw)
         motion = relative[group.rows.ravel()].reshape(group.n, -1)
-        found = group.law.breaks(problem.basis, motion, frequency, problem.model.values_of(group))
-        return np.concatenate(found)
+        values = problem.model.values_of(group)
+        at = Motions(problem.basis, motion, frequency, values)
+        return np.concatenate(group.law.breaks(at))
 
     def _slopes(self, tau: float) -> tuple[FloatArray, FloatArray]:
         """Stiffness and damping of all groups at an angle, over inertia, (n_dof, n_dof) each."""

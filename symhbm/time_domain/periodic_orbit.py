@@ -90,9 +90,8 @@ def state_of(balance: HarmonicBalance, unknowns: FloatArray, frequency: float) -
         law, values = group.law, balance.contacts.values_of(group)
         rubs = "normal" not in law.directions or "tangential" in law.directions
         if group.n and rubs and law.spring_sliders(frequency, values) is not None:
-            motion, states = balance.contacts.motions(group, relative), located.groups[group.name]
-            force = law.forces(balance.basis, states, motion, frequency, values)
-            force = force.reshape(group.n, -1, size)
+            at = balance.contacts.at(group, relative, frequency)
+            force = law.forces(at, located.groups[group.name]).reshape(group.n, -1, size)
             names = law.directions if len(law.directions) > 1 else ("tangential",)
             for k, name in enumerate(("tangential", "across")[: len(friction)]):
                 if name in names:

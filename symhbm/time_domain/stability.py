@@ -237,13 +237,11 @@ def _jacobian(problem: HarmonicBalance, evaluation: Evaluation, frequency: float
 
 def _damping(problem: HarmonicBalance, frequency: float, unknowns: FloatArray) -> FloatArray:
     """What contacts add to the matrix of ``lambda``, (n_unknowns, n_unknowns) [N s/m]."""
-    relative, basis = problem.layout.relative(unknowns), problem.basis
+    relative = problem.layout.relative(unknowns)
     result = np.zeros((problem.n_unknowns, problem.n_unknowns))
     for group in problem.contacts.groups:
         if isinstance(group.law, MemorylessLaw):
-            values = problem.contacts.values_of(group)
-            motion = problem.contacts.motions(group, relative)
-            each = group.law.damping(basis, motion, frequency, values)
+            each = group.law.damping(problem.contacts.at(group, relative, frequency))
             spread = problem.compiled[0].spreads(group)[0]
             result += spread.T @ scipy.linalg.block_diag(*each) @ spread
     return result

@@ -5,7 +5,7 @@ from functools import partial
 import numpy as np
 
 import symhbm as sh
-from symhbm.model.contacts import graph_of
+from symhbm.model.contacts import Motions, graph_of
 from symhbm.numerics import Compiled, FourierBasis
 from tests.benchmarks.clock import repeated
 from tests.benchmarks.programs import MissingError, optional
@@ -35,7 +35,7 @@ def motions_of(basis: FourierBasis, n: int) -> np.ndarray:
     """Motions (n, 2 K) of contacts that slip, and mostly open."""
     drawn = np.random.default_rng(0).normal(size=(20 * n, 2 * basis.n_components))
     drawn /= (1 + np.tile(basis.order, 2)) ** 2
-    slips, _, touches = LAW.locate(basis, drawn, 1.0, values_of(len(drawn))).states.T
+    slips, _, touches = LAW.locate(Motions(basis, drawn, 1.0, values_of(len(drawn)))).states.T
     return drawn[slips & touches][:n]
 
 
@@ -52,7 +52,7 @@ def located(basis: FourierBasis, motions: np.ndarray, given: dict[str, float] = 
     travel, frequency = np.abs(motions).ravel(), np.ones(n)
 
     def evaluate():
-        events = LAW.locate(basis, motions, 1.0, values).events
+        events = LAW.locate(Motions(basis, motions, 1.0, values)).events
         return force(motions.ravel(), travel, frequency, packed, events.ravel())
 
     return evaluate

@@ -1,6 +1,7 @@
 """Contact laws of a user's own, and groups of contacts by name, through every verb."""
 
 import pickle
+from pathlib import Path
 
 import casadi as ca
 import matplotlib as mpl
@@ -8,7 +9,7 @@ import numpy as np
 import pytest
 
 import symhbm as sh
-from symhbm.model.contacts.law import graph_of
+from symhbm.model.contacts import Motions, graph_of
 from symhbm.numerics import RADIANS, FourierBasis
 from symhbm.results.archive import ArchiveError
 
@@ -33,10 +34,10 @@ class PressedDamper(sh.Coulomb):
 
     variables = {"pressing_force": ("N", "force that presses the contact")}  # noqa: RUF012
 
-    def results(self, basis, located, motion, frequency, values):
-        pressed = self.slip_limit(frequency, values) / values["friction_coefficient"]
-        own = {"pressing_force": np.broadcast_to(pressed, len(motion))}
-        return super().results(basis, located, motion, frequency, values) | own
+    def results(self, at, located):
+        pressed = self.slip_limit(at.frequency, at.values) / at.values["friction_coefficient"]
+        own = {"pressing_force": np.broadcast_to(pressed, len(at.motion))}
+        return super().results(at, located) | own
 
     def slip_limit(self, frequency, values):
         load = values["normal_load"] + 0.4 * values["damper_mass"] * (frequency / 3) ** 2
@@ -239,10 +240,39 @@ def test_contacts_that_do_nothing_change_nothing(n_idle):
 
 
 class WithoutCurvature(sh.Coulomb):
-    """A law that does not tell what its events move with."""
+    """A law that does not tell how its events move."""
 
-    def event_variables(self, motion, frequency, values):
-        return None
+    moving = sh.ContactLaw.moving
+
+
+def stop_of_the_docs():
+    """The law that the page on extending writes, an event for each touch."""
+    page = (Path(__file__).parents[2] / "docs" / "extending.md").read_text()
+    place = page.index("class Stop(sh.ContactLaw)")
+    first, last = page.rindex("```python", 0, place), page.index("blade = ", place)
+    names = {}
+    exec(page[first + len("```python") : last], names)
+    return names["Stop"]()
+
+
+@pytest.mark.parametrize("name", ["gap", "stop_stiffness"])
+def test_a_law_of_the_user_has_second_derivatives(name):
+    """Slopes of the frequency of a peak need them: against peaks beside it."""
+    law, values = stop_of_the_docs(), dict(stop_stiffness=2e4, gap=5e-4)
+
+    def peak(step):
+        moved = values | {name: values[name] * (1 + step)}
+        stop = sh.Contacts(law, [(0,)], **moved)
+        blade = sh.Model([[1.0]], [[5.0]], [[1e4]], contacts={"stop": stop})
+        problem = sh.HarmonicBalance(blade, sh.PointForce(amplitude=1.0), harmonics=(1, 3, 5))
+        return sh.frf(problem, (10, 30), progress=False)
+
+    found = sh.sensitivity(peak(0.0), laws=[law])
+    up, down = (peak(step) for step in (1e-4, -1e-4))
+    for of in ("frequency", "amplitude"):
+        change = (up[f"peak_{of}"].item() - down[f"peak_{of}"].item()) / 2e-4 / values[name]
+        slope = float(found[f"peak_{of}_by_{name}"].values.item())
+        assert slope == pytest.approx(change, rel=1e-5)
 
 
 def test_second_derivatives_say_what_a_law_does_not_tell():
@@ -251,7 +281,7 @@ def test_second_derivatives_say_what_a_law_does_not_tell():
     )
     blade = sh.Model([[1]], [[0.5]], [[1e4]], contacts={"damper": group})
     response = sh.frf(sh.HarmonicBalance(blade, sh.PointForce()), (10, 30), progress=False)
-    message = r"WithoutCurvature\(\): expected the methods event_variables and moving_events"
+    message = r"WithoutCurvature\(\): expected a method moving, second derivatives of its force"
     with pytest.raises(NotImplementedError, match=message):
         sh.sensitivity(response, laws=[WithoutCurvature()])
 
@@ -522,13 +552,12 @@ class Twisted(sh.PolynomialLaw):
 def test_slopes_from_series_are_the_derivative(harmonics):
     """CasADi's own derivative of the integrals, entry by entry."""
     law, basis = Twisted(), FourierBasis(harmonics)
-    motion = ca.SX.sym("motion", 2 * basis.n_components)
-    frequency, cross = ca.SX.sym("frequency"), ca.SX.sym("cross")
-    force = law.force(basis, motion, frequency, {"cross": cross}, ca.SX())
-    slope = law.slope(basis, motion, frequency, {"cross": cross}, force)
-    both = ca.Function("both", [motion, frequency, cross], [slope, ca.jacobian(force, motion)])
-    at = np.random.default_rng(1).normal(size=motion.numel())
-    found, expected = (np.array(part) for part in both(at, 1.3, 0.7))
+    at, symbols = Motions.symbols(law, basis)
+    force = law.force(at, ca.SX())
+    outputs = [law.slope(at, force), ca.jacobian(force, at.motion)]
+    both = ca.Function("both", symbols, outputs)
+    numbers = np.random.default_rng(1).normal(size=at.motion.numel())
+    found, expected = (np.array(part) for part in both(numbers, 1.3, 0.7))
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-13 * np.abs(expected).max())
 
 

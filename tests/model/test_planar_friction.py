@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import symhbm as sh
-from symhbm.model.contacts import marched
+from symhbm.model.contacts import Motions, marched
 from symhbm.model.contacts.planar import batch
 from symhbm.numerics import FourierBasis
 from tests.stored.problems import case
@@ -35,19 +35,20 @@ def values_of(law, stiffness=1.0, normal=1.0, friction=0.5, load=1.5):
     return {name: np.array([known[name]]) for name in law.parameters}
 
 
+def at_motion(basis, motion, values):
+    return Motions(basis, np.ravel(motion)[None], 1.0, values)
+
+
 def force_of(law, basis, motion, values, held=None):
     """Coefficients direction by direction (m, K), and what was located."""
-    motion = np.ravel(motion)[None]
-    held = None if held is None else np.array([held])
-    located = law.locate(basis, motion, 1.0, values, held)
-    force = law.forces(basis, located, motion, 1.0, values)
-    return force.reshape(len(law.directions), -1), located
+    at = at_motion(basis, motion, values)
+    located = law.locate(at, None if held is None else np.array([held]))
+    return law.forces(at, located).reshape(len(law.directions), -1), located
 
 
 def figures_of(law, basis, motion, values):
-    motion = np.ravel(motion)[None]
-    located = law.locate(basis, motion, 1.0, values)
-    results = law.results(basis, located, motion, 1.0, values)
+    at = at_motion(basis, motion, values)
+    results = law.results(at, law.locate(at))
     return {name: float(array[0]) for name, array in results.items()}
 
 
@@ -259,11 +260,9 @@ def test_invariants(kind, seed, angle, level):
 
 @lru_cache
 def slopes_of(law, basis):
-    size = basis.n_components * len(law.directions)
-    motion, values = ca.SX.sym("motion", size), ca.SX.sym("values", len(law.parameters))
+    at, (motion, _, values) = Motions.symbols(law, basis)
     events = ca.SX.sym("events", law.n_events(basis))
-    by_name = dict(zip(law.parameters, ca.vertsplit(values), strict=True))
-    force = law.force(basis, motion, 1.0, by_name, events)
+    force = law.force(at._replace(frequency=1.0), events)
     slope = ca.densify(ca.jacobian(force, ca.vertcat(motion, values)))
     return ca.Function("slopes", [motion, values, events], [slope])
 
@@ -291,8 +290,8 @@ def onset(law, basis, motion, values, switch):
         return np.concatenate([scale * motion.ravel(), values])
 
     def margin(scale):
-        whole, none = at(scale)[None, :size], np.zeros((1, 1))
-        return law.margins_within(basis, whole, none, 1.0, by_name)[0, switch]
+        here = at_motion(basis, at(scale)[:size], by_name)
+        return law.margins_within(here, np.zeros((1, 1)))[0, switch]
 
     scales = np.geomspace(1e-3, 1e3, 31)
     positive = np.array([margin(scale) > 0 for scale in scales])
@@ -351,13 +350,12 @@ def test_first_derivatives_beside_onsets(kind, switch, distance):
 
 @lru_cache
 def bends_of(law, basis):
-    size = basis.n_components * len(law.directions)
-    motion, values = ca.SX.sym("motion", size), ca.SX.sym("values", len(law.parameters))
-    events, weights = ca.SX.sym("events", law.n_events(basis)), ca.SX.sym("weights", size)
-    by_name = dict(zip(law.parameters, ca.vertsplit(values), strict=True))
-    force, whole = law.force(basis, motion, 1.0, by_name, events), ca.vertcat(motion, values)
+    at, (motion, _, values) = Motions.symbols(law, basis)
+    at = at._replace(frequency=1.0)
+    events, weights = ca.SX.sym("events", law.n_events(basis)), ca.SX.sym("weights", motion.numel())
+    force, whole = law.force(at, events), ca.vertcat(motion, values)
     bend = ca.hessian(ca.dot(weights, force), whole)[0]
-    spread = ca.jacobian(law.event_variables(motion, 1.0, by_name), whole)
+    spread = ca.jacobian(law.event_variables(at), whole)
     inputs = [motion, values, events, weights]
     return ca.Function("bends", inputs, [ca.densify(bend), ca.densify(spread)])
 
@@ -369,8 +367,8 @@ def error_of_second(law, basis, point, rng, step):
     size = np.where(np.arange(len(point)) < len(weights), np.abs(here.motion).max(), point)
     direction = rng.uniform(-1, 1, len(point)) * size
     by_name = {name: here.values[[i]] for i, name in enumerate(law.parameters)}
-    arguments = here.located, here.motion[None], 1.0, by_name, weights[None]
-    moving = law.moving_events(basis, *arguments)[0]
+    at = at_motion(basis, here.motion, by_name)
+    moving = law.moving_events(at, here.located, weights[None])[0]
     np.testing.assert_allclose(moving, moving.T, rtol=0, atol=1e-12 * np.abs(moving).max())
     inputs = here.motion, here.values, here.located.events[0], weights
     frozen, spread = (np.asarray(part.full()) for part in bends_of(law, basis)(*inputs))
@@ -428,8 +426,8 @@ def test_margins_to_second_order(kind, switch):
         motion = random_motion(rng, basis, len(law.directions))
         values = np.array([v[0] for v in values_of(law, 1.3, 0.8, 0.6, 0.9).values()])
         point = np.concatenate([motion.ravel(), values])
-        by_name = dict(zip(law.parameters, values, strict=True))
-        margin, first, second = law.margin_expansion(basis, motion.ravel(), 1.0, by_name, switch)
+        at = at_motion(basis, motion, dict(zip(law.parameters, values[:, None], strict=True)))
+        margin, first, second = law.margin_expansion(at, switch)
         here = Point(law, basis, point)
         assert margin == pytest.approx(here.margins[switch], rel=1e-12, abs=1e-13)
         first = np.delete(first, motion.size)
@@ -630,18 +628,18 @@ def test_many_contacts_are_each_their_own():
     single = values_of(law)
     values = {name: np.repeat(value, 6) for name, value in single.items()}
     values["normal_load"] = np.array([3.0, 1.0, 0.2, -0.3, 8.0, 0.0])
-    located = law.locate(basis, motions, 1.0, values)
-    forces = law.forces(basis, located, motions, 1.0, values)
+    at = Motions(basis, motions, 1.0, values)
+    located = law.locate(at)
+    forces = law.forces(at, located)
     for j, motion in enumerate(motions):
         own = single | {"normal_load": values["normal_load"][[j]]}
         np.testing.assert_array_equal(force_of(law, basis, motion, own)[0].ravel(), forces[j])
     weights = rng.normal(size=motions.shape)
-    whole = law.moving_events(basis, located, motions, 1.0, values, weights)
+    whole = law.moving_events(at, located, weights)
     for j in range(6):
-        own = single | {"normal_load": values["normal_load"][[j]]}
-        alone = law.locate(basis, motions[[j]], 1.0, own)
-        arguments = alone, motions[[j]], 1.0, own, weights[[j]]
-        np.testing.assert_array_equal(law.moving_events(basis, *arguments)[0], whole[j])
+        one = at.of([j])
+        alone = law.moving_events(one, law.locate(one), weights[[j]])[0]
+        np.testing.assert_array_equal(alone, whole[j])
     parts = located.details.split(2)
     np.testing.assert_array_equal(parts[1].figures, located.details.figures[3:])
     assert parts[0].figures.shape[1] == batch.SLIP_DISTANCE + 1
@@ -662,7 +660,7 @@ def test_marches_beside_the_onset_of_slip_know_their_error(kind):
             ends[0 if slips else 1] = middle
         for share in (1e-8, 1e-5, 1e-3, 3e-2):
             values = values_of(law, load=ends[1] * (1 - share))
-            both = marched(law, basis, motion.reshape(1, -1), 1.0, values)
+            both = marched(law, at_motion(basis, motion, values))
             assert both is not None
             found, error = both
             known = figures_of(law, basis, motion, values)["dissipation"]

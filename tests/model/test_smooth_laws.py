@@ -10,7 +10,7 @@ import pytest
 
 import symhbm as sh
 from symhbm.balance.second_order import SecondOrder
-from symhbm.model.contacts import SmoothForce
+from symhbm.model.contacts import Motions, SmoothForce
 from symhbm.numerics import FourierBasis
 from symhbm.results.archive import ArchiveError
 
@@ -165,8 +165,9 @@ def located_force(expression, parameters, breakpoints=()):
     group = sh.SmoothLaw(expression, parameters, [(0,)], breakpoints)
     law, basis = group.law, FourierBasis((1, 3, 5))
     values = {name: np.ravel(value) for name, value in group.values.items()}
-    located = law.locate(basis, MOTION[None], 90.0, values)
-    return law.forces(basis, located, MOTION[None], 90.0, values)[0], located.details
+    at = Motions(basis, MOTION[None], 90.0, values)
+    located = law.locate(at)
+    return law.forces(at, located)[0], located.details
 
 
 @pytest.mark.parametrize(("small", "samples"), [(None, 64), (0.3, 512), (0.05, 2048), (0.01, 8192)])

@@ -70,13 +70,9 @@ def test_histories_have_the_forces_and_shares_of_the_law(name):
             :, np.r_[0, 2 : 2 * basis.highest + 2]
         ].ravel()
     )
-    motion = problem.contacts.motions(group, relative)
-    values = problem.contacts.values_of(group)
-    located = group.law.locate(basis, motion, omega, values)
-    expected = group.law.forces(basis, located, motion, omega, values).reshape(
-        len(history.force), -1
-    )
-    load = max(float(group.law.load(omega, values)[0]), 0.0)
+    at = problem.contacts.at(group, relative, omega)
+    expected = group.law.forces(at, group.law.locate(at)).reshape(len(history.force), -1)
+    load = max(float(group.law.load(omega, at.values)[0]), 0.0)
     expected[-1, 0] += load
     # The trapezoidal rule over 512 points or more.
     middle, width = (history.angle[1:] + history.angle[:-1]) / 2, np.diff(history.angle)

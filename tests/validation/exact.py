@@ -9,6 +9,7 @@ import symhbm as sh
 from studies import fig03_single_blade as fig03
 from studies import fig08_engine_orders as fig08
 from studies.closed_form import OneBlade, StuckRing
+from symhbm.model.contacts import Motions
 from symhbm.model.contacts.coulomb.located import locate
 from symhbm.numerics import FourierBasis
 from tests.pressed_contact import gap_stop, inclined, reference, solved, two_blades, two_way
@@ -112,8 +113,8 @@ def _forces_under_moving_loads() -> list[Comparison]:
     for name, (numbers, u, v, tangential, *_) in STATED["explicit_motions"].items():
         values = {key: np.array([value], float) for key, value in zip(names, numbers, strict=True)}
         motion = np.array([*u, *v], float)
-        at = law.locate(basis, motion[None], 1.0, values)
-        force = law.forces(basis, at, motion[None], 1.0, values)[0][: basis.n_components]
+        at = Motions(basis, motion[None], 1.0, values)
+        force = law.forces(at, law.locate(at))[0][: basis.n_components]
         what = f"normal load that moves, {name}: tangential force"
         source = "two independent programs of our own"
         rows.append(compared(what, force, tangential, 2e-12, source, unit="N", scale=1.0))

@@ -3,13 +3,10 @@
 from symhbm.model.contacts.coulomb import (
     Coulomb,
     Loop,
-    located_of,
     loops_near_limit,
     on_loop,
     stick_intervals,
-    travel,
 )
-from symhbm.model.contacts.cubic_spring import CubicSpring
 from symhbm.model.contacts.directions import (
     Ends,
     Weights,
@@ -20,21 +17,22 @@ from symhbm.model.contacts.directions import (
 from symhbm.model.contacts.friction import Friction
 from symhbm.model.contacts.gap import Gap, UnilateralSpring
 from symhbm.model.contacts.group import Contacts, Group, is_name, named
-from symhbm.model.contacts.history import Behaviour, History
-from symhbm.model.contacts.law import (
-    FREE,
-    ContactLaw,
-    Located,
-    SpringSliders,
-    Switch,
-    graph_of,
-)
+from symhbm.model.contacts.law import FREE, ContactLaw, graph_of
 from symhbm.model.contacts.marched import marched
 from symhbm.model.contacts.memoryless import MemorylessLaw
+from symhbm.model.contacts.motions import (
+    Behaviour,
+    Events,
+    History,
+    Located,
+    Motions,
+    SpringSliders,
+    Switch,
+)
 from symhbm.model.contacts.normal import NormalLaw
 from symhbm.model.contacts.parameter import Parameter
 from symhbm.model.contacts.planar import PlanarFriction
-from symhbm.model.contacts.polynomial import PolynomialLaw
+from symhbm.model.contacts.polynomial import CubicSpring, PolynomialLaw
 from symhbm.model.contacts.rotation import PressedCoulomb
 from symhbm.model.contacts.smooth import SmoothForce, SmoothLaw
 from symhbm.model.contacts.varying_load import VariableLoadFriction
@@ -47,6 +45,7 @@ __all__ = [
     "Coulomb",
     "CubicSpring",
     "Ends",
+    "Events",
     "Friction",
     "Gap",
     "Group",
@@ -54,6 +53,7 @@ __all__ = [
     "Located",
     "Loop",
     "MemorylessLaw",
+    "Motions",
     "NormalLaw",
     "Parameter",
     "PlanarFriction",
@@ -69,13 +69,11 @@ __all__ = [
     "check_directions",
     "graph_of",
     "is_name",
-    "located_of",
     "loops_near_limit",
     "marched",
     "named",
     "on_loop",
     "renumbered",
     "stick_intervals",
-    "travel",
     "weights_of",
 ]

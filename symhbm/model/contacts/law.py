@@ -16,116 +16,31 @@ from __future__ import annotations
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from copy import copy
-from dataclasses import dataclass
 from functools import lru_cache
 from inspect import signature
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.model.contacts.history import History
+from symhbm.model.contacts.motions import (
+    Events,
+    History,
+    Located,
+    Motions,
+    Sliders,
+    SpringSliders,
+    Switch,
+    Values,
+)
 from symhbm.model.contacts.parameter import Parameter
 from symhbm.model.records import Record
 from symhbm.numerics import Compiled, FloatArray, FourierBasis
 
+_SECOND = "second derivatives of its force need it"
 _ANY_FORCE = 1e200
 """Force [N] that is larger than any."""
-Values = dict[str, Any]
-"""Values of the parameters of a law by name: arrays (n_contacts,), or symbols of one contact."""
-
-
-class Switch(NamedTuple):
-    """What a contact may do within a period or not, and the names of its two events.
-
-    Examples
-    --------
-    >>> import symhbm as sh
-    >>> sh.Coulomb().switches[0].begins, sh.Coulomb().switches[0].ends
-    ('onset of slip', 'end of slip')
-    """
-
-    name: str
-    begins: str
-    ends: str
-
-
-@dataclass(frozen=True)
-class Located:
-    """The events of ``n`` contacts of one law over one period.
-
-    Attributes
-    ----------
-    events : (n, e)
-        What `ContactLaw.force` takes of them.
-    states : (n, q)
-        Whether each switch is on.
-    margins : (n, q)
-        Positive when the motion asks for it, infinite where there is nothing to pass.
-    margins_by_motion : (n, q, m K)
-        Their derivatives by the motion.
-    details
-        What the law wants to know of them again: something with a method ``split(count)`` into
-        those of as many points, or None.
-
-    Examples
-    --------
-    Of a contact that moves by 1 mm under one harmonic, and slips then:
-
-    >>> import numpy as np
-    >>> import symhbm as sh
-    >>> from symhbm.numerics import FourierBasis
-    >>> values = {"contact_stiffness": 1e4, "friction_coefficient": 0.5, "normal_load": 3.0}
-    >>> values = {name: np.array([value]) for name, value in values.items()}
-    >>> motion = np.array([[1e-3, 0.0]])
-    >>> located = sh.Coulomb().locate(FourierBasis((1,)), motion, 100.0, values)
-    >>> located.states, located.margins.round(3)
-    (array([[ True]]), array([[1.897]]))
-    """
-
-    events: FloatArray
-    states: NDArray[np.bool_]
-    margins: FloatArray
-    margins_by_motion: FloatArray
-    details: Any = None
-
-
-class Sliders(NamedTuple):
-    """Contacts that are a spring in series with a slider, (n,) each.
-
-    Their ``stiffness`` [N/m] and ``limit`` [N].
-    """
-
-    stiffness: FloatArray
-    limit: FloatArray
-
-
-class SpringSliders(NamedTuple):
-    """Contacts between springs in both directions and a slider pressed by one, (n,) each.
-
-    Of the relative displacements ``u`` and ``v``, which closes where it is positive, with
-    ``p = N0 + k_n v``: the normal force is ``N = max(p, 0)`` and the friction force
-    ``T = k_t u - q``, ``|T| <= mu N``, where ``q`` moves as little as that takes. On the structure
-    act ``T`` against ``u`` and ``N`` less ``offset`` against ``v``.
-
-    Attributes
-    ----------
-    tangential_stiffness, normal_stiffness
-        ``k_t`` and ``k_n`` [N/m], 0 for a spring that is none.
-    friction_coefficient
-        ``mu``.
-    normal_load
-        ``N0`` [N], negative for a gap.
-    offset
-        Normal force [N] that is balanced where displacements are measured from.
-    """
-
-    tangential_stiffness: FloatArray
-    normal_stiffness: FloatArray
-    friction_coefficient: FloatArray
-    normal_load: FloatArray
-    offset: FloatArray
 
 
 class ContactLaw(Record, ABC):
@@ -214,59 +129,39 @@ class ContactLaw(Record, ABC):
         return np.ones(len(next(iter(values.values()))), dtype=bool)
 
     @abstractmethod
-    def force(
-        self, basis: FourierBasis, motion: Any, frequency: Any, values: Values, events: Any
-    ) -> Any:
+    def force(self, at: Motions, events: Any) -> Any:
         """Coefficients of the force of one contact (m K) [N], as a CasADi expression.
 
-        ``motion`` (m K) [m]; ``frequency`` in rad/s; ``values``, one each; ``events`` (e) as
-        located.
+        Of symbols ``at``, and of ``events`` (e) as located.
         """
 
-    def slope(
-        self, basis: FourierBasis, motion: Any, frequency: Any, values: Values, force: Any
-    ) -> Any:
+    def slope(self, at: Motions, force: Any) -> Any:
         """Derivative of the `force` by the motion at given events (m K, m K) [N/m]."""
-        return ca.jacobian(force, motion)
+        return ca.jacobian(force, at.motion)
 
-    def terms(
-        self,
-        basis: FourierBasis,
-        motion: Any,
-        travel: Any,
-        frequency: Any,
-        values: Values,
-        events: Any,
-    ) -> tuple[Any, Any]:
+    def terms(self, at: Motions, travel: Any, events: Any) -> tuple[Any, Any]:
         """Sizes of the terms of the force, that its round-off scales with: (m K) and one [N].
 
         ``travel`` (m K) [m] bounds the displacements of both ends. The second is the largest of
         terms whose difference is the force.
         """
-        force = self.force(basis, motion, frequency, values, events)
-        slope = self.slope(basis, motion, frequency, values, force)
-        return ca.fabs(slope) @ travel + ca.fabs(force - slope @ motion), 0
+        force = self.force(at, events)
+        slope = self.slope(at, force)
+        return ca.fabs(slope) @ travel + ca.fabs(force - slope @ at.motion), 0
 
     def n_events(self, basis: FourierBasis) -> int:
         """Numbers ``e`` that tell the events of one contact."""
         return 0
 
-    def locate(
-        self,
-        basis: FourierBasis,
-        motion: FloatArray,
-        frequency: float | FloatArray,
-        values: Values,
-        held: NDArray[np.bool_] | None = None,
-    ) -> Located:
-        """Locate the events of motions (n, m K) [m]; without switches there are none.
+    def locate(self, at: Motions, held: NDArray[np.bool_] | None = None) -> Located:
+        """Locate the events of motions; without switches there are none.
 
-        ``frequency`` in rad/s, one or (n,); ``held`` (n, q) imposes states, for continuation past
-        a limit: the force is then the smooth continuation of that of the state.
+        ``held`` (n, q) imposes states, for continuation past a limit: the force is then the smooth
+        continuation of that of the state.
         """
-        if self.switches or self.n_events(basis):
+        if self.switches or self.n_events(at.basis):
             raise NotImplementedError(f"{type(self).__name__}: expected a method locate")
-        n, size = motion.shape
+        n, size = at.motion.shape
         none = np.zeros((n, 0))
         return Located(none, none.astype(bool), none, np.zeros((n, 0, size)))
 
@@ -282,30 +177,44 @@ class ContactLaw(Record, ABC):
         shape = len(next(iter(values.values()))), 0
         return np.zeros(shape), np.zeros((len(self.parameters), *shape))
 
+    def margin(self, at: Motions, switch: int, functions: list[Any]) -> Any:
+        """Margin of a switch of one contact, as a CasADi expression.
+
+        ``functions`` (K) are those of the basis at each of the `margin_instants`, symbols,
+        too.
+        """
+        raise NotImplementedError(f"{self!r}: expected a method margin, {_SECOND}")
+
+    def margin_instants(self, at: Motions, switch: int) -> FloatArray:
+        """Angles (a,) [rad] that the margin of the one contact of ``at`` is stationary in."""
+        raise NotImplementedError(f"{self!r}: expected a method margin_instants, {_SECOND}")
+
     def margin_expansion(
-        self, basis: FourierBasis, motion: FloatArray, frequency: float, values: Values, switch: int
+        self, at: Motions, switch: int, instants: FloatArray | None = None
     ) -> tuple[float, FloatArray, FloatArray]:
-        """Margin of one contact, its gradient (v,) and its second derivatives (v, v).
+        """Margin of the one contact of ``at``, its gradient (v,) and second derivatives (v, v).
 
-        By motion (m K), frequency and the values of the parameters, in this order.
+        By motion (m K), frequency and the values of the parameters, in this order; of other
+        ``instants`` where they are given.
         """
-        raise NotImplementedError(f"{type(self).__name__}: expected a method margin_expansion")
+        instants = self.margin_instants(at, switch) if instants is None else instants
+        expansion = _expansion(self, at.basis, switch, len(instants))
+        whole = np.concatenate(at.numbers(self), axis=None)
+        margin, gradient, second, mixed, bend = expansion(whole, instants)
+        size = len(gradient)
+        second, mixed = second.reshape(size, size), mixed.reshape(-1, size)
+        # The instants move with the motion, the margin does not with them.
+        moved = mixed / np.where(bend == 0, np.inf, bend)[:, None]
+        return float(margin[0]), gradient, second - moved.T @ mixed
 
-    def margins_within(
-        self,
-        basis: FourierBasis,
-        motion: FloatArray,
-        error: FloatArray,
-        frequency: FloatArray,
-        values: Values,
-    ) -> FloatArray:
-        """Margins (n, q) of motions that are known up to an ``error`` (n, q) [m] of their size.
+    def margins_within(self, at: Motions, error: FloatArray) -> FloatArray:
+        """Bounds (n, q) of the margins if the size of each motion is off by ``error`` (n, q) [m].
 
-        The error has the sign that makes the margin most doubtful. Paths ask between their points
-        whether a margin may pass zero there; what an estimate is off at the points it is corrected
-        by, so that it may leave out what hardly changes from point to point.
+        Positive errors raise margins, negative ones lower them. Paths ask between two of their
+        points whether a margin may pass zero, and correct the bounds by the margins at both: a
+        bound may leave out whatever hardly changes from point to point.
         """
-        located = self.locate(basis, motion, frequency, values)
+        located = self.locate(at)
         return located.margins + error * np.linalg.norm(located.margins_by_motion, axis=-1)
 
     def event_graph(self, basis: FourierBasis) -> ca.Function | None:
@@ -322,15 +231,13 @@ class ContactLaw(Record, ABC):
         events, states, margins, by_motion, _ = parts
         return Located(events, states > 0, margins, by_motion)
 
-    def springs(
-        self, basis: FourierBasis, motion: Any, frequency: Any, values: Values, events: Any
-    ) -> tuple[list[Any], list[Any]]:
+    def springs(self, at: Motions, events: Any) -> tuple[list[Any], list[Any]]:
         """Stiffness and loss (m, m) [N/m] of one contact in each harmonic above 0.
 
         What the modes of a structure feel of it: here, of a small motion beside its own.
         """
-        force = self.force(basis, motion, frequency, values, events)
-        slope, size = ca.jacobian(force, motion), basis.n_components
+        slope = ca.jacobian(self.force(at, events), at.motion)
+        basis, size = at.basis, at.basis.n_components
         stiffness, loss = [], []
         for a in np.flatnonzero(~basis.is_sine & (basis.order > 0)).tolist():
             cosine = [i * size + a for i in range(len(self.directions))]
@@ -344,7 +251,8 @@ class ContactLaw(Record, ABC):
     def largest_force(self, values: Values, size: float, switched: bool) -> FloatArray:
         """Bound (n,) [N] of what motions up to a ``size`` [m] make contacts do in any harmonic.
 
-        It tells which narrow resonances may matter; a large one costs a look at more of them.
+        A search for narrow resonances leaves out those that such a force cannot excite: a bound
+        that is too large costs time, one that is too small may lose a resonance.
         """
         return np.full(len(next(iter(values.values()))), _ANY_FORCE)
 
@@ -359,27 +267,23 @@ class ContactLaw(Record, ABC):
         """
         return np.repeat(self.stiffest(values)[:, None], len(self.directions), axis=1)
 
-    def event_variables(self, motion: Any, frequency: Any, values: Values) -> Any:
-        """What the events of one contact move with, as a CasADi expression (v).
+    def event_variables(self, at: Motions) -> Any:
+        """The variables of one contact that its events move with, as a CasADi expression (v).
 
-        Second derivatives need it, with `moving_events`, of laws that have events; None without.
+        By default the motion, the frequency and the values of the parameters, in this order.
         """
-        return None
+        return ca.vertcat(at.motion, at.frequency, *(at.values[name] for name in self.parameters))
 
-    def moving_events(
-        self,
-        basis: FourierBasis,
-        located: Located,
-        motion: FloatArray,
-        frequency: float,
-        values: Values,
-        weights: FloatArray,
-    ) -> FloatArray:
+    def moving(self, at: Motions, located: Located) -> Events:
+        """The instants that move with the `event_variables`: second derivatives need them."""
+        raise NotImplementedError(f"{self!r}: expected a method moving, {_SECOND}")
+
+    def moving_events(self, at: Motions, located: Located, weights: FloatArray) -> FloatArray:
         """Second derivatives (n, v, v) of weighted forces by the motion of their events alone.
 
         By the `event_variables`; ``weights`` (n, m K) are those of the force's coefficients.
         """
-        raise NotImplementedError(f"{type(self).__name__}: expected a method moving_events")
+        return self.moving(at, located).second_derivatives(weights)
 
     def released(self) -> dict[str, float]:
         """Values of parameters with which contacts slide freely, empty where there are none."""
@@ -393,52 +297,29 @@ class ContactLaw(Record, ABC):
         """Bounds (n, m K) [N] of the error of the force's coefficients by its samples."""
         raise NotImplementedError(f"{type(self).__name__}: expected a method sampling_errors")
 
-    def forces(
-        self,
-        basis: FourierBasis,
-        located: Located,
-        motion: FloatArray,
-        frequency: float | FloatArray,
-        values: Values,
-    ) -> FloatArray:
-        """Coefficients of the forces of contacts (n, m K) [N]; arguments as of `locate`."""
-        given = np.array([values[name] for name in self.parameters]).T.ravel()
-        at = np.broadcast_to(frequency, len(motion))
-        nothing = np.zeros(motion.size)
-        data = motion.ravel(), nothing, at, given, located.events.ravel()
-        return _forces(self, basis, len(motion))(*data)[0].reshape(motion.shape)
+    def forces(self, at: Motions, located: Located) -> FloatArray:
+        """Coefficients of the forces of contacts (n, m K) [N]."""
+        motion, frequency, values = at.numbers(self)
+        data = motion.ravel(), np.zeros(motion.size), frequency, values.ravel()
+        forces = _forces(self, at.basis, len(motion))(*data, located.events.ravel())[0]
+        return forces.reshape(motion.shape)
 
-    def results(
-        self,
-        basis: FourierBasis,
-        located: Located,
-        motion: FloatArray,
-        frequency: float | FloatArray,
-        values: Values,
-    ) -> dict[str, FloatArray]:
+    def results(self, at: Motions, located: Located) -> dict[str, FloatArray]:
         """What datasets store of contacts, (n,) each: here, the energy they dissipate [J].
 
         Other names are those of `symhbm.results.VARIABLES` with the dimension contact, and of
         `variables`.
         """
-        force = self.forces(basis, located, motion, frequency, values)
-        shape = (len(motion), -1, basis.n_components)
+        basis, shape = at.basis, (len(at.motion), -1, at.basis.n_components)
         # Work of the force over a period: the integral of f dy.
-        velocity = motion.reshape(shape) @ basis.derivative_matrix.T / basis.norm
-        work = np.einsum("cri,cri->cr", force.reshape(shape), velocity)
+        velocity = at.motion.reshape(shape) @ basis.derivative_matrix.T / basis.norm
+        work = np.einsum("cri,cri->cr", self.forces(at, located).reshape(shape), velocity)
         return {"dissipation": work.sum(axis=1)}
 
-    def history(
-        self,
-        basis: FourierBasis,
-        motion: FloatArray,
-        frequency: float | FloatArray,
-        values: Values,
-        n_angles: int,
-    ) -> list[History] | None:
+    def history(self, at: Motions, n_angles: int) -> list[History] | None:
         """What contacts do over a period, as it is drawn; None for a law that does not tell.
 
-        ``n_angles`` points beside the events; the other arguments as of `locate`.
+        At ``n_angles`` points beside the events.
         """
         return None
 
@@ -483,27 +364,44 @@ class Graph:
     """
 
     def __init__(self, law: ContactLaw, basis: FourierBasis):
-        size = basis.n_components * len(law.directions)
-        motion, travel = ca.SX.sym("motion", size), ca.SX.sym("travel", size)
-        frequency, values = ca.SX.sym("frequency"), ca.SX.sym("values", len(law.parameters))
+        at, symbols = Motions.symbols(law, basis)
+        travel = ca.SX.sym("travel", at.motion.shape[0])
         events = ca.SX.sym("events", law.n_events(basis))
-        by_name = dict(zip(law.parameters, ca.vertsplit(values), strict=True))
-        force = law.force(basis, motion, frequency, by_name, events)
-        sizes = law.terms(basis, motion, travel, frequency, by_name, events)
-        slope = law.slope(basis, motion, frequency, by_name, force)
-        inputs = [motion, travel, frequency, values, events]
+        force, sizes = law.force(at, events), law.terms(at, travel, events)
+        slope = law.slope(at, force)
+        inputs = [symbols[0], travel, *symbols[1:], events]
         # Sizes of terms and derivatives have operations of the force again.
         outputs = ca.cse([ca.densify(force), *map(ca.SX, sizes), slope])
         self.force = ca.Function("contact_force", inputs, outputs)
-        stiffness, loss = law.springs(basis, motion, frequency, by_name, events)
-        parts = [ca.densify(ca.vertcat(*map(ca.vec, part))) for part in (stiffness, loss)]
-        self.springs = ca.Function("springs", [motion, frequency, values, events], parts)
+        parts = [ca.densify(ca.vertcat(*map(ca.vec, part))) for part in law.springs(at, events)]
+        self.springs = ca.Function("springs", [*symbols, events], parts)
         self.events = law.event_graph(basis)
 
 
 @lru_cache(maxsize=64)
 def _forces(law: ContactLaw, basis: FourierBasis, n_contacts: int) -> Compiled:
     return Compiled(graph_of(law, basis).force.map(n_contacts))
+
+
+@lru_cache(maxsize=64)
+def _expansion(law: ContactLaw, basis: FourierBasis, switch: int, n_instants: int) -> Compiled:
+    """Margin and its derivatives by all variables of a contact and by instants, at instants."""
+    at, symbols = Motions.symbols(law, basis)
+    whole, angles = ca.vertcat(*symbols), ca.SX.sym("angles", n_instants)
+    functions = [functions_at(basis, angle) for angle in ca.vertsplit(angles)]
+    margin = law.margin(at, switch, functions)
+    second, gradient = ca.hessian(margin, whole)
+    by_angles = ca.jacobian(margin, angles)
+    bends = [ca.jacobian(by_angles[i], angles[i]) for i in range(n_instants)]
+    outputs = [margin, gradient, ca.vec(second), ca.vec(ca.jacobian(by_angles, whole).T)]
+    outputs = [ca.densify(part) for part in (*outputs, ca.vertcat(*bends))]
+    return Compiled(ca.Function("expansion", [whole, angles], outputs))
+
+
+def functions_at(basis: FourierBasis, angle: Any) -> Any:
+    """The functions (K) of a basis at an angle [rad], as a CasADi expression."""
+    order = zip(basis.order.tolist(), basis.is_sine.tolist(), strict=True)
+    return ca.vertcat(*(ca.sin(h * angle) if sine else ca.cos(h * angle) for h, sine in order))
 
 
 @lru_cache(maxsize=64)

@@ -9,8 +9,9 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from symhbm.model.contacts.law import ContactLaw, Values
-from symhbm.numerics import FloatArray, FourierBasis
+from symhbm.model.contacts.law import ContactLaw
+from symhbm.model.contacts.motions import Motions
+from symhbm.numerics import FloatArray
 from symhbm.numerics.loops import Loop
 
 _SAMPLES = 8192
@@ -90,13 +91,12 @@ def _slide(pull: Any, limit: Any, most: int, settled: float) -> tuple[float, flo
     return work, left * path
 
 
-def marched(
-    law: ContactLaw, basis: FourierBasis, motion: FloatArray, frequency: float, values: Values
-) -> tuple[Marched, Marched] | None:
-    """March contacts that are springs and sliders along motions (n, m K) [m]; and the errors.
+def marched(law: ContactLaw, at: Motions) -> tuple[Marched, Marched] | None:
+    """March contacts that are springs and sliders along their motions; and the errors.
 
     None for other laws.
     """
+    basis, motion, frequency, values = at
     sliders = law.spring_sliders(frequency, values)
     if sliders is None:
         return None
@@ -107,9 +107,9 @@ def marched(
     stiffness, normal, friction, load, _ = (np.asarray(of, dtype=float)[:, None] for of in sliders)
     found = []
     for count in (_SAMPLES // 4, _SAMPLES // 2, _SAMPLES):
-        at = basis.values(2 * np.pi * np.arange(count) / count).T
-        pull = [stiffness * parts.get(name, none) @ at for name in ("tangential", "across")]
-        press = load + normal * parts.get("normal", none) @ at
+        functions = basis.values(2 * np.pi * np.arange(count) / count).T
+        pull = [stiffness * parts.get(name, none) @ functions for name in ("tangential", "across")]
+        press = load + normal * parts.get("normal", none) @ functions
         force, limit, pull = np.maximum(press, 0.0), friction * press, np.stack(pull, axis=1)
         slid = [_slide(*one, _MOST_LAPS, _SETTLED) for one in zip(pull, limit, strict=True)]
         spring = np.where(stiffness > 0, stiffness, 1.0)[:, 0]

@@ -4,13 +4,13 @@ Motions in time need no more than that of a law: shooting, Floquet multipliers, 
 """
 
 from abc import abstractmethod
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
-from symhbm.model.contacts.history import History
-from symhbm.model.contacts.law import ContactLaw, Values
-from symhbm.numerics import FloatArray, FourierBasis
+from symhbm.model.contacts.law import ContactLaw
+from symhbm.model.contacts.motions import History, Motions, Values
+from symhbm.numerics import FloatArray
 
 
 class Instants(NamedTuple):
@@ -47,23 +47,15 @@ class MemorylessLaw(ContactLaw):
         """
 
     @abstractmethod
-    def damping(
-        self, basis: FourierBasis, motion: FloatArray, frequency: float, values: Values
-    ) -> FloatArray:
-        """Damping (n, m K, m K) [N s/m] of small motions beside those given (n, m K) [m].
+    def damping(self, at: Motions) -> FloatArray:
+        """Damping (n, m K, m K) [N s/m] of small motions beside motions ``at``.
 
         Coefficients of the force by those of a velocity beside the motion, at a given displacement.
         """
 
-    def history(
-        self,
-        basis: FourierBasis,
-        motion: FloatArray,
-        frequency: float | FloatArray,
-        values: Values,
-        n_angles: int,
-    ) -> list[History]:
+    def history(self, at: Motions, n_angles: int) -> list[History]:
         """From the force at instants; such contacts have no events and no limit."""
+        basis, motion, frequency, values = at
         angle = 2 * np.pi * np.arange(n_angles + 1) / n_angles
         none, result = np.zeros(len(angle)), []
         for j, omega in enumerate(np.broadcast_to(frequency, len(motion)).tolist()):
@@ -74,8 +66,6 @@ class MemorylessLaw(ContactLaw):
             result.append(History(angle, moved, force.T, none, none.astype(int)))
         return result
 
-    def breaks(
-        self, basis: FourierBasis, motion: Any, frequency: float, values: Values
-    ) -> list[FloatArray]:
-        """Angles [rad] at which slopes of the forces of motions (n, m K) jump, one array each."""
-        return [basis.order[:0]] * len(motion)
+    def breaks(self, at: Motions) -> list[FloatArray]:
+        """Angles [rad] at which slopes of the forces of motions jump, one array each."""
+        return [at.basis.order[:0]] * len(at.motion)

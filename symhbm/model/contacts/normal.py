@@ -12,10 +12,11 @@ from typing import Any, ClassVar, Literal, NamedTuple, get_args
 import casadi as ca
 import numpy as np
 
-from symhbm.model.contacts.law import ContactLaw, SpringSliders, Switch, Values
+from symhbm.model.contacts.law import ContactLaw
+from symhbm.model.contacts.motions import Motions, SpringSliders, Switch, Values
 from symhbm.model.contacts.parameter import Parameter
 from symhbm.model.contacts.rotation import centrifugal, check_order, of_rotation
-from symhbm.numerics import Compiled, FloatArray, check
+from symhbm.numerics import Compiled, FloatArray, check, turning_points
 
 Given = Literal["normal_load", "gap"]
 """What is a parameter and stays as it is where the normal stiffness changes."""
@@ -94,12 +95,37 @@ class NormalLaw(ContactLaw):
             return 0
         return ca.fmax(self.load(frequency, values), 0)
 
+    def balanced_force(self, at: Motions) -> Any:
+        """The same as Fourier coefficients."""
+        mean = ca.DM((at.basis.order == 0).astype(float))
+        return mean * self.balanced_load(at.frequency, at.values)
+
     def sampled(self, samples: int) -> "NormalLaw":
         """ValueError: such contacts are located, and nothing is marched over samples."""
         raise ValueError(
             f"samples={samples}: expected None, events of {self!r} are located; over samples "
             "contacts that open are known to the first order only"
         )
+
+    def margin_instants(self, at: Motions, switch: int) -> FloatArray:
+        """Where the normal load is smallest, or largest."""
+        points = turning_points(at.basis, at.motion[:, -at.basis.n_components :])
+        opens = self.switches[switch] == PRESSED[0]
+        return points.angle[0, [points.lowest[0] if opens else 0]]
+
+    def margin(self, at: Motions, switch: int, functions: list[Any]) -> Any:
+        """Of opening and touch: the extremes of the load over its size."""
+        push = at.values["normal_stiffness"] * at.motion[-at.basis.n_components :]
+        press = self.load(at.frequency, at.values) + ca.dot(functions[0], push)
+        sign = -1 if self.switches[switch] == PRESSED[0] else 1
+        return sign * press / ca.sqrt(self.size_of_load(at))
+
+    def size_of_load(self, at: Motions) -> Any:
+        """The square of what margins compare the load with."""
+        push = at.values["normal_stiffness"] * at.motion[-at.basis.n_components :]
+        mean = ca.DM((at.basis.order == 0).astype(float))
+        load = self.load(at.frequency, at.values) + ca.dot(mean, push)
+        return ca.sumsqr((1 - mean) * push) + load**2
 
     @property
     def margins_move(self) -> bool:
@@ -132,14 +158,25 @@ class NormalLaw(ContactLaw):
         balanced = np.maximum(load, 0.0) * (self.preload == "balanced")
         return SpringSliders(tangential, stiffness, friction, load, balanced)
 
-    def load_slopes(
-        self, frequency: float, values: Values
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """``N0`` (n,), and its derivatives by frequency and values (n, 1 + p), first and second."""
-        names = [*self.parameters]
-        given = np.array([np.asarray(values[name], dtype=float) for name in names])
-        n = given.shape[1]
-        return _load_slopes(self, n)(np.full(n, frequency), given)
+    def by_parameters(
+        self, slopes: FloatArray, frequency: float, values: Values
+    ) -> tuple[FloatArray, FloatArray]:
+        """Derivatives by frequency (n, q) and by values (p, n, q).
+
+        From ``slopes`` (n, q, 4): those by ``k_t``, ``k_n``, ``mu`` and ``N0``.
+        """
+        each = slopes[:, :, 3:] * self.load_slopes(frequency, values)[:, None]
+        names = "contact_stiffness", "normal_stiffness", "friction_coefficient"
+        for place, name in enumerate(names):
+            if name in values:
+                each[:, :, 1 + [*self.parameters].index(name)] += slopes[:, :, place]
+        return each[:, :, 0], each[:, :, 1:].transpose(2, 0, 1)
+
+    def load_slopes(self, frequency: float, values: Values) -> FloatArray:
+        """Derivatives of ``N0`` by frequency and values, (n, 1 + p)."""
+        array = np.array([np.asarray(values[name], dtype=float) for name in self.parameters])
+        n = array.shape[1]
+        return _load_slopes(self, n)(np.full(n, frequency), array)
 
     def __repr__(self) -> str:
         words = [repr(self.given)] if self.given != "normal_load" else []
@@ -164,20 +201,16 @@ class _Slopes(NamedTuple):
     moves: bool
     n: int
 
-    def __call__(
-        self, frequency: FloatArray, values: FloatArray
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        load, first, second = self.compiled(frequency, values.T.ravel())
-        size = 1 + len(values)
-        return load, first.reshape(self.n, size), second.reshape(self.n, size, size)
+    def __call__(self, frequency: FloatArray, values: FloatArray) -> FloatArray:
+        (slopes,) = self.compiled(frequency, values.T.ravel())
+        return slopes.reshape(self.n, -1)
 
 
 @lru_cache(maxsize=64)
 def _load_slopes(law: NormalLaw, n: int) -> _Slopes:
     frequency, values = ca.SX.sym("frequency"), ca.SX.sym("values", len(law.parameters))
     by_name = dict(zip(law.parameters, ca.vertsplit(values), strict=True))
-    load, variables = ca.SX(law.load(frequency, by_name)), ca.vertcat(frequency, values)
-    first, second = ca.jacobian(load, variables), ca.hessian(load, variables)[0]
-    outputs = [ca.densify(load), ca.densify(first), ca.vec(ca.densify(second))]
-    function = ca.Function("load_slopes", [frequency, values], outputs)
+    load = ca.SX(law.load(frequency, by_name))
+    slopes = ca.densify(ca.jacobian(load, ca.vertcat(frequency, values)))
+    function = ca.Function("load_slopes", [frequency, values], [slopes])
     return _Slopes(Compiled(function.map(n)), bool(ca.jacobian(load, frequency).nnz()), n)

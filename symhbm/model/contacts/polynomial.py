@@ -12,9 +12,12 @@ from typing import Any, ClassVar
 import casadi as ca
 import numpy as np
 import scipy.sparse
+from numpy.typing import NDArray
 
-from symhbm.model.contacts.law import Located, Values
+from symhbm.model.contacts.coulomb import leading
 from symhbm.model.contacts.memoryless import Instants, MemorylessLaw
+from symhbm.model.contacts.motions import Located, Motions, Values
+from symhbm.model.contacts.parameter import Parameter
 from symhbm.numerics import Compiled, FloatArray, FourierBasis, check
 
 _ROUND_OFF = 1e-9
@@ -80,25 +83,21 @@ class PolynomialLaw(MemorylessLaw):
     def force_at(self, displacement: Any, frequency: Any, values: Values) -> Any:
         """Force (m) [N] at one instant as a CasADi expression, ``displacement`` (m) in m."""
 
-    def force(
-        self, basis: FourierBasis, motion: Any, frequency: Any, values: Values, events: Any
-    ) -> Any:
+    def force(self, at: Motions, events: Any) -> Any:
         """Exact Fourier integrals of the force."""
-        tau, displacement = self._sampled(basis, motion)
-        forces = [self.force_at(each, frequency, values).T for each in displacement]
-        analysis = 2 * np.pi / len(tau) * (basis.values(tau) * basis.norm).T
+        tau, displacement = self._sampled(at)
+        forces = [self.force_at(each, at.frequency, at.values).T for each in displacement]
+        analysis = 2 * np.pi / len(tau) * (at.basis.values(tau) * at.basis.norm).T
         return ca.vec(ca.mtimes(ca.DM(analysis), ca.vertcat(*forces)))
 
-    def slope(
-        self, basis: FourierBasis, motion: Any, frequency: Any, values: Values, force: Any
-    ) -> Any:
+    def slope(self, at: Motions, force: Any) -> Any:
         """Exact, from the Fourier series of the slopes along the motion.
 
         A product of two waves is a sum of two others: with many harmonics these are far fewer terms
         than the integrals of all products.
         """
-        tau, displacement = self._sampled(basis, motion)
-        slope = self._slope_at(frequency, values)
+        basis, (tau, displacement) = at.basis, self._sampled(at)
+        slope = self._slope_at(at.frequency, at.values)
         slopes = ca.horzcat(*(ca.vec(slope(each)) for each in displacement)).T
         waves = FourierBasis(tuple(range(2 * basis.highest + 1)))
         series = ca.mtimes(ca.DM(2 * np.pi / len(tau) * waves.values(tau).T), slopes)
@@ -108,12 +107,12 @@ class PolynomialLaw(MemorylessLaw):
         blocks = [[ca.reshape(products[:, p + m * q], n, n) for q in range(m)] for p in range(m)]
         return ca.blockcat(blocks)
 
-    def _sampled(self, basis: FourierBasis, motion: Any) -> tuple[FloatArray, list[Any]]:
+    def _sampled(self, at: Motions) -> tuple[FloatArray, list[Any]]:
         """Angles [rad] enough for exact sums, and the displacements (m) at each."""
-        n_samples = (self.degree + 1) * basis.highest + 1
+        n_samples = (self.degree + 1) * at.basis.highest + 1
         tau = 2 * np.pi * np.arange(n_samples) / n_samples
-        synthesis = ca.DM(basis.values(tau))
-        instants = ca.mtimes(synthesis, ca.reshape(motion, basis.n_components, -1))
+        synthesis = ca.DM(at.basis.values(tau))
+        instants = ca.mtimes(synthesis, ca.reshape(at.motion, at.basis.n_components, -1))
         return tau, [instants[i, :].T for i in range(n_samples)]
 
     def _slope_at(self, frequency: Any, values: Values) -> Any:
@@ -138,11 +137,9 @@ class PolynomialLaw(MemorylessLaw):
         force, slope = self._at(displacement, frequency, values)
         return Instants(force, slope, np.zeros_like(slope))
 
-    def damping(
-        self, basis: FourierBasis, motion: FloatArray, frequency: float, values: Values
-    ) -> FloatArray:
+    def damping(self, at: Motions) -> FloatArray:
         """None."""
-        return np.zeros((*motion.shape, motion.shape[1]))
+        return np.zeros((*at.motion.shape, at.motion.shape[1]))
 
     def _at(
         self, displacement: FloatArray, frequency: float, values: Values
@@ -154,18 +151,62 @@ class PolynomialLaw(MemorylessLaw):
         # CasADi stores columns one after the other.
         return force.reshape(n, m), slope.reshape(n, m, m).transpose(0, 2, 1)
 
-    def results(
-        self,
-        basis: FourierBasis,
-        located: Located,
-        motion: FloatArray,
-        frequency: float | FloatArray,
-        values: Values,
-    ) -> dict[str, FloatArray]:
+    def results(self, at: Motions, located: Located) -> dict[str, FloatArray]:
         """The energy that displacements together dissipate; one alone gives back what it takes."""
-        if self.gives_back:
-            return {}
-        return super().results(basis, located, motion, frequency, values)
+        return {} if self.gives_back else super().results(at, located)
+
+
+class CubicSpring(PolynomialLaw):
+    """A spring of force ``gamma y^3``, ``gamma`` of any sign.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> spring = sh.Contacts(sh.CubicSpring(), [(0,)], cubic_stiffness=1e8)
+    >>> oscillator = sh.Model([[1.0]], [[0.5]], [[1e4]], contacts={"spring": spring})
+    >>> problem = sh.HarmonicBalance(oscillator, sh.PointForce(amplitude=0.1), harmonics=(1, 3))
+    >>> sh.frf(problem, (14, 18)).event_kind.values
+    array(['fold', 'fold'], dtype=object)
+    """
+
+    parameters: ClassVar = {
+        "cubic_stiffness": Parameter(
+            "N m-3", "stiffness of the cubic spring", r"$\gamma$", "N/m³", "contact", "any", "any"
+        )
+    }
+    degree = 3
+    drawn_as = "cubic"
+
+    def force_at(self, displacement: Any, frequency: Any, values: Values) -> Any:
+        """``gamma y^3``."""
+        return values["cubic_stiffness"] * displacement**3
+
+    def holds(self, values: Values) -> NDArray[np.bool_]:
+        """Those that have any stiffness."""
+        return np.asarray(values["cubic_stiffness"]) != 0
+
+    def acts(self, values: Values) -> NDArray[np.bool_]:
+        """Those that have any stiffness."""
+        return self.holds(values)
+
+    def springs(self, at: Motions, events: Any) -> tuple[list[Any], list[Any]]:
+        """In the mean over the motion where a harmonic leads it, else for a small one beside it."""
+        basis, motion = at.basis, at.motion
+        total, stiffness = ca.sumsqr(motion), at.values["cubic_stiffness"]
+        springs = []
+        for a in np.flatnonzero(~basis.is_sine & (basis.order > 0)).tolist():
+            square = leading(motion, a)[1]
+            # The mean stiffness of a cube to its own motion is half that to a motion beside it.
+            springs.append(stiffness * (0.75 * square + 1.5 * (total - square)))
+        return springs, [ca.SX(0)] * len(springs)
+
+    def largest_force(self, values: Values, size: float, switched: bool) -> FloatArray:
+        """``gamma`` times the cube of the size."""
+        return np.asarray(values["cubic_stiffness"]) * size**3
+
+    def stiffest(self, values: Values) -> FloatArray:
+        """Without bound, where there is any."""
+        return np.where(self.holds(values), np.inf, 0.0)
 
 
 def _products(basis: FourierBasis, waves: FourierBasis) -> scipy.sparse.csc_matrix:

@@ -8,7 +8,8 @@ speed it does not.
 from typing import Any, ClassVar
 
 from symhbm.model.contacts.coulomb import Coulomb
-from symhbm.model.contacts.law import ContactLaw, Values
+from symhbm.model.contacts.law import ContactLaw
+from symhbm.model.contacts.motions import Values
 from symhbm.model.contacts.parameter import Parameter
 from symhbm.numerics import RADIANS, check
 

@@ -13,6 +13,7 @@ from symhbm.model.contacts import (
     Ends,
     History,
     MemorylessLaw,
+    Motions,
     weights_of,
 )
 from symhbm.numerics import RADIANS, FloatArray, check
@@ -271,9 +272,9 @@ def _of_motions(dataset: xr.Dataset, contact: Contact) -> Histories:
     finite = np.flatnonzero(np.isfinite(motion).all(axis=1))
     values = {own: value[finite] for own, value in given.items()}
     n_angles = max(N_ANGLES, _PER_HARMONIC * basis.highest)
-    at = basis, motion[finite], frequency[finite], values, n_angles
+    at = Motions(basis, motion[finite], frequency[finite], values)
     found: list[History | None] = [None] * len(motion)
-    for number, history in zip(finite, contact.law.history(*at) or [], strict=True):
+    for number, history in zip(finite, contact.law.history(at, n_angles) or [], strict=True):
         found[number] = history
     # The padding of a table is no point.
     every = zip(np.ndindex(*shape), found, flat(is_solution), strict=True)

@@ -246,8 +246,7 @@ def _sampled(
     for group in problem.contacts.groups:
         values = problem.contacts.values_of(group)
         if group.law.sliders(frequency, values) is None:
-            motion = problem.contacts.motions(group, relative)
-            found = marched(group.law, problem.basis, motion, frequency, values)
+            found = marched(group.law, problem.contacts.at(group, relative, frequency))
             if found is not None:
                 result.append((group.contacts, *found))
     return result
@@ -309,12 +308,11 @@ def _work_of_contacts(
     result, relative = np.zeros(problem.n_contacts), problem.layout.relative(unknowns)
     states = problem.locate(unknowns, frequency)
     for group in problem.contacts.groups:
-        motion = problem.contacts.motions(group, relative)
-        at = motion, frequency, problem.contacts.values_of(group)
-        force = group.law.forces(problem.basis, states.groups[group.name], *at)
+        at = problem.contacts.at(group, relative, frequency)
+        force = group.law.forces(at, states.groups[group.name])
         turned = problem.basis.derivative_matrix.T / problem.basis.norm
         shape = group.n, len(group.law.directions), problem.basis.n_components
-        rate = motion.reshape(shape) @ turned
+        rate = at.motion.reshape(shape) @ turned
         result[group.contacts] += np.abs(force.reshape(rate.shape) * rate).sum(axis=(1, 2))
     return result
 

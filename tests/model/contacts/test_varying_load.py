@@ -7,6 +7,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import symhbm as sh
+from symhbm.model.contacts import Motions
 from symhbm.model.contacts.varying_load.march import APART, BEGIN, END, KIND, march, walls
 from symhbm.numerics import FourierBasis
 from symhbm.numerics.loops import Loop
@@ -20,14 +21,18 @@ def values_of(*numbers):
     return {name: np.array([v], dtype=float) for name, v in zip(NAMES, numbers, strict=True)}
 
 
+def at_motion(basis, motion, values):
+    return Motions(basis, np.atleast_2d(motion), 1.0, values)
+
+
 def located(basis, motion, values, held=None, law=LAW):
-    return law.locate(basis, np.atleast_2d(motion), 1.0, values, held)
+    return law.locate(at_motion(basis, motion, values), held)
 
 
 def force(basis, motion, values, held=None, law=LAW):
     """Coefficients of one contact's force, with the whole normal force."""
-    at = located(basis, motion, values, held, law)
-    whole = law.forces(basis, at, np.atleast_2d(motion), 1.0, values)[0]
+    at = at_motion(basis, motion, values)
+    whole = law.forces(at, law.locate(at, held))[0]
     if basis.order[0] == 0:
         balanced = law.preload == "balanced"
         whole[len(whole) // 2] += balanced * max(float(law.load(1.0, values)[0]), 0)
@@ -40,41 +45,39 @@ class Derivatives:
     def __init__(self, basis, law=LAW):
         self.basis, self.law, self.names = basis, law, [*law.parameters]
         size = basis.n_components * len(law.directions)
-        motion, given_values = ca.SX.sym("m", size), ca.SX.sym("p", len(self.names))
+        at, (motion, _, given_values) = Motions.symbols(law, basis)
+        at = at._replace(frequency=1.0)
         events, weights = ca.SX.sym("e", law.n_events(basis)), ca.SX.sym("w", size)
-        by_name = dict(zip(self.names, ca.vertsplit(given_values), strict=True))
-        symbolic = law.force(basis, motion, 1.0, by_name, events)
+        symbolic = law.force(at, events)
         variables = ca.vertcat(motion, given_values)
         inputs = [motion, given_values, events]
-        moves = law.event_variables(motion, 1.0, by_name)
+        moves = law.event_variables(at)
         self._first = ca.Function("first", inputs, [ca.jacobian(symbolic, variables)])
         second = ca.hessian(ca.dot(symbolic, weights), variables)[0]
         self._second = ca.Function("second", [*inputs, weights], [second])
         self._moves = ca.Function("moves", inputs[:2], [ca.jacobian(moves, variables)])
         self.size = size
 
-    def split(self, at):
-        return at[: self.size], {n: at[[self.size + i]] for i, n in enumerate(self.names)}
+    def motions(self, at):
+        values = {n: at[[self.size + i]] for i, n in enumerate(self.names)}
+        return at_motion(self.basis, at[: self.size], values)
 
     def located(self, at):
-        motion, values = self.split(at)
-        return self.law.locate(self.basis, motion[None], 1.0, values)
+        return self.law.locate(self.motions(at))
 
     def value(self, at):
-        motion, values = self.split(at)
-        return self.law.forces(self.basis, self.located(at), motion[None], 1.0, values)[0]
+        return self.law.forces(self.motions(at), self.located(at))[0]
 
     def first(self, at):
-        motion, _ = self.split(at)
-        return self._first(motion, at[self.size :], self.located(at).events[0]).full()
+        inputs = np.split(at, [self.size])
+        return self._first(*inputs, self.located(at).events[0]).full()
 
     def second(self, at, weights):
-        motion, values = self.split(at)
-        events = self.located(at)
-        frozen = self._second(motion, at[self.size :], events.events[0], weights).full()
-        spread = self._moves(motion, at[self.size :]).full()
-        arguments = self.basis, events, motion[None], 1.0, values, weights[None]
-        return frozen + spread.T @ self.law.moving_events(*arguments)[0] @ spread
+        inputs, events = np.split(at, [self.size]), self.located(at)
+        frozen = self._second(*inputs, events.events[0], weights).full()
+        spread = self._moves(*inputs).full()
+        moving = self.law.moving_events(self.motions(at), events, weights[None])[0]
+        return frozen + spread.T @ moving @ spread
 
 
 def difference(function, at, direction, step):
@@ -150,8 +153,8 @@ def test_a_contact_that_just_touches_is_not_open():
 @given(motion=motions, load=st.floats(-2, 4), friction=st.floats(0, 1))
 def test_friction_dissipates_and_normal_forces_push(motion, load, friction):
     basis, values = FourierBasis((0, 1, 2)), values_of(1.3, 0.8, friction, load)
-    at = located(basis, motion, values)
-    results = LAW.results(basis, at, motion[None], 1.0, values)
+    at = at_motion(basis, motion, values)
+    results = LAW.results(at, LAW.locate(at))
     assert results["dissipation"] >= -1e-9
     assert 0 <= results["least_normal_force"] <= results["mean_normal_force"] + 1e-12
     assert results["mean_normal_force"] <= results["largest_normal_force"] + 1e-12
@@ -201,18 +204,20 @@ def test_constant_load_is_todays_law():
             normal_load=rng.uniform(0.1, 3, n),
         )
         coulomb = sh.Coulomb()
-        today = coulomb.locate(basis, u, 1.0, of_today)
+        at_today = Motions(basis, u, 1.0, of_today)
+        today = coulomb.locate(at_today)
         values = of_today | {"normal_stiffness": np.zeros(n)}
         motion = np.concatenate([u, rng.normal(size=u.shape)], axis=1)
-        at = LAW.locate(basis, motion, 1.0, values)
-        expected = coulomb.forces(basis, today, u, 1.0, of_today)
-        found = LAW.forces(basis, at, motion, 1.0, values)
+        at_motions = Motions(basis, motion, 1.0, values)
+        at = LAW.locate(at_motions)
+        expected = coulomb.forces(at_today, today)
+        found = LAW.forces(at_motions, at)
         np.testing.assert_allclose(found[:, :size], expected, atol=1e-13)
         np.testing.assert_allclose(found[:, size:], 0, atol=1e-14)
         np.testing.assert_array_equal(at.states[:, 0], today.states[:, 0])
         assert {True, False} == {*today.states[:, 0].tolist()}
-        before = coulomb.results(basis, today, u, 1.0, of_today)
-        after = LAW.results(basis, at, motion, 1.0, values)
+        before = coulomb.results(at_today, today)
+        after = LAW.results(at_motions, at)
         for name in ("contact_state", "stick_fraction", "dissipation"):
             np.testing.assert_allclose(after[name], before[name], atol=1e-12, err_msg=name)
 
@@ -336,13 +341,14 @@ def test_margins_and_their_expansions(given_as):
         direction[size] = 0
 
         def expansion(moved, switch, names=names, basis=basis, size=size):
-            values = dict(zip(names, moved[size + 1 :], strict=True))
-            return law.margin_expansion(basis, moved[:size], 1.0, values, switch)
+            values = dict(zip(names, moved[size + 1 :, None], strict=True))
+            return law.margin_expansion(at_motion(basis, moved[:size], values), switch)
 
         values = {name: np.array([numbers[name]]) for name in names}
-        found = law.locate(basis, motion[None], 1.0, values)
+        here = at_motion(basis, motion, values)
+        found = law.locate(here)
         by_frequency, by_values = law.margin_slopes(found, 1.0, values)
-        estimate = law.margins_within(basis, motion[None], np.zeros((1, 3)), np.ones(1), values)
+        estimate = law.margins_within(here, np.zeros((1, 3)))
         np.testing.assert_allclose(estimate, found.margins, atol=1e-13)
         for switch in range(3):
             margin, gradient, curvature = expansion(at, switch)
@@ -386,7 +392,7 @@ def test_limits_are_exact(limit, moves):
     assert np.isfinite(found).all()
     assert not np.isnan(at.margins).any()
     assert np.isfinite(Derivatives(basis).first(np.array([*motion, *_in_order(values)]))).all()
-    results = LAW.results(basis, at, motion[None], 1.0, values)
+    results = LAW.results(at_motion(basis, motion, values), at)
     assert all(np.isfinite(value).all() for value in results.values())
     tau = 2 * np.pi * np.arange(60_000) / 60_000
     history = load + k_n * (basis.values(tau) @ motion[size:])
@@ -459,7 +465,24 @@ def test_terms_are_at_least_as_large_as_the_force(seed):
     )
     for motion in 2e-3 * rng.normal(size=(10, 2 * basis.n_components)):
         each = {name: np.array([value]) for name, value in values.items()}
-        events = ca.DM(law.locate(basis, motion[None], 100.0, each).events[0])
-        force = law.force(basis, ca.DM(motion), 100.0, values, events)
-        terms, _ = law.terms(basis, ca.DM(motion), ca.DM(abs(motion)), 100.0, values, events)
+        events = ca.DM(located(basis, motion, each).events[0])
+        at = Motions(basis, ca.DM(motion), 100.0, values)
+        force, (terms, _) = law.force(at, events), law.terms(at, ca.DM(abs(motion)), events)
         assert np.all(np.array(terms) >= np.abs(np.array(force)) * (1 - 1e-12))
+
+
+def test_second_derivatives_without_friction_are_those_of_a_constant_load():
+    """By motion and friction coefficient: the force turns its sign where the motion turns."""
+    basis, rng = FourierBasis((0, 1, 2, 3)), np.random.default_rng(4)
+    varying, coulomb = Derivatives(basis), Derivatives(basis, sh.Coulomb())
+    size, n = basis.n_components, 2 * basis.n_components
+    motion, weights = rng.normal(size=n), rng.normal(size=n)
+    values = dict(zip(NAMES, (1.3, 0.0, 0.0, 0.7), strict=True))
+    at = np.array([*motion, *(values[name] for name in varying.names)])
+    of_constant = np.array([*motion[:size], *(values[name] for name in coulomb.names)])
+    column = n + varying.names.index("friction_coefficient")
+    found = varying.second(at, weights)[column, :size]
+    expected = coulomb.second(of_constant, weights[:size])
+    expected = expected[size + coulomb.names.index("friction_coefficient"), :size]
+    np.testing.assert_allclose(found, expected, atol=1e-9 * np.abs(expected).max())
+    assert np.abs(expected).max() > 0.1

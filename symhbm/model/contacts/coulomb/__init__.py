@@ -1,6 +1,6 @@
 """Dry friction with a constant normal load: a spring and a Coulomb slider."""
 
-from symhbm.model.contacts.coulomb.law import Coulomb, SampledCoulomb, leading, located_of, travel
+from symhbm.model.contacts.coulomb.law import Coulomb, SampledCoulomb, leading
 from symhbm.model.contacts.coulomb.located import locate, on_loop, stick_intervals
 from symhbm.model.contacts.coulomb.loops import Loop, loops_near_limit
 from symhbm.model.contacts.coulomb.state import ContactState, slip_limit
@@ -12,10 +12,8 @@ __all__ = [
     "SampledCoulomb",
     "leading",
     "locate",
-    "located_of",
     "loops_near_limit",
     "on_loop",
     "slip_limit",
     "stick_intervals",
-    "travel",
 ]

@@ -7,7 +7,7 @@ through the spring while the contact sticks, and is on its limit while it slips.
 import numpy as np
 
 from symhbm.model.contacts.coulomb.located import stick_intervals
-from symhbm.model.contacts.history import Behaviour, History
+from symhbm.model.contacts.motions import Behaviour, History
 from symhbm.numerics import FloatArray, FourierBasis
 
 

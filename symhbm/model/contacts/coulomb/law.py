@@ -14,13 +14,13 @@ from numpy.typing import NDArray
 from symhbm.model.contacts.coulomb.history import histories_of
 from symhbm.model.contacts.coulomb.limit import limit_moves, limit_slopes
 from symhbm.model.contacts.coulomb.located import locate
-from symhbm.model.contacts.coulomb.moving_angles import moving_angles
+from symhbm.model.contacts.coulomb.moving import moving_angles
 from symhbm.model.contacts.coulomb.one_harmonic import details_of, one_harmonic_kernel, unpack
 from symhbm.model.contacts.coulomb.ranges import range_margins
 from symhbm.model.contacts.coulomb.sampled import locate_sampled
 from symhbm.model.contacts.coulomb.state import ContactState, slip_limit
-from symhbm.model.contacts.history import History
-from symhbm.model.contacts.law import ContactLaw, Located, Sliders, Switch, Values
+from symhbm.model.contacts.law import ContactLaw
+from symhbm.model.contacts.motions import Events, History, Located, Motions, Sliders, Switch, Values
 from symhbm.model.contacts.parameter import Parameter
 from symhbm.numerics import FloatArray, FourierBasis, turning_hessian, turning_points
 
@@ -109,47 +109,33 @@ class Coulomb(ContactLaw):
         """``A``, ``b``, and the share of the period that a contact sticks which also slips."""
         return basis.n_components**2 + basis.n_components + 1
 
-    def force(
-        self, basis: FourierBasis, motion: Any, frequency: Any, values: Values, events: Any
-    ) -> Any:
+    def force(self, at: Motions, events: Any) -> Any:
         """``k_d A y + g b``, Eqs. (6)-(8)."""
+        basis, motion, frequency, values = at
         matrix, vector, _ = _split(basis, events)
         limit = self._limit(frequency, values)
         return values["contact_stiffness"] * ca.mtimes(matrix, motion) + limit * vector
 
-    def terms(
-        self,
-        basis: FourierBasis,
-        motion: Any,
-        travel: Any,
-        frequency: Any,
-        values: Values,
-        events: Any,
-    ) -> tuple[Any, Any]:
+    def terms(self, at: Motions, travel: Any, events: Any) -> tuple[Any, Any]:
         """Of the force, and of a stretch of stick: ``k_d`` times where it begins and ends.
 
         Their difference is the force: where a contact slips far, two large terms.
         """
+        basis, _, frequency, values = at
         matrix, vector, sticking = (ca.fabs(part) for part in _split(basis, events))
         stiffness, limit = values["contact_stiffness"], self._limit(frequency, values)
         largest = 2 * stiffness * ca.mmax(travel) * sticking
         return stiffness * ca.mtimes(matrix, travel) + limit * vector, largest
 
-    def locate(
-        self,
-        basis: FourierBasis,
-        motion: FloatArray,
-        frequency: float | FloatArray,
-        values: Values,
-        held: NDArray[np.bool_] | None = None,
-    ) -> Located:
+    def locate(self, at: Motions, held: NDArray[np.bool_] | None = None) -> Located:
         """Switching angles of the motion, see `symhbm.model.contacts.coulomb.located.locate`."""
-        stiffness, limit = self.sliders(frequency, values)
-        state = self.find(basis, motion, stiffness, limit, None if held is None else held[:, 0])
+        stiffness, limit = self.sliders(at.frequency, at.values)
+        imposed = None if held is None else held[:, 0]
+        state = self.find(at.basis, at.motion, stiffness, limit, imposed)
         # Without a spring nothing pulls the slider, whatever its limit.
         pulled = stiffness > 0
         vector = state.vector if pulled.all() else np.where(pulled[:, None], state.vector, 0.0)
-        return located_of(state, vector)
+        return state.located(vector)
 
     def find(self, basis: FourierBasis, *motion: Any) -> ContactState:
         """Events of motions, stiffness, limits and imposed slip, as the law finds them."""
@@ -159,82 +145,51 @@ class Coulomb(ContactLaw):
         self, located: Located, frequency: float, values: Values
     ) -> tuple[FloatArray, FloatArray]:
         """Derivatives of ``ln(k_d (y_max - y_min) / (2 g))``, which are those of any motion."""
-        by_frequency, by_values, _ = self.limit_slopes(frequency, values)
-        return by_frequency[:, None], by_values[:, :, None]
-
-    def limit_slopes(
-        self, frequency: float, values: Values
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Derivatives of ``ln(k_d / g)``: by frequency (n,), by values (p, n), and second ones.
-
-        The second derivatives are by frequency and values, (n, 1 + p, 1 + p); all are 0 where
-        there is nothing to pass.
-        """
         array = np.array([values[name] for name in self.parameters])
-        n_values, n = array.shape
-        first, second = limit_slopes(self, n)(np.full(n, frequency), array.T.ravel())
-        first = first.reshape(n, 1 + n_values)
-        curvature = second.reshape(n, 1 + n_values, 1 + n_values)
-        return first[:, 0], first[:, 1:].T, curvature
+        n = array.shape[1]
+        (slopes,) = limit_slopes(self, n)(np.full(n, frequency), array.T.ravel())
+        by_all = slopes.reshape(n, -1).T[:, :, None]
+        return by_all[0], by_all[1:]
 
-    def margin_expansion(
-        self, basis: FourierBasis, motion: FloatArray, frequency: float, values: Values, switch: int
+    def margin_instants(self, at: Motions, switch: int) -> FloatArray:
+        """Where the motion is largest and smallest."""
+        points = turning_points(at.basis, at.motion)
+        return points.angle[0, [0, points.lowest[0]]]
+
+    def margin(self, at: Motions, switch: int, functions: list[Any]) -> Any:
+        """The logarithm of the travel between two turning points over ``2 g / k_d``."""
+        force = at.values["contact_stiffness"] * ca.dot(functions[0] - functions[1], at.motion)
+        return ca.log(force / (2 * self.slip_limit(at.frequency, at.values)))
+
+    @staticmethod
+    def travel(
+        basis: FourierBasis, motion: FloatArray, angle: FloatArray
     ) -> tuple[float, FloatArray, FloatArray]:
-        """The logarithm of the travel between highest and lowest point over ``2 g / k_d``."""
-        points = turning_points(basis, motion[None])
-        return self.travel_expansion(
-            basis, motion, frequency, values, points.angle[0, [0, points.lowest[0]]]
-        )
+        """Travel of a motion between two turning points [m], its first and second derivatives."""
+        high, low = basis.values(angle)
+        bend_high, bend_low = turning_hessian(basis, np.stack([motion, motion]), angle)
+        return float((high - low) @ motion), high - low, bend_high - bend_low
 
-    def travel_expansion(
-        self,
-        basis: FourierBasis,
-        motion: FloatArray,
-        frequency: float,
-        values: Values,
-        angle: FloatArray,
-    ) -> tuple[float, FloatArray, FloatArray]:
-        """The same for the travel between two turning points, at the angles (2,) [rad]."""
-        spread, gradient, curvature = travel(basis, motion, angle)
-        each = {name: np.reshape(value, 1) for name, value in values.items()}
-        stiffness, limit = (float(part[0]) for part in self.sliders(frequency, each))
-        by_frequency, by_values, second = self.limit_slopes(frequency, each)
-        size = len(motion)
-        slopes = np.concatenate([gradient / spread, by_frequency, by_values[:, 0]])
-        whole = np.zeros((len(slopes), len(slopes)))
-        whole[:size, :size] = curvature / spread - np.outer(gradient / spread, gradient / spread)
-        whole[size:, size:] = second[0]
-        return float(np.log(stiffness * spread / (2 * limit))), slopes, whole
-
-    def margins_within(
-        self,
-        basis: FourierBasis,
-        motion: FloatArray,
-        error: FloatArray,
-        frequency: FloatArray,
-        values: Values,
-    ) -> FloatArray:
+    def margins_within(self, at: Motions, error: FloatArray) -> FloatArray:
         """The logarithm of half the range of the motion, over samples of it."""
-        return range_margins(basis, motion, error)
+        return range_margins(at.basis, at.motion, error)
 
     def event_graph(self, basis: FourierBasis) -> ca.Function | None:
         """All angles under one harmonic."""
         if basis.highest != 1:
             return None
-        motion, frequency = ca.SX.sym("motion", basis.n_components), ca.SX.sym("frequency")
-        values, held = ca.SX.sym("values", len(self.parameters)), ca.SX.sym("held")
-        by_name = dict(zip(self.parameters, ca.vertsplit(values), strict=True))
-        limit = self._limit(frequency, by_name)
+        (at, symbols), held = Motions.symbols(self, basis), ca.SX.sym("held")
+        limit = self._limit(at.frequency, at.values)
         kernel = one_harmonic_kernel(basis.n_components)
-        packed = kernel(motion, by_name["contact_stiffness"], limit, held)
+        packed = kernel(at.motion, at.values["contact_stiffness"], limit, held)
         part = details_of(packed, basis.n_components)
         events = ca.vertcat(part["matrix"], part["vector"], part["slip"] * part["stick_fraction"])
-        slope = ca.jacobian(limit, frequency)
+        slope = ca.jacobian(limit, at.frequency)
         if slope.nnz():
             slope = ca.if_else(limit > 0, -slope / ca.if_else(limit > 0, limit, 1), 0)
         outputs = [events, part["slip"], part["slip_margin"], part["slip_margin_gradient"].T]
         outputs += [slope, packed]
-        return ca.Function("events", [motion, frequency, values, held], outputs)
+        return ca.Function("events", [*symbols, held], outputs)
 
     def unpack(self, basis: FourierBasis, parts: list[FloatArray]) -> Located:
         """What `event_graph` gives."""
@@ -242,16 +197,14 @@ class Coulomb(ContactLaw):
         state = unpack(packed, basis.n_components)
         return Located(events, states > 0, margins, by_motion, state)
 
-    def springs(
-        self, basis: FourierBasis, motion: Any, frequency: Any, values: Values, events: Any
-    ) -> tuple[list[Any], list[Any]]:
+    def springs(self, at: Motions, events: Any) -> tuple[list[Any], list[Any]]:
         """In the mean over its motion where a harmonic leads it, else for a small one beside it.
 
         What the other harmonics make a contact do is a force, and no stiffness.
         """
+        basis, motion = at.basis, at.motion
         matrix, _, _ = _split(basis, events)
-        stiffness = values["contact_stiffness"]
-        force = self.force(basis, motion, frequency, values, events)
+        stiffness, force = at.values["contact_stiffness"], self.force(at, events)
         springs, losses = [], []
         for a in np.flatnonzero(~basis.is_sine & (basis.order > 0)).tolist():
             leads, square = leading(motion, a)
@@ -269,52 +222,28 @@ class Coulomb(ContactLaw):
         """Without a spring nothing pulls, whatever the limit is made of."""
         return {"contact_stiffness": 0.0}
 
-    def forces(
-        self,
-        basis: FourierBasis,
-        located: Located,
-        motion: FloatArray,
-        frequency: float | FloatArray,
-        values: Values,
-    ) -> FloatArray:
+    def forces(self, at: Motions, located: Located) -> FloatArray:
         """The closed form of `force`."""
-        stiffness, limit = self.sliders(frequency, values)
+        stiffness, limit = self.sliders(at.frequency, at.values)
         state = located.details
-        force = stiffness[:, None] * np.einsum("cij,cj->ci", state.matrix, motion)
+        force = stiffness[:, None] * np.einsum("cij,cj->ci", state.matrix, at.motion)
         return force + limit[:, None] * state.vector
 
-    def results(
-        self,
-        basis: FourierBasis,
-        located: Located,
-        motion: FloatArray,
-        frequency: float | FloatArray,
-        values: Values,
-    ) -> dict[str, FloatArray]:
+    def results(self, at: Motions, located: Located) -> dict[str, FloatArray]:
         """State, angles, reversals, share of stick, and dissipated energy [J]."""
-        state = located.details
-        force = self.forces(basis, located, motion, frequency, values)
-        velocity = motion @ basis.derivative_matrix.T / basis.norm
-        rubs = np.asarray(values["contact_stiffness"]) > 0
-        return dict(
+        state, rubs = located.details, np.asarray(at.values["contact_stiffness"]) > 0
+        return super().results(at, located) | dict(
             theta_0=state.theta_0,
             theta_star=state.theta_star,
             stick_fraction=state.stick_fraction,
-            dissipation=np.einsum("ci,ci->c", force, velocity),
             contact_state=np.where(rubs, state.slip, -1),
             reversals=state.reversals,
         )
 
-    def history(
-        self,
-        basis: FourierBasis,
-        motion: FloatArray,
-        frequency: float | FloatArray,
-        values: Values,
-        n_angles: int,
-    ) -> list[History]:
+    def history(self, at: Motions, n_angles: int) -> list[History]:
         """Of the slider on its own motion, located."""
-        return histories_of(basis, motion, *self.sliders(frequency, values), n_angles)
+        sliders = self.sliders(at.frequency, at.values)
+        return histories_of(at.basis, at.motion, *sliders, n_angles)
 
     def largest_force(self, values: Values, size: float, switched: bool) -> FloatArray:
         """The spring's, of contacts that slip: those that stick are linear."""
@@ -324,23 +253,15 @@ class Coulomb(ContactLaw):
         """The spring's."""
         return np.asarray(values["contact_stiffness"])
 
-    def event_variables(self, motion: Any, frequency: Any, values: Values) -> Any:
+    def event_variables(self, at: Motions) -> Any:
         """Motion, ``k_d`` and ``g``."""
-        limit = self._limit(frequency, values)
-        return ca.vertcat(motion, values["contact_stiffness"], limit)
+        limit = self._limit(at.frequency, at.values)
+        return ca.vertcat(at.motion, at.values["contact_stiffness"], limit)
 
-    def moving_events(
-        self,
-        basis: FourierBasis,
-        located: Located,
-        motion: FloatArray,
-        frequency: float,
-        values: Values,
-        weights: FloatArray,
-    ) -> FloatArray:
+    def moving(self, at: Motions, located: Located) -> Events:
         """See `moving_angles`."""
-        spring = self.sliders(frequency, values)
-        return moving_angles(basis, motion, *spring, weights, located.states[:, 0], located.details)
+        slider, slips = self.sliders(at.frequency, at.values), located.states[:, 0]
+        return moving_angles(at.basis, at.motion, *slider, slips, located.details)
 
 
 class SampledCoulomb(Coulomb):
@@ -362,31 +283,11 @@ class SampledCoulomb(Coulomb):
         assert self.samples is not None
         return locate_sampled(basis, *motion, samples=self.samples)
 
-    def margins_within(
-        self,
-        basis: FourierBasis,
-        motion: FloatArray,
-        error: FloatArray,
-        frequency: FloatArray,
-        values: Values,
-    ) -> FloatArray:
-        """The logarithm of half the range of the motion, over samples of it."""
-        return range_margins(basis, motion, error)
-
     def event_graph(self, basis: FourierBasis) -> None:
         """None: samples are marched step by step."""
 
     def __repr__(self) -> str:
         return f"{self._of!r} over {self.samples} samples"
-
-
-def travel(
-    basis: FourierBasis, motion: FloatArray, angle: FloatArray
-) -> tuple[float, FloatArray, FloatArray]:
-    """Travel of a motion between two turning points [m], and its first and second derivatives."""
-    high, low = basis.values(angle)
-    bend_high, bend_low = turning_hessian(basis, np.stack([motion, motion]), angle)
-    return float((high - low) @ motion), high - low, bend_high - bend_low
 
 
 class _Parts(NamedTuple):
@@ -400,17 +301,6 @@ def _split(basis: FourierBasis, events: Any) -> _Parts:
     size = basis.n_components
     matrix = ca.reshape(events[: size * size], size, size)
     return _Parts(matrix, events[size * size : size * size + size], events[-1])
-
-
-def located_of(state: ContactState, vector: FloatArray) -> Located:
-    """What the equations take of friction contacts."""
-    n, size = vector.shape
-    # CasADi stores columns one after the other.
-    matrix = state.matrix.transpose(0, 2, 1).reshape(n, size * size)
-    sticking = np.where(state.slip, state.stick_fraction, 0.0)
-    events = np.concatenate([matrix, vector, sticking[:, None]], axis=1)
-    margins, slopes = state.slip_margin[:, None], state.slip_margin_gradient[:, None]
-    return Located(events, state.slip[:, None], margins, slopes, state)
 
 
 def leading(motion: Any, a: int) -> tuple[Any, Any]:

@@ -1,28 +1,15 @@
 """Derivatives of the slip limit of friction, from the one formula that tells it."""
 
 from functools import lru_cache
-from typing import Any, Protocol
+from typing import Any
 
 import casadi as ca
 
 from symhbm.numerics import Compiled
 
 
-class LimitLaw(Protocol):
-    """A law with a slip limit of named values."""
-
-    @property
-    def parameters(self) -> Any:
-        """Its parameters by name, ``contact_stiffness`` among them."""
-        ...
-
-    def slip_limit(self, frequency: Any, values: Any) -> Any:
-        """The limit [N] of symbols."""
-        ...
-
-
 @lru_cache(maxsize=64)
-def limit_moves(law: LimitLaw) -> bool:
+def limit_moves(law: Any) -> bool:
     """Whether the limit depends on the frequency."""
     frequency = ca.SX.sym("frequency")
     values = {name: ca.SX.sym(name) for name in law.parameters}
@@ -30,22 +17,13 @@ def limit_moves(law: LimitLaw) -> bool:
 
 
 @lru_cache(maxsize=64)
-def limit_slopes(law: LimitLaw, n_contacts: int) -> Compiled:
-    """First and second derivatives of ``ln(k_d / g)`` of each contact by frequency and values."""
+def limit_slopes(law: Any, n_contacts: int) -> Compiled:
+    """Derivatives of ``ln(k_d / g)`` of each contact by frequency and values, 0 without either."""
     frequency, values = ca.SX.sym("frequency"), ca.SX.sym("values", len(law.parameters))
     by_name = dict(zip(law.parameters, ca.vertsplit(values), strict=True))
-    stiffness, limit = by_name["contact_stiffness"], law.slip_limit(frequency, by_name)
-    pulled, bounded = stiffness > 0, limit > 0
-    variables = ca.vertcat(frequency, values)
-    parts = []
-    for value, sign, where in ((stiffness, 1, pulled), (limit, -1, bounded)):
-        first = ca.densify(ca.jacobian(value, variables)).T
-        second = ca.densify(ca.hessian(value, variables)[0])
-        safe = ca.if_else(where, value, 1)
-        slope = first / safe
-        parts.append(
-            [ca.if_else(where, sign * part, 0) for part in (slope, second / safe - slope @ slope.T)]
-        )
-    (first, second), (other_first, other_second) = parts
-    outputs = [first + other_first, ca.vec(second + other_second)]
-    return Compiled(ca.Function("limit_slopes", [frequency, values], outputs).map(n_contacts))
+    limit = law.slip_limit(frequency, by_name)
+    slopes = ca.SX.zeros(1 + values.numel())
+    for value, sign in ((by_name["contact_stiffness"], 1), (limit, -1)):
+        slope = ca.densify(ca.jacobian(value, ca.vertcat(frequency, values))).T
+        slopes += ca.if_else(value > 0, sign * slope / ca.if_else(value > 0, value, 1), 0)
+    return Compiled(ca.Function("limit_slopes", [frequency, values], [slopes]).map(n_contacts))

@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from symhbm.model.contacts.motions import Located
 from symhbm.numerics import FloatArray
 
 SMALLEST_MOTION = 1e-150
@@ -69,6 +70,16 @@ class ContactState:
         """The contact, the begin and the end of all stretches of stick, (n_intervals,) each."""
         contact, stretch = np.nonzero(~np.isnan(self.stick_end))
         return contact, self.stick_begin[contact, stretch], self.stick_end[contact, stretch]
+
+    def located(self, vector: FloatArray) -> Located:
+        """What the equations take of the contacts, with a ``vector`` in the place of their own."""
+        n, size = vector.shape
+        # CasADi stores columns one after the other.
+        matrix = self.matrix.transpose(0, 2, 1).reshape(n, size * size)
+        sticking = np.where(self.slip, self.stick_fraction, 0.0)
+        events = np.concatenate([matrix, vector, sticking[:, None]], axis=1)
+        margins, slopes = self.slip_margin[:, None], self.slip_margin_gradient[:, None]
+        return Located(events, self.slip[:, None], margins, slopes, self)
 
     def split(self, count: int) -> list["ContactState"]:
         """The events of ``count`` batches of as many contacts each."""

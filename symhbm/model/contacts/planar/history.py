@@ -3,7 +3,7 @@
 import numpy as np
 from numpy.polynomial import legendre
 
-from symhbm.model.contacts.history import Behaviour, History, angles_from
+from symhbm.model.contacts.motions import Behaviour, History, angles_from
 from symhbm.model.contacts.planar.batch import series_of
 from symhbm.model.contacts.planar.collocation import STAGES, TO_SERIES, TURN
 from symhbm.model.contacts.planar.march import APART, BEGIN, END, FIRST, KIND, LAST, NODE, STICK

@@ -19,13 +19,20 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.model.contacts.history import Behaviour, History
-from symhbm.model.contacts.law import Located, SpringSliders, Switch, Values
+from symhbm.model.contacts.motions import (
+    Behaviour,
+    History,
+    Located,
+    Motions,
+    SpringSliders,
+    Switch,
+    Values,
+)
 from symhbm.model.contacts.normal import NORMAL, PRESSED, NormalLaw, Preload
 from symhbm.model.contacts.parameter import Parameter
 from symhbm.model.contacts.planar import batch
 from symhbm.model.contacts.planar.bends import bends_of
-from symhbm.model.contacts.planar.expansion import margin_by_variables, resting_bends
+from symhbm.model.contacts.planar.expansion import resting_bends, slip_margin
 from symhbm.model.contacts.planar.history import history_of
 from symhbm.model.contacts.planar.period import TOO_MANY
 from symhbm.model.contacts.planar.rest import middle_of
@@ -169,8 +176,9 @@ class PlanarFriction(NormalLaw):
         tangential, normal = self.n_variables(basis)
         return size * (2 * tangential + normal + 2)
 
-    def event_variables(self, motion: Any, frequency: Any, values: Values) -> Any:
+    def event_variables(self, at: Motions) -> Any:
         """Those of `batch`, of both forces one after the other."""
+        _, motion, frequency, values = at
         parts = ca.vertsplit(motion, motion.shape[0] // len(self.directions))
         load, friction = self.load(frequency, values), values["friction_coefficient"]
         pull = ca.vertcat(*parts[:2]) * values["contact_stiffness"]
@@ -179,13 +187,10 @@ class PlanarFriction(NormalLaw):
         push = ca.vertcat(load, values["normal_stiffness"] * parts[2])
         return ca.vertcat(pull, friction * push, push)
 
-    def force(
-        self, basis: FourierBasis, motion: Any, frequency: Any, values: Values, events: Any
-    ) -> Any:
+    def force(self, at: Motions, events: Any) -> Any:
         """Derivatives times variables: ``T``, and ``N`` less what the equilibrium holds."""
-        size = basis.n_components
-        tangential, normal = self.n_variables(basis)
-        variables = self.event_variables(motion, frequency, values)
+        size, variables = at.basis.n_components, self.event_variables(at)
+        tangential, normal = self.n_variables(at.basis)
         first = 2 * size * tangential
         # CasADi stores columns one after the other.
         slopes = ca.reshape(events[:first], tangential, 2 * size).T
@@ -193,22 +198,16 @@ class PlanarFriction(NormalLaw):
         if not self.varies:
             return force
         slopes = ca.reshape(events[first : first + normal * size], normal, size).T
-        held = ca.DM((basis.order == 0).astype(float)) * self.balanced_load(frequency, values)
-        return ca.vertcat(force, ca.mtimes(slopes, variables[tangential:]) - held)
+        normal_force = ca.mtimes(slopes, variables[tangential:]) - self.balanced_force(at)
+        return ca.vertcat(force, normal_force)
 
-    def locate(
-        self,
-        basis: FourierBasis,
-        motion: FloatArray,
-        frequency: float | FloatArray,
-        values: Values,
-        held: NDArray[np.bool_] | None = None,
-    ) -> Located:
+    def locate(self, at: Motions, held: NDArray[np.bool_] | None = None) -> Located:
         """Locate all events; stick alone can be imposed: slip goes on nowhere short of its onset.
 
         Opening and closing bend no derivative. Raises ArithmeticError where a motion is so large
         that its slip takes too many steps.
         """
+        basis, motion, frequency, values = at
         n, given = len(motion), self.physical(frequency, values)
         imposed = np.full(n, -1) if held is None else held[:, batch.SLIPS].astype(int)
         written = events, margins, slopes, figures = self._arrays(basis, n)
@@ -231,15 +230,9 @@ class PlanarFriction(NormalLaw):
         if failed:
             raise ArithmeticError(f"{self!r}: no periodic slip was found of a motion")
 
-    def margins_within(
-        self,
-        basis: FourierBasis,
-        motion: FloatArray,
-        error: FloatArray,
-        frequency: FloatArray,
-        values: Values,
-    ) -> FloatArray:
+    def margins_within(self, at: Motions, error: FloatArray) -> FloatArray:
         """Margins and what the error does to them, without the force."""
+        basis, motion, frequency, values = at
         written = _, margins, slopes, _ = self._arrays(basis, len(motion))
         motion, given = np.ascontiguousarray(motion), self.physical(frequency, values)
         asked = np.full(len(motion), batch.ASKED)
@@ -286,38 +279,24 @@ class PlanarFriction(NormalLaw):
         self, located: Located, frequency: float, values: Values
     ) -> tuple[FloatArray, FloatArray]:
         """Derivatives of the margins by the frequency and by the parameters."""
-        _, first, _ = self.load_slopes(frequency, values)
-        names = [*self.parameters]
-        slopes = np.zeros((len(first), 4, first.shape[1]))
-        for place, name in enumerate(("contact_stiffness", "normal_stiffness")):
-            if name in names:
-                slopes[:, place, 1 + names.index(name)] = 1
-        slopes[:, 2, 1 + names.index("friction_coefficient")] = 1
-        slopes[:, 3] = first
-        each = np.einsum("cqz,czp->cqp", located.details.margin_slopes, slopes)
-        return each[:, :, 0], each[:, :, 1:].transpose(2, 0, 1)
+        return self.by_parameters(located.details.margin_slopes, frequency, values)
 
     def margin_expansion(
-        self, basis: FourierBasis, motion: FloatArray, frequency: float, values: Values, switch: int
+        self, at: Motions, switch: int, instants: FloatArray | None = None
     ) -> tuple[float, FloatArray, FloatArray]:
-        """Margin, gradient and second derivatives, active instants moving with the motion."""
-        given = np.array([np.reshape(values[name], 1)[0] for name in self.parameters])
-        whole = np.concatenate([motion, [frequency], given])
+        """Of slip the resting place and the active instants move with the motion."""
+        if switch != batch.SLIPS:
+            return super().margin_expansion(at, switch, instants)
+        basis, (whole,) = at.basis, self._whole(at)
         variables, spread = (np.asarray(part.full()) for part in _variables(self, basis)(whole))
-        margin, first, second = margin_by_variables(basis, variables.ravel(), switch, self.varies)
-        bend = np.asarray(_bends(self, basis)(whole, first).full())
-        return margin, first @ spread, spread.T @ second @ spread + bend
+        own = self.n_variables(basis)[0]
+        margin, first, second = slip_margin(basis, variables.ravel()[:own], self.varies)
+        bend = _bends(self, basis)(whole, np.pad(first, (0, len(variables) - own))).full()
+        return margin, first @ spread[:own], spread[:own].T @ second @ spread[:own] + bend
 
-    def moving_events(
-        self,
-        basis: FourierBasis,
-        located: Located,
-        motion: FloatArray,
-        frequency: float,
-        values: Values,
-        weights: FloatArray,
-    ) -> FloatArray:
+    def moving_events(self, at: Motions, located: Located, weights: FloatArray) -> FloatArray:
         """Of slip, of where it begins and ends, of closing and opening, and of resting places."""
+        basis, motion, frequency, values = at
         imposed = np.where(located.states[:, batch.SLIPS], -1, 0)
         motion, given = np.ascontiguousarray(motion), self.physical(frequency, values)
         bends = np.empty((len(motion), *[sum(self.n_variables(basis))] * 2))
@@ -327,31 +306,27 @@ class PlanarFriction(NormalLaw):
             return bends
         figures, own = located.details.figures, slice(self.n_variables(basis)[0])
         rests = (figures[:, batch.STICK_SHARE] == 1) & (figures[:, batch.SLIP_DISTANCE] == 0)
-        parameters = np.array([values[name] for name in self.parameters])
+        whole = self._whole(at)
         for j in np.flatnonzero(rests):
-            whole = np.concatenate([motion[j], [frequency], parameters[:, j]])
-            variables = np.asarray(_variables(self, basis)(whole)[0].full()).ravel()[own]
+            variables = np.asarray(_variables(self, basis)(whole[j])[0].full()).ravel()[own]
             # The mean of the force is that of the motion less the resting place.
             mean = -weights[j, [0, basis.n_components]]
             bends[j, own, own] += resting_bends(basis, variables, mean, self.varies)
         return bends
+
+    def _whole(self, at: Motions) -> FloatArray:
+        """Motion, frequency and values contact by contact, (n, m K + 1 + p)."""
+        return np.column_stack(at.numbers(self))
 
     @staticmethod
     def middle_of(samples: FloatArray) -> FloatArray:
         """Where a slider rests, (2,), of samples (3, n) of ``x``, ``y`` and ``r`` [N]."""
         return middle_of(samples)
 
-    def history(
-        self,
-        basis: FourierBasis,
-        motion: FloatArray,
-        frequency: float | FloatArray,
-        values: Values,
-        n_angles: int,
-    ) -> list[History]:
+    def history(self, at: Motions, n_angles: int) -> list[History]:
         """From the pieces that `locate` finds."""
-        given = self.physical(frequency, values)
-        return [history_of(basis, *each, n_angles) for each in zip(motion, given, strict=True)]
+        each = zip(at.motion, self.physical(at.frequency, at.values), strict=True)
+        return [history_of(at.basis, *one, n_angles) for one in each]
 
     def largest_force(self, values: Values, size: float, switched: bool) -> FloatArray:
         """The springs', of contacts that slip or open."""
@@ -369,21 +344,14 @@ class PlanarFriction(NormalLaw):
         """Without friction contacts slide freely."""
         return {"friction_coefficient": 0.0}
 
-    def results(
-        self,
-        basis: FourierBasis,
-        located: Located,
-        motion: FloatArray,
-        frequency: float | FloatArray,
-        values: Values,
-    ) -> dict[str, FloatArray]:
+    def results(self, at: Motions, located: Located) -> dict[str, FloatArray]:
         """State, shares of the period, normal forces [N], path of the slider [m], energy [J]."""
         figures, states = located.details.figures, located.states
         state = np.where(states[:, batch.SLIPS], Behaviour.SLIPS, Behaviour.STICKS)
         if self.varies:
             state = np.where(states[:, batch.OPENS], Behaviour.OPENS, state)
             state = np.where(states[:, batch.TOUCHES], state, Behaviour.NEVER_TOUCHES)
-        return super().results(basis, located, motion, frequency, values) | dict(
+        return super().results(at, located) | dict(
             contact_state=state,
             stick_fraction=figures[:, batch.STICK_SHARE],
             open_fraction=figures[:, batch.OPEN_SHARE],
@@ -399,10 +367,8 @@ _CONSTANT = Parameter("N", "normal load of the contact", "$F_n$", "N", designed=
 
 def _symbols(law: PlanarFriction, basis: FourierBasis) -> tuple[Any, Any]:
     """Motion, frequency and values as one vector, and the event variables of them."""
-    size = basis.n_components * len(law.directions)
-    whole = ca.SX.sym("whole", size + 1 + len(law.parameters))
-    by_name = dict(zip(law.parameters, ca.vertsplit(whole[size + 1 :]), strict=True))
-    return whole, law.event_variables(whole[:size], whole[size], by_name)
+    at, symbols = Motions.symbols(law, basis)
+    return ca.vertcat(*symbols), law.event_variables(at)
 
 
 @lru_cache(maxsize=64)

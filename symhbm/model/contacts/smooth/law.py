@@ -12,8 +12,8 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.model.contacts.law import Located, Values
 from symhbm.model.contacts.memoryless import Instants, MemorylessLaw
+from symhbm.model.contacts.motions import Events, Located, Motions, Values
 from symhbm.model.contacts.parameter import Parameter
 from symhbm.model.contacts.smooth import graph, sums
 from symhbm.model.contacts.smooth.breaks import Motion, find_breaks
@@ -94,22 +94,12 @@ class SmoothForce(MemorylessLaw):
         """Values of the parameters contact by contact, (n, p)."""
         return np.array([values[name] for name in self.parameters], dtype=float).T
 
-    def _motion(self, motion: FloatArray, frequency: float | FloatArray, values: Values) -> Motion:
-        at = np.broadcast_to(np.asarray(frequency, dtype=float), len(motion))
-        return Motion(motion, at, self._given(values))
+    def _motion(self, at: Motions) -> Motion:
+        return Motion(*at.numbers(self))
 
-    def results(
-        self,
-        basis: FourierBasis,
-        located: Located,
-        motion: FloatArray,
-        frequency: float | FloatArray,
-        values: Values,
-    ) -> dict[str, FloatArray]:
+    def results(self, at: Motions, located: Located) -> dict[str, FloatArray]:
         """The energy that it dissipates, where it does not give back what it takes."""
-        if self.gives_back:
-            return {}
-        return super().results(basis, located, motion, frequency, values)
+        return {} if self.gives_back else super().results(at, located)
 
     def acts(self, values: Values) -> NDArray[np.bool_]:
         """Those with a force at any of the motions that are tried."""
@@ -128,48 +118,32 @@ class SmoothForce(MemorylessLaw):
         size = len(self.directions) * basis.n_components
         return size * (2 + size + len(self.parameters))
 
-    def locate(
-        self,
-        basis: FourierBasis,
-        motion: FloatArray,
-        frequency: float | FloatArray,
-        values: Values,
-        held: NDArray[np.bool_] | None = None,
-    ) -> Located:
+    def locate(self, at: Motions, held: NDArray[np.bool_] | None = None) -> Located:
         """The force by sums over samples, and its derivatives; details are those of the sums."""
-        at = self._motion(motion, frequency, values)
-        force, slope, details = sums.coefficients(self.instants, basis, at)
-        variables = np.column_stack([at.coefficients, at.frequency, at.parameters])
+        motion = self._motion(at)
+        force, slope, details = sums.coefficients(self.instants, at.basis, motion)
+        variables = np.column_stack([motion.coefficients, motion.frequency, motion.parameters])
         constant = force - np.einsum("niv,nv->ni", slope, variables)
-        n, size = motion.shape
+        n, size = at.motion.shape
         events = np.concatenate([constant, slope.transpose(0, 2, 1).reshape(n, -1)], axis=1)
         none = np.zeros((n, 0))
         return Located(events, none.astype(bool), none, np.zeros((n, 0, size)), details)
 
-    def force(
-        self, basis: FourierBasis, motion: Any, frequency: Any, values: Values, events: Any
-    ) -> Any:
+    def force(self, at: Motions, events: Any) -> Any:
         """The expansion about the motion of the events: exact to first order there."""
-        size = motion.shape[0]
+        size = at.motion.shape[0]
         slope = ca.reshape(events[size:], size, -1)
-        return events[:size] + slope @ self.event_variables(motion, frequency, values)
+        return events[:size] + slope @ self.event_variables(at)
 
-    def event_variables(self, motion: Any, frequency: Any, values: Values) -> Any:
-        """Motion, frequency and parameters."""
-        return ca.vertcat(motion, frequency, *(values[name] for name in self.parameters))
+    def moving(self, at: Motions, located: Located) -> Events:
+        """The break points."""
+        return sums.moving(self.instants, at.basis, self._motion(at), located.details)
 
-    def moving_events(
-        self,
-        basis: FourierBasis,
-        located: Located,
-        motion: FloatArray,
-        frequency: float,
-        values: Values,
-        weights: FloatArray,
-    ) -> FloatArray:
+    def moving_events(self, at: Motions, located: Located, weights: FloatArray) -> FloatArray:
         """All second derivatives of the sums, which the expansion has none of."""
-        at = self._motion(motion, frequency, values)
-        return sums.bends(self.instants, basis, at, located.details, weights)
+        motion = self._motion(at)
+        fixed = sums.bends(self.instants, at.basis, motion, located.details, weights)
+        return fixed + super().moving_events(at, located, weights)
 
     def sampling_errors(self, located: Located) -> FloatArray:
         """How far the last doubling of samples moved the coefficients of the force."""
@@ -179,25 +153,21 @@ class SmoothForce(MemorylessLaw):
         self, displacement: FloatArray, velocity: FloatArray, frequency: float, values: Values
     ) -> Instants:
         """Those of the expression."""
-        given = self._motion(displacement, frequency, values).parameters
-        force, slope = self.instants.slopes(arguments_of(displacement, velocity, given))
+        arguments = arguments_of(displacement, velocity, self._given(values))
+        force, slope = self.instants.slopes(arguments)
         m = len(self.directions)
         return Instants(force, slope[..., :m], slope[..., m : 2 * m])
 
-    def damping(
-        self, basis: FourierBasis, motion: FloatArray, frequency: float, values: Values
-    ) -> FloatArray:
+    def damping(self, at: Motions) -> FloatArray:
         """Sums of the slopes by velocities."""
-        at = self._motion(motion, frequency, values)
-        details = sums.coefficients(self.instants, basis, at)[2]
-        return sums.damping(self.instants, basis, at, details)
+        motion = self._motion(at)
+        details = sums.coefficients(self.instants, at.basis, motion)[2]
+        return sums.damping(self.instants, at.basis, motion, details)
 
-    def breaks(
-        self, basis: FourierBasis, motion: FloatArray, frequency: float, values: Values
-    ) -> list[FloatArray]:
+    def breaks(self, at: Motions) -> list[FloatArray]:
         """Zeros of the functions of break points."""
-        found = find_breaks(self.instants, basis, self._motion(motion, frequency, values))
-        return [each.angle for each in found]
+        breaks = find_breaks(self.instants, at.basis, self._motion(at))
+        return [each.angle for each in breaks]
 
     def __repr__(self) -> str:
         return f"SmoothForce({', '.join(self.parameters)})"

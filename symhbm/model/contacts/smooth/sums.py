@@ -11,6 +11,7 @@ from functools import cached_property, lru_cache
 
 import numpy as np
 
+from symhbm.model.contacts.motions import Events
 from symhbm.model.contacts.smooth.breaks import Angles, Breaks, Motion, find_breaks
 from symhbm.model.contacts.smooth.instants import Force
 from symhbm.numerics import FloatArray, FourierBasis
@@ -230,11 +231,7 @@ def damping(force: Force, basis: FourierBasis, motion: Motion, details: Details)
 def bends(
     force: Force, basis: FourierBasis, motion: Motion, details: Details, weights: FloatArray
 ) -> FloatArray:
-    """Second derivatives (n, v, v) of coefficients times ``weights`` (n, m K).
-
-    The slope of the force jumps at a break point, which moves: of an integral up to there that is
-    one more derivative.
-    """
+    """Second derivatives (n, v, v) of coefficients times ``weights`` (n, m K) at fixed breaks."""
     m, result = force.sizes.directions, np.zeros((len(motion), *[motion.n_variables] * 2))
     for j, own in enumerate(details.breaks):
         part, nodes = motion.of([j]), nodes_of(basis, [own], details.count[j])
@@ -251,32 +248,30 @@ def bends(
         place = m * basis.n_components
         result[j][:place, place] += mixed.ravel()
         result[j][place, :place] += mixed.ravel()
-        if nodes.pieces:
-            result[j] += _moving(force, basis, part, own, nodes, slope, weights[j])
     return result
 
 
-def _moving(
-    force: Force,
-    basis: FourierBasis,
-    motion: Motion,
-    breaks: Breaks,
-    nodes: Nodes,
-    slope: FloatArray,
-    weights: FloatArray,
-) -> FloatArray:
-    """What break points that move add to second derivatives, (v, v)."""
-    m = force.sizes.directions
-    rates = np.einsum("nia,na->ni", slope, motion.rates(nodes)[0])
-    left, right = _at_ends(rates[None], nodes)[:, 0]
-    jump = np.roll(right, 1, axis=0) - left
-    at_break = Angles(basis, breaks.angle[None])
-    _, by_argument = force.margins(motion.arguments(at_break)[0])
-    own = by_argument[np.arange(len(breaks.angle)), breaks.function]
-    rate = np.einsum("ba,ba->b", own, motion.rates(at_break)[0])
-    along = np.einsum("ba,bav->bv", own, motion.by_variables(at_break)[0])
-    test = (at_break.functions[0] * basis.norm) @ weights.reshape(m, -1).T
-    grazing = np.abs(rate) <= _GRAZING * breaks.fastest
-    # The jump of the derivative along a variable is that of the rate times how the break moves.
-    factor = -np.einsum("bi,bi->b", test, jump) / np.where(grazing, np.inf, rate) ** 2
-    return np.einsum("b,bi,bj->ij", factor, along, along)
+def moving(force: Force, basis: FourierBasis, motion: Motion, details: Details) -> Events:
+    """The break points of motions, at which slopes of the force jump."""
+    size, m = motion.n_variables, force.sizes.directions
+    none = np.zeros(0, dtype=int), np.zeros((0, size)), np.zeros((0, m, size))
+    parts = [Events(*none, np.zeros((0, basis.n_components)))]
+    for j, own in enumerate(details.breaks):
+        if not len(own.angle):
+            continue
+        part, nodes = motion.of([j]), nodes_of(basis, [own], details.count[j])
+        _, slope = force.slopes(part.arguments(nodes)[0])
+        rates = np.einsum("nia,na->ni", slope, part.rates(nodes)[0])
+        left, right = _at_ends(rates[None], nodes)[:, 0]
+        at_break = Angles(basis, own.angle[None])
+        _, by_argument = force.margins(part.arguments(at_break)[0])
+        of_break = by_argument[np.arange(len(own.angle)), own.function]
+        rate = np.einsum("ba,ba->b", of_break, part.rates(at_break)[0])
+        along = np.einsum("ba,bav->bv", of_break, part.by_variables(at_break)[0])
+        grazing = np.abs(rate) <= _GRAZING * own.fastest
+        moves = -along / np.where(grazing, np.inf, rate)[:, None]
+        # The jump of the derivative by a variable is that of the rate times how the break moves.
+        jump = (left - np.roll(right, 1, axis=0))[:, :, None] * moves[:, None]
+        share = at_break.functions[0] * basis.norm
+        parts.append(Events(np.full(len(moves), j), moves, jump, share))
+    return Events.joined(*parts)

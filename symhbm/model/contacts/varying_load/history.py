@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from symhbm.model.contacts.history import Behaviour, History, angles_from
+from symhbm.model.contacts.motions import Behaviour, History, angles_from
 from symhbm.model.contacts.varying_load.march import (
     ANCHOR,
     APART,

@@ -12,15 +12,21 @@ C. H. Menq, J. Sound Vib. 210 (1998), 461-481.
 """
 
 from dataclasses import dataclass
-from functools import lru_cache
 from typing import Any, ClassVar
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.model.contacts.history import Behaviour, History
-from symhbm.model.contacts.law import Located, Switch, Values
+from symhbm.model.contacts.motions import (
+    Behaviour,
+    Events,
+    History,
+    Located,
+    Motions,
+    Switch,
+    Values,
+)
 from symhbm.model.contacts.normal import NORMAL, PRESSED, NormalLaw
 from symhbm.model.contacts.parameter import Parameter
 from symhbm.model.contacts.varying_load.batch import (
@@ -38,8 +44,8 @@ from symhbm.model.contacts.varying_load.batch import (
     most_pieces,
 )
 from symhbm.model.contacts.varying_load.history import history_of
-from symhbm.model.contacts.varying_load.moving_events import moving_events
-from symhbm.numerics import Compiled, FloatArray, FourierBasis
+from symhbm.model.contacts.varying_load.moving import moving_events
+from symhbm.numerics import FloatArray, FourierBasis, turning_points
 
 
 @dataclass(frozen=True)
@@ -110,59 +116,41 @@ class VariableLoadFriction(NormalLaw):
         """``A, B, C, E`` and ``b, c, e`` of `symhbm.model.contacts.varying_load.coefficients`."""
         return 4 * basis.n_components**2 + 3 * basis.n_components
 
-    def force(
-        self, basis: FourierBasis, motion: Any, frequency: Any, values: Values, events: Any
-    ) -> Any:
+    def force(self, at: Motions, events: Any) -> Any:
         """``T`` and ``N`` less the share of the preload that the equilibrium holds."""
-        by_pull, by_press, by_normal, rest = self._linear(basis, frequency, values, events)
-        u, v = ca.vertsplit(motion, basis.n_components)
+        by_pull, by_press, by_normal, rest = self._linear(at, events)
+        u, v = ca.vertsplit(at.motion, at.basis.n_components)
         tangential = ca.mtimes(by_pull, u) + ca.mtimes(by_press, v)
         return ca.vertcat(tangential, ca.mtimes(by_normal, v)) + rest
 
-    def terms(
-        self,
-        basis: FourierBasis,
-        motion: Any,
-        travel: Any,
-        frequency: Any,
-        values: Values,
-        events: Any,
-    ) -> tuple[Any, Any]:
+    def terms(self, at: Motions, travel: Any, events: Any) -> tuple[Any, Any]:
         """Those of the force, which is linear in the motion."""
-        *slopes, rest = self._linear(basis, frequency, values, events)
+        *slopes, rest = self._linear(at, events)
         by_pull, by_press, by_normal = map(ca.fabs, slopes)
-        u, v = ca.vertsplit(travel, basis.n_components)
+        u, v = ca.vertsplit(travel, at.basis.n_components)
         tangential = ca.mtimes(by_pull, u) + ca.mtimes(by_press, v)
         return ca.vertcat(tangential, ca.mtimes(by_normal, v)) + ca.fabs(rest), 0
 
-    def _linear(
-        self, basis: FourierBasis, frequency: Any, values: Values, events: Any
-    ) -> tuple[Any, Any, Any, Any]:
-        """Derivatives of ``T`` by ``u`` and ``v`` and of ``N`` by ``v``, and what else they are."""
-        size, load = basis.n_components, self.load(frequency, values)
+    def _linear(self, at: Motions, events: Any) -> tuple[Any, Any, Any, Any]:
+        """Derivatives of ``T`` by ``u`` and ``v`` and of ``N`` by ``v``, and the rest of both."""
+        size, values = at.basis.n_components, at.values
+        load = self.load(at.frequency, values)
         parts = [events[k * size * size : (k + 1) * size * size] for k in range(4)]
         by_pull, by_anchor, by_wall, by_normal = (ca.reshape(part, size, size) for part in parts)
         anchor, wall, closed = (events[(4 * size + k) * size :][:size] for k in range(3))
         normal, friction = values["normal_stiffness"], values["friction_coefficient"]
-        held = ca.DM((basis.order == 0).astype(float)) * self.balanced_load(frequency, values)
         return (
             values["contact_stiffness"] * by_pull,
             -normal * (by_anchor + friction * by_wall),
             normal * by_normal,
-            ca.vertcat(-load * (anchor + friction * wall), load * closed - held),
+            ca.vertcat(-load * (anchor + friction * wall), load * closed - self.balanced_force(at)),
         )
 
-    def locate(
-        self,
-        basis: FourierBasis,
-        motion: FloatArray,
-        frequency: float | FloatArray,
-        values: Values,
-        held: NDArray[np.bool_] | None = None,
-    ) -> Located:
+    def locate(self, at: Motions, held: NDArray[np.bool_] | None = None) -> Located:
         """Locate all events; slip alone can be imposed, opening and closing bend no derivative."""
+        basis, motion, frequency, values = at
         n, size = len(motion), basis.n_components
-        given = self.physical(frequency, values)
+        physical = self.physical(frequency, values)
         imposed = _NONE if held is None else held[:, SLIP].astype(int)
         events, margins = np.empty((n, self.n_events(basis))), np.empty((n, 3))
         slopes, figures = np.empty((n, 3, 2 * size + 4)), np.empty((n, 6))
@@ -170,7 +158,7 @@ class VariableLoadFriction(NormalLaw):
         counts, turning = np.empty(n, dtype=int), np.empty((n, 4, 2))
         motion = np.ascontiguousarray(motion)
         written = events, margins, slopes, figures, pieces, counts, turning
-        locate(*basis.arrays, motion, given, imposed, *written)
+        locate(*basis.arrays, motion, physical, imposed, *written)
         states = margins > 0
         if held is not None:
             finite = np.isfinite(margins[:, SLIP])
@@ -179,15 +167,9 @@ class VariableLoadFriction(NormalLaw):
         details = Periods(pieces, counts, turning, figures, slopes)
         return Located(events, states, margins, by_motion, details)
 
-    def margins_within(
-        self,
-        basis: FourierBasis,
-        motion: FloatArray,
-        error: FloatArray,
-        frequency: FloatArray,
-        values: Values,
-    ) -> FloatArray:
+    def margins_within(self, at: Motions, error: FloatArray) -> FloatArray:
         """Margins and what the error does to them, without the force."""
+        basis, motion, frequency, values = at
         margins = np.empty((len(motion), 3))
         slopes = np.empty((len(motion), 3, motion.shape[1] + 4))
         arrays = map(np.ascontiguousarray, (motion, self.physical(frequency, values)))
@@ -203,48 +185,34 @@ class VariableLoadFriction(NormalLaw):
         result[:, 3] = self.load(frequency, values)
         return result
 
-    def by_parameters(
-        self, frequency: float, values: Values
-    ) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """``k_t, k_n, mu, N0`` by frequency and values: (n, 4), (n, 4, 1 + p), (n, 1 + p, 1 + p).
-
-        The last are second derivatives of ``N0``, the only ones that are not 0.
-        """
-        _, first, second = self.load_slopes(frequency, values)
-        slopes = np.zeros((len(first), 4, first.shape[1]))
-        names = [*self.parameters]
-        slopes[:, 0, 1 + names.index("contact_stiffness")] = 1
-        slopes[:, 1, 1 + names.index("normal_stiffness")] = 1
-        slopes[:, 2, 1 + names.index("friction_coefficient")] = 1
-        slopes[:, 3] = first
-        return self.physical(frequency, values), slopes, second
-
     def margin_slopes(
         self, located: Located, frequency: float, values: Values
     ) -> tuple[FloatArray, FloatArray]:
         """Derivatives of the margins by the frequency and by the parameters."""
-        _, slopes, _ = self.by_parameters(frequency, values)
-        each = np.einsum("cqz,czp->cqp", located.details.margin_slopes[:, :, -4:], slopes)
-        return each[:, :, 0], each[:, :, 1:].transpose(2, 0, 1)
+        each = located.details.margin_slopes[:, :, -4:]
+        return self.by_parameters(each, frequency, values)
 
-    def margin_expansion(
-        self, basis: FourierBasis, motion: FloatArray, frequency: float, values: Values, switch: int
-    ) -> tuple[float, FloatArray, FloatArray]:
-        """Margin, gradient and second derivatives, events moving with what they are of."""
-        each = {name: np.reshape(value, 1) for name, value in values.items()}
-        located = self.locate(basis, motion[None], frequency, each)
-        given, slopes, second = self.by_parameters(frequency, each)
-        turning, size = located.details.turning[0], 2 * basis.n_components
-        walls = (0, 1) if switch == SLIP else (1 + switch,)
-        angles = turning[list(walls), 1]
-        functions = [basis.values(angle, d) for angle in angles for d in range(3)]
-        margin, first, curvature = _expansion(basis, switch)(motion, given[0], *functions)
-        curvature = curvature.reshape(len(first), -1)
-        spread = np.zeros((size + 4, size + slopes.shape[2]))
-        spread[:size, :size], spread[size:, size:] = np.eye(size), slopes[0]
-        whole = spread.T @ curvature @ spread
-        whole[size:, size:] += first[-1] * second[0]
-        return float(margin[0]), first @ spread, whole
+    def margin_instants(self, at: Motions, switch: int) -> FloatArray:
+        """Of slip: where ``low`` is largest and ``high`` smallest."""
+        if switch != SLIP:
+            return super().margin_instants(at, switch)
+        stiffness, normal, friction, _ = self.physical(at.frequency, at.values)[0]
+        u, v = at.motion.reshape(2, -1)
+        press = friction * normal * v
+        points = turning_points(at.basis, stiffness * u + np.array([-press, press]))
+        return points.angle[[0, 1], [0, points.lowest[1]]]
+
+    def margin(self, at: Motions, switch: int, functions: list[Any]) -> Any:
+        """Of slip: the largest ``low`` less the smallest ``high``, over their sizes."""
+        if switch != SLIP:
+            return super().margin(at, switch, functions)
+        u, v = ca.vertsplit(at.motion, at.basis.n_components)
+        pull, friction = at.values["contact_stiffness"] * u, at.values["friction_coefficient"]
+        load, push = self.load(at.frequency, at.values), at.values["normal_stiffness"] * v
+        beyond = ca.dot(functions[0] - functions[1], pull)
+        beyond -= friction * (2 * load + ca.dot(functions[0] + functions[1], push))
+        moving = ca.DM((at.basis.order > 0).astype(float))
+        return beyond / ca.sqrt(ca.sumsqr(moving * pull) + friction**2 * self.size_of_load(at))
 
     def largest_force(self, values: Values, size: float, switched: bool) -> FloatArray:
         """The springs', of contacts that slip or open."""
@@ -263,19 +231,12 @@ class VariableLoadFriction(NormalLaw):
         """Without friction contacts slide freely."""
         return {"friction_coefficient": 0.0}
 
-    def results(
-        self,
-        basis: FourierBasis,
-        located: Located,
-        motion: FloatArray,
-        frequency: float | FloatArray,
-        values: Values,
-    ) -> dict[str, FloatArray]:
+    def results(self, at: Motions, located: Located) -> dict[str, FloatArray]:
         """State, shares of the period, normal forces [N], path of the slider [m], energy [J]."""
         state = np.where(located.states[:, SLIP], Behaviour.SLIPS, Behaviour.STICKS)
         state = np.where(located.states[:, OPEN], Behaviour.OPENS, state)
         state = np.where(located.states[:, TOUCH], state, Behaviour.NEVER_TOUCHES)
-        return super().results(basis, located, motion, frequency, values) | dict(
+        return super().results(at, located) | dict(
             **self.period_figures(located.details), contact_state=state
         )
 
@@ -291,80 +252,33 @@ class VariableLoadFriction(NormalLaw):
         )
         return {name: periods.figures[:, column] for name, column in columns.items()}
 
-    def history(
-        self,
-        basis: FourierBasis,
-        motion: FloatArray,
-        frequency: float | FloatArray,
-        values: Values,
-        n_angles: int,
-    ) -> list[History]:
+    def history(self, at: Motions, n_angles: int) -> list[History]:
         """From the pieces that `locate` finds."""
-        periods = self.locate(basis, motion, frequency, values).details
-        given, counts = self.physical(frequency, values), periods.counts.tolist()
-        return [
-            history_of(basis, motion[j], given[j], periods.pieces[j, :count], n_angles)
-            for j, count in enumerate(counts)
-        ]
+        periods, physical = self.locate(at).details, self.physical(at.frequency, at.values)
+        pieces = [each[:count] for each, count in zip(periods.pieces, periods.counts, strict=True)]
+        each = zip(at.motion, physical, pieces, strict=True)
+        return [history_of(at.basis, *one, n_angles) for one in each]
 
-    def event_variables(self, motion: Any, frequency: Any, values: Values) -> Any:
+    def event_variables(self, at: Motions) -> Any:
         """Motion, ``k_t``, ``k_n``, ``mu`` and ``N0``."""
+        _, motion, frequency, values = at
         names = "contact_stiffness", "normal_stiffness", "friction_coefficient"
         return ca.vertcat(motion, *map(values.__getitem__, names), self.load(frequency, values))
 
-    def moving_events(
-        self,
-        basis: FourierBasis,
-        located: Located,
-        motion: FloatArray,
-        frequency: float,
-        values: Values,
-        weights: FloatArray,
-    ) -> FloatArray:
-        """See `symhbm.model.contacts.varying_load.moving_events`."""
-        n, size = len(motion), motion.shape[1] + 4
-        result, periods = np.zeros((n, size, size)), located.details
-        arrays = map(np.ascontiguousarray, (motion, self.physical(frequency, values)))
-        parts = periods.pieces, periods.counts, np.ascontiguousarray(weights), result
-        moving_events(*basis.arrays, *arrays, *parts)
-        return result
+    def moving(self, at: Motions, located: Located) -> Events:
+        """See `symhbm.model.contacts.varying_load.moving`."""
+        periods, size = located.details, at.motion.shape[1]
+        most, variables = 2 * int(periods.counts.sum()), size + 4
+        written: Any = (
+            np.zeros(most, dtype=np.int64),
+            np.zeros((most, variables)),
+            np.zeros((most, 2, variables)),
+            np.zeros((most, size // 2)),
+        )
+        arrays = map(np.ascontiguousarray, (at.motion, self.physical(at.frequency, at.values)))
+        count = moving_events(at.basis.arrays, *arrays, periods.pieces, periods.counts, *written)
+        return Events(*(part[:count] for part in written))
 
 
 _NONE = np.empty(0, dtype=int)
 """Of contacts whose motions decide whether they slip."""
-
-
-@lru_cache(maxsize=64)
-def _expansion(basis: FourierBasis, switch: int) -> Compiled:
-    """Margin of a switch to second order by motion, ``k_t``, ``k_n``, ``mu`` and ``N0``.
-
-    Inputs: motion, these, and for each turning point the functions of the basis there and their
-    first two derivatives by the angle.
-    """
-    size = basis.n_components
-    motion, given = ca.SX.sym("motion", 2 * size), ca.SX.sym("given", 4)
-    variables, (stiffness, normal, friction, load) = ca.vertcat(motion, given), ca.vertsplit(given)
-    moving, mean = ca.DM((basis.order > 0).astype(float)), ca.DM((basis.order == 0).astype(float))
-    u, v = motion[:size], motion[size:]
-    press = normal**2 * ca.sumsqr(moving * v) + (load + normal * ca.dot(mean, v)) ** 2
-    square, signs = press, (0, 1 if switch == TOUCH else -1)
-    if switch == SLIP:
-        square = stiffness**2 * ca.sumsqr(moving * u) + friction**2 * press
-    inputs, value, moved = [motion, given], ca.SX(0), ca.SX(0)
-    for k in range(2 if switch == SLIP else 1):
-        functions = [ca.SX.sym(f"functions_{k}_{d}", size) for d in range(3)]
-        pull, push = (1 - 2 * k, -friction) if switch == SLIP else signs
-        parts = [
-            pull * stiffness * ca.dot(row, u)
-            + push * (normal * ca.dot(row, v) + (load if d == 0 else 0))
-            for d, row in enumerate(functions)
-        ]
-        rate = ca.jacobian(parts[1], variables)
-        bend = ca.if_else(parts[2] == 0, 1, parts[2])
-        value, moved = value + parts[0], moved - rate.T @ rate / bend
-        inputs += functions
-    margin = value / ca.sqrt(square)
-    curvature, gradient = ca.hessian(margin, variables)
-    whole = ca.densify(curvature + moved / ca.sqrt(square))
-    outputs = [margin, ca.densify(gradient), ca.vec(whole)]
-    return Compiled(ca.Function("expansion", inputs, outputs))

@@ -1,0 +1,248 @@
+"""Motions of contacts, and what laws find of them: events, states, histories, sliders."""
+
+from __future__ import annotations
+
+from dataclasses import dataclass
+from enum import IntEnum
+from typing import Any, NamedTuple
+
+import casadi as ca
+import numpy as np
+from numpy.typing import NDArray
+
+from symhbm.numerics import FloatArray, FourierBasis
+from symhbm.numerics.loops import Loop
+
+Values = dict[str, Any]
+"""Values of the parameters of a law by name: arrays (n_contacts,), or symbols of one contact."""
+
+
+class Motions(NamedTuple):
+    """Motions over a period of contacts of one law: of several as numbers, of one as symbols.
+
+    Attributes
+    ----------
+    basis
+        The harmonic set, of ``K`` components.
+    motion : (n, m K), or (m K) of symbols
+        Coefficients of the relative displacements [m], direction by direction.
+    frequency
+        Angular frequency [rad/s], one or (n,).
+    values
+        Values of the parameters of the law by name: (n,) each, or symbols.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import symhbm as sh
+    >>> from symhbm.model.contacts import Motions
+    >>> from symhbm.numerics import FourierBasis
+    >>> values = {"cubic_stiffness": np.array([1e8])}
+    >>> at = Motions(FourierBasis((1,)), np.array([[1e-3, 0.0]]), 100.0, values)
+    >>> sh.CubicSpring().forces(at, sh.CubicSpring().locate(at)).round(6)
+    array([[0.075, 0.   ]])
+    """
+
+    basis: FourierBasis
+    motion: Any
+    frequency: Any
+    values: Values
+
+    @classmethod
+    def symbols(cls, law: Any, basis: FourierBasis) -> tuple[Motions, list[Any]]:
+        """A motion of one contact of a law as symbols; these are motion, frequency and values."""
+        motion = ca.SX.sym("motion", basis.n_components * len(law.directions))
+        frequency, values = ca.SX.sym("frequency"), ca.SX.sym("values", len(law.parameters))
+        by_name = dict(zip(law.parameters, ca.vertsplit(values), strict=True))
+        return cls(basis, motion, frequency, by_name), [motion, frequency, values]
+
+    def of(self, chosen: Any) -> Motions:
+        """Those of some contacts, of one frequency."""
+        values = {name: value[chosen] for name, value in self.values.items()}
+        return self._replace(motion=self.motion[chosen], values=values)
+
+    def numbers(self, law: Any) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Motions, frequencies (n,) and values (n, p), as functions of a law take them."""
+        values = np.array([self.values[name] for name in law.parameters], dtype=float).T
+        return self.motion, np.broadcast_to(self.frequency, len(self.motion)), values
+
+
+class Switch(NamedTuple):
+    """What a contact may do within a period or not, and the names of its two events.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> sh.Coulomb().switches[0].begins, sh.Coulomb().switches[0].ends
+    ('onset of slip', 'end of slip')
+    """
+
+    name: str
+    begins: str
+    ends: str
+
+
+@dataclass(frozen=True)
+class Located:
+    """The events of ``n`` contacts of one law over one period.
+
+    Attributes
+    ----------
+    events : (n, e)
+        What `ContactLaw.force` takes of them.
+    states : (n, q)
+        Whether each switch is on.
+    margins : (n, q)
+        Positive when the motion asks for it, infinite where there is nothing to pass.
+    margins_by_motion : (n, q, m K)
+        Their derivatives by the motion.
+    details
+        What the law wants to know of them again: something with a method ``split(count)`` into
+        those of as many points, or None.
+
+    Examples
+    --------
+    Of a contact that moves by 1 mm under one harmonic, and slips then:
+
+    >>> import numpy as np
+    >>> import symhbm as sh
+    >>> from symhbm.model.contacts import Motions
+    >>> from symhbm.numerics import FourierBasis
+    >>> values = {"contact_stiffness": 1e4, "friction_coefficient": 0.5, "normal_load": 3.0}
+    >>> values = {name: np.array([value]) for name, value in values.items()}
+    >>> at = Motions(FourierBasis((1,)), np.array([[1e-3, 0.0]]), 100.0, values)
+    >>> located = sh.Coulomb().locate(at)
+    >>> located.states, located.margins.round(3)
+    (array([[ True]]), array([[1.897]]))
+    """
+
+    events: FloatArray
+    states: NDArray[np.bool_]
+    margins: FloatArray
+    margins_by_motion: FloatArray
+    details: Any = None
+
+
+class Sliders(NamedTuple):
+    """Contacts that are a spring in series with a slider, (n,) each.
+
+    Their ``stiffness`` [N/m] and ``limit`` [N].
+    """
+
+    stiffness: FloatArray
+    limit: FloatArray
+
+
+class SpringSliders(NamedTuple):
+    """Contacts between springs in both directions and a slider pressed by one, (n,) each.
+
+    Of the relative displacements ``u`` and ``v``, which closes where it is positive, with
+    ``p = N0 + k_n v``: the normal force is ``N = max(p, 0)`` and the friction force
+    ``T = k_t u - q``, ``|T| <= mu N``, where ``q`` moves as little as that takes. On the structure
+    act ``T`` against ``u`` and ``N`` less ``offset`` against ``v``.
+
+    Attributes
+    ----------
+    tangential_stiffness, normal_stiffness
+        ``k_t`` and ``k_n`` [N/m], 0 for a spring that is none.
+    friction_coefficient
+        ``mu``.
+    normal_load
+        ``N0`` [N], negative for a gap.
+    offset
+        Normal force [N] that is balanced where displacements are measured from.
+    """
+
+    tangential_stiffness: FloatArray
+    normal_stiffness: FloatArray
+    friction_coefficient: FloatArray
+    normal_load: FloatArray
+    offset: FloatArray
+
+
+class Events(NamedTuple):
+    """Instants that move with the motions of contacts, and the slopes of forces that jump there.
+
+    At fixed instants first derivatives of forces are exact. Second derivatives are therefore those
+    at fixed instants and a sum over instants: the gradient of the instant times the jump of the
+    first derivatives, weighted by `share`.
+
+    Attributes
+    ----------
+    contact : (k,)
+        The contact of each instant.
+    gradient : (k, v)
+        Derivative of the angle [rad] by the `ContactLaw.event_variables`.
+    jump : (k, m, v)
+        Derivative of the forces by the variables in front of the instant, less that behind it.
+        Where a force remembers a value of an instant: how fast its derivative moves with the angle.
+    share : (k, K)
+        What a jump of 1 adds to the coefficients of a force per angle: the functions of the basis
+        at the instant, times `FourierBasis.norm`. Where the force remembers the instant: the
+        coefficients of a force of 1 for as long as it does.
+    """
+
+    contact: NDArray[np.intp]
+    gradient: FloatArray
+    jump: FloatArray
+    share: FloatArray
+
+    @classmethod
+    def joined(cls, *parts: Events) -> Events:
+        """All of several."""
+        return cls(*map(np.concatenate, zip(*parts, strict=True)))
+
+    def second_derivatives(self, weights: FloatArray) -> FloatArray:
+        """What the instants add (n, v, v) to those of forces times ``weights`` (n, m K)."""
+        result = np.zeros((len(weights), *[self.gradient.shape[1]] * 2))
+        _add(*map(np.ascontiguousarray, (*self, weights)), result)
+        return result
+
+
+class Behaviour(IntEnum):
+    """What a contact does within a period: values of ``contact_state``."""
+
+    STICKS, SLIPS, OPENS, NEVER_TOUCHES = range(4)
+
+
+class History(NamedTuple):
+    """One contact over a period, closed: the last point is the first of the next period.
+
+    ``angle`` (n,) [rad]; ``displacement`` (m, n) [m] and ``force`` (m, n) [N] in the directions of
+    its law, the normal force whole; ``limit`` (n,) [N], the largest friction force that the normal
+    force allows; ``state`` (n,), what it does from each point on. Events are among the points.
+    """
+
+    angle: FloatArray
+    displacement: FloatArray
+    force: FloatArray
+    limit: FloatArray
+    state: NDArray[np.intp]
+
+    def changes(self, before: tuple[int, ...], after: tuple[int, ...]) -> NDArray[np.intp]:
+        """The points at which it goes from one of some states to one of others."""
+        came = np.isin(np.roll(self.state[:-1], 1), before)
+        return np.flatnonzero(came & np.isin(self.state[:-1], after))
+
+
+def angles_from(first: float, events: FloatArray, n_angles: int) -> FloatArray:
+    """Angles of a period from ``first`` on, its end and the events among them."""
+    period = 2 * np.pi
+    grid = first + period * np.arange(n_angles + 1) / n_angles
+    return np.unique(np.concatenate([grid, first + (events - first) % period]))
+
+
+@Loop
+def _add(contact: Any, gradient: Any, jump: Any, share: Any, weights: Any, result: Any) -> None:
+    """Add products of gradients and weighted jumps: their sum is symmetric, each need not be."""
+    (n, m, v), size = jump.shape, share.shape[1]
+    for e in range(n):
+        for d in range(m):
+            push = 0.0
+            for i in range(size):
+                push += weights[contact[e], d * size + i] * share[e, i] / 2
+            for a in range(v):
+                for b in range(v):
+                    part = push * gradient[e, a] * jump[e, d, b]
+                    result[contact[e], a, b] += part
+                    result[contact[e], b, a] += part
