@@ -10,6 +10,7 @@ import scipy.sparse as sp
 
 import symhbm as sh
 from symhbm.model import Excitation
+from symhbm.model.linear import LowRankSum
 from symhbm.model.records import (
     NotRebuiltError,
     NotStoredError,
@@ -65,6 +66,13 @@ def test_fields_come_back_to_the_bit():
         np.testing.assert_array_equal(found, value)
     np.testing.assert_array_equal(other.table[1], one.table[1])
     np.testing.assert_array_equal(other.matrix.toarray(), one.matrix.toarray())
+
+
+def test_matrices_in_factors_come_back():
+    """Those of damping by modes of large structures and rings."""
+    factors = np.arange(6.0).reshape(3, 2)
+    one = LowRankSum(sp.csc_array(np.eye(3)), factors, 1j * factors)
+    np.testing.assert_array_equal(again(one) @ np.eye(3), one @ np.eye(3))
 
 
 def test_classes_that_are_not_defined_are_named_and_never_imported():

@@ -8,11 +8,10 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from symhbm.model.records import record
+from symhbm.model.records import Record
 
 
-@record
-class LowRankSum:
+class LowRankSum(Record):
     """``sparse + left @ right^T``: a sparse matrix (n, m) and factors (n, rank) and (m, rank).
 
     It multiplies columns, adds to sparse matrices, and gives blocks, as those do.
