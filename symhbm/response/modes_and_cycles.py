@@ -80,7 +80,8 @@ def nonlinear_modes(
     Returns
     -------
     Dataset with ``frequency`` [Hz] and ``damping_ratio`` over ``amplitude`` [m], beside them
-    ``modal_amplitude`` [kg^1/2 m], the root of ``X^H M X`` summed over the harmonics above 0,
+    ``modal_amplitude`` [kg^1/2 m], the root of ``X^H M X`` summed over the harmonics above 0, of
+    one sector where the structure is a `symhbm.Sector` (that of the disk is root N times as large),
     ``coefficient`` [m], ``largest_displacement`` (dof) [m] and what contacts do, as in
     `symhbm.frf`. Events are those of contacts, ``fold`` where what moves turns back, and
     ``damping turns`` where the damping ratio has a maximum or a minimum.
