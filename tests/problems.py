@@ -5,8 +5,9 @@ the disk; all structures are made of it. A cell is a name as ``"coulomb chain po
 """
 
 from collections.abc import Callable, Iterable, Iterator, Mapping
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
+import casadi as ca
 import numpy as np
 import pytest
 
@@ -28,6 +29,34 @@ def _bush(y: Any, v: Any, p: Mapping[str, Any]) -> Any:
     return p["hardening"] * y**3 + p["loss"] * v
 
 
+class Coupled(sh.PolynomialLaw):
+    """Two displacements in one potential: each stiffens the other."""
+
+    directions = ("tangential", "across")
+    parameters: ClassVar = {"hardening": sh.Parameter("N m-3", "stiffness of both", "$a$")}
+    degree = 3
+
+    def force_at(self, displacement: Any, frequency: Any, values: Any) -> Any:
+        """The derivative of ``a / 4 (u^2 + v^2)^2``."""
+        return values["hardening"] * ca.sumsqr(displacement) * displacement
+
+
+class Driven(sh.Coulomb):
+    """Friction that the speed presses."""
+
+    parameters = sh.Coulomb.parameters | {
+        "damper_mass": sh.Parameter("kg", "mass of the damper", "$m$")
+    }
+
+    def slip_limit(self, frequency: Any, values: Any) -> Any:
+        """The load grows with the square of the frequency."""
+        load = values["normal_load"] + 0.1 * values["damper_mass"] * frequency**2
+        return values["friction_coefficient"] * load
+
+
+OWN_LAWS = [Coupled(), Driven()]
+
+
 def _friction(along: Any, **more: Any) -> sh.Contacts:
     return sh.Friction(tangential=along, **FRICTION | more)
 
@@ -44,6 +73,10 @@ LAWS: dict[str, Callable[..., Any]] = {
     ),
     "own": lambda along, across, normal: sh.SmoothLaw(
         _bush, {"hardening": (2e10, "N/m^3"), "loss": (3.0, "N s/m")}, along
+    ),
+    "coupled": lambda along, across, normal: sh.Contacts(Coupled(), along, across, hardening=2e10),
+    "driven": lambda along, across, normal: sh.Contacts(
+        Driven(), along, damper_mass=2e-4, **FRICTION
     ),
 }
 OPENS = {"varying", "stop", "pressed"}
@@ -130,11 +163,12 @@ STRUCTURES: dict[str, Callable[[str], Any]] = {
     "mistuned": mistuned,
     "reduced": reduced,
     "reduced-turning": lambda law: reduced(law, 300.0),
+    "reduced-ring": lambda law: sh.mistuned_ring(reduced(law, 300.0)),
     "condensed": chain,
     "condensed-sector": sector,
 }
 CYCLIC = {"sector", "turning", "air", "ring", "mistuned", "reduced", "reduced-turning"}
-CYCLIC |= {"condensed-sector"}
+CYCLIC |= {"condensed-sector", "reduced-ring"}
 """Structures of a disk, whose force is an engine order."""
 HARMONICS = {"1": (1,), "13": (1, 3), "0123": (0, 1, 2, 3)}
 

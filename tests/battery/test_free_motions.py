@@ -52,3 +52,30 @@ def test_modes_of_a_sector_are_those_of_its_ring(law):
         np.testing.assert_allclose(one[name], whole[name], rtol=1e-8)
     of_all = np.sqrt(N_SECTORS) * one.modal_amplitude
     np.testing.assert_allclose(of_all, whole.modal_amplitude, rtol=1e-8)
+
+
+@pytest.mark.parametrize(
+    "law",
+    ["coulomb", *(pytest.param(law, marks=pytest.mark.slow) for law in ("planar", "varying"))],
+)
+def test_flutter_limits_of_a_sector_are_those_of_its_ring(law):
+    alone, ring, options = pairs(law, 1, 0.3)
+    options |= dict(at=[1.0, 2.0], amplitude=(1e-6, 1e-3), disturbance=3e-4)
+    one, whole = (sh.flutter_limit(p, "normal_load", (0.5, 3), **options) for p in (alone, ring))
+    for name in ("flutter_limit", "flutter_limit_slope", "limit_frequency"):
+        np.testing.assert_allclose(one[name], whole[name], rtol=1e-8)
+
+
+def test_cycle_of_opposite_neighbours_is_one_of_all_blades_alone():
+    """The only wave of its frequency: a mode of the whole ring, which no wave is asked of."""
+    disk = sector("coulomb", damped=-0.2)
+    wave, whole = (
+        sh.limit_cycles(
+            sh.HarmonicBalance(model, None, (1, 3)), amplitude=(1e-6, 1e-2), dof=1,
+            progress=False, **which,
+        )
+        for model, which in ((disk, dict(nodal_diameter=2)), (assembled(disk).model, dict(mode=4)))
+    )  # fmt: skip
+    assert len(wave.frequency) == 1
+    for name in ("frequency", "amplitude"):
+        np.testing.assert_allclose(whole[name], wave[name], rtol=1e-8)

@@ -2,19 +2,30 @@
 
 import numpy as np
 import pytest
-from problems import HARMONICS, N_SECTORS, cases, cell, cells, force_of, problem, sector, solved
+from problems import (
+    HARMONICS,
+    N_SECTORS,
+    cases,
+    cell,
+    cells,
+    force_of,
+    problem,
+    reduced,
+    sector,
+    solved,
+)
 from rings import assembled
 
 import symhbm as sh
 
 SAME = {
-    "ring": "sector", "reduced": "sector", "reduced-turning": "turning",
+    "ring": "sector", "reduced": "sector", "reduced-turning": "turning", "reduced-ring": "turning",
     "condensed": "chain", "condensed-sector": "sector",
 }  # fmt: skip
 """Structures whose motion is that of another one, at the places they keep."""
 QUICK = [
     "varying ring static 0123", "planar ring order 13", "pressed reduced static 0123",
-    "planar reduced-turning order 13", "own condensed base 13", "stop condensed-sector order 0123",
+    "planar reduced-ring order 13", "own condensed base 13", "stop condensed-sector order 0123",
 ]  # fmt: skip
 
 
@@ -26,7 +37,8 @@ def test_structures_that_move_alike(name):
     if structure == "ring":
         found = found[: len(expected)]
     else:
-        kept = given.model.kept if structure.startswith("reduced") else given.model.dofs
+        own = reduced(law, 300.0) if structure == "reduced-ring" else given.model
+        kept = own.kept if structure.startswith("reduced") else given.model.dofs
         found, expected = found[: len(kept)], expected[np.asarray(kept)]
     np.testing.assert_allclose(found, expected, atol=2e-8 * np.abs(expected).max())
 

@@ -8,6 +8,7 @@ QUICK = [
     "planar blade base 1", "own blade point 13", "coulomb mistuned order 13",
     "pressed reduced-turning static 0123", "varying rotor base 0123", "stop air order 0123",
     "cubic condensed static 0123", "planar condensed-sector order 13",
+    "coupled turning order 13", "driven ring order 1",
 ]  # fmt: skip
 
 

@@ -9,8 +9,9 @@ import symhbm as sh
 QUICK = [
     "planar blade point 13", "varying rotor static 0123", "stop sector order 0123",
     "coulomb air order 13", "pressed reduced static 0123", "own turning order 1",
+    "driven ring order 13",
 ]  # fmt: skip
-UNIQUE = [name for name in cells() if cell(name).law != "cubic"]
+UNIQUE = [name for name in cells() if cell(name).law not in ("cubic", "coupled")]
 
 
 @pytest.mark.parametrize("name", cases(QUICK, UNIQUE))
@@ -34,7 +35,8 @@ def test_half_a_period_later(name):
 SCALED = {
     "none": {}, "coulomb": {"normal_load": 1}, "planar": {"normal_load": 1},
     "varying": {"normal_load": 1}, "pressed": {"normal_load": 1}, "stop": {"gap": 1},
-    "own": {"hardening": -2}, "cubic": {"cubic_stiffness": -2},
+    "own": {"hardening": -2}, "cubic": {"cubic_stiffness": -2}, "coupled": {"hardening": -2},
+    "driven": {"normal_load": 1, "damper_mass": 1},
 }  # fmt: skip
 
 
@@ -53,7 +55,8 @@ def test_twice_the_forces_and_lengths(name):
 
 RELEASED = {
     "coulomb": {"normal_load": 1e-9}, "planar": {"normal_load": 1e-9}, "stop": {"gap": 1.0},
-    "cubic": {"cubic_stiffness": 1e-9}, "own": {"hardening": 1e-9, "loss": 0.0},
+    "cubic": {"cubic_stiffness": 1e-9}, "coupled": {"hardening": 1e-9},
+    "driven": {"normal_load": 1e-9, "damper_mass": 0.0}, "own": {"hardening": 1e-9, "loss": 0.0},
 }  # fmt: skip
 
 
