@@ -565,3 +565,24 @@ def test_many_harmonics_of_a_polynomial_take_few_operations():
     """Products of waves would be 62 x 62 x 125 multiplications."""
     basis = FourierBasis(tuple(range(32)))
     assert graph_of(sh.CubicSpring(), basis).force.n_instructions() < 120_000
+
+
+class Fifth(sh.PolynomialLaw):
+    """A bush of the fifth power."""
+
+    directions = ("bend",)
+    parameters = {"bush_stiffness": sh.Parameter("N m-5", "stiffness of the bush")}  # noqa: RUF012
+    degree = 5
+
+    def force_at(self, displacement, frequency, values):
+        return values["bush_stiffness"] * displacement**5
+
+
+def test_pictures_draw_a_law_of_the_user_without_memory():
+    bush = sh.Contacts(Fifth(), [(0,)], bush_stiffness=1e12)
+    blade = sh.Model([[1.0]], [[5.0]], [[1e4]], contacts={"bush": bush})
+    problem = sh.HarmonicBalance(blade, sh.PointForce(), (1, 3))
+    for result in (sh.solve(problem, 15.0), sh.periodic_motion(problem, 15.0)):
+        line = max(sh.plot.hysteresis(result).axes[0].lines, key=lambda one: len(one.get_xdata()))
+        power = np.polyfit(*np.log(np.abs([line.get_xdata(), line.get_ydata()]) + 1e-300), 1)[0]
+        assert power == pytest.approx(5)
