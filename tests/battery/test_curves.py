@@ -12,7 +12,7 @@ import symhbm as sh
 
 FEW = [
     "coulomb blade base 13", "stop rotor static 0123", "planar reduced-turning order 1",
-    "varying air order 0123",
+    "varying air order 0123", "none blade static 0123",
 ]  # fmt: skip
 
 

@@ -49,6 +49,7 @@ class CompiledCorrector(Corrector):
             function.inputs[0][:] = np.concatenate([np.ravel(array) for array in arguments])
         self._n_switches = len(self._tangent.inputs[3])
         self._count = ResonanceCount(curve)
+        self._n_harmonics = sum(n > 0 for n in curve.problem.harmonics)
 
     def correct(
         self,
@@ -110,7 +111,9 @@ class CompiledCorrector(Corrector):
         norm, _, amplification, error, below, crosses = values[:SCALARS].tolist()
         of_contacts, n = values[SCALARS:].copy(), self._n_switches
         end = len(of_contacts) - n
-        springs = of_contacts[n:end].reshape(2, 1, -1)
+        # Closed forms of several harmonics (no contacts) count the resonances of all at once.
+        springs = of_contacts[n:end].reshape(2, 1, -1).repeat(self._n_harmonics, axis=1)
+        counted = below >= 0 and self._n_harmonics == 1
         return Corrected(
             point,
             direction,
@@ -121,7 +124,7 @@ class CompiledCorrector(Corrector):
             of_contacts[:n],
             of_contacts[end:],
             crosses > 0,
-            (int(below) // 2,) if below >= 0 else self._count.below_with(springs[0], point[-1]),
+            (int(below) // 2,) if counted else self._count.below_with(springs[0], point[-1]),
             springs,
         )
 
