@@ -73,3 +73,38 @@ def test_a_warning_names_the_curves_of_a_sweep():
     assert text.startswith("1 of 2 curves are incomplete")
     assert "those of force_amplitude=3.0" in text
     assert "more harmonics if contacts lift off" in text
+
+
+def pressed_lightly():
+    """Planar friction that lifts off; its slip begins with two folds very close to each other."""
+    stiffness = [
+        [22340, 1300, 3500, -20],
+        [1300, 24110, 4240, 4370],
+        [3500, 4240, 30500, 3100],
+        [-20, 4370, 3100, 32280],
+    ]
+    pad = sh.Friction(
+        tangential=(0,), across=(1,), normal=(2,), contact_stiffness=3120, normal_stiffness=4990,
+        friction_coefficient=0.43, normal_load=1.2,
+    )  # fmt: skip
+    damping = [
+        [1.2, 0.03, 0.09, 0],
+        [0.03, 1.24, 0.1, 0.1],
+        [0.09, 0.1, 1.4, 0.07],
+        [0, 0.1, 0.07, 1.44],
+    ]
+    model = sh.Model(np.eye(4), damping, stiffness, contacts={"pad": pad})
+    force = sh.HarmonicForce(
+        cosine={1: [0.389, 0.432, 0.2, -0.477]}, sine={1: [-0.417, -0.319, 0.086, -0.228]}
+    )
+    return sh.HarmonicBalance(model, force, (0, 1))
+
+
+def test_a_light_preload_is_passed_from_both_sides():
+    problem, at = pressed_lightly(), [30.5, 31.5, 32.5, 33.0]
+    curves = [sh.frf(problem, band, at, throw=True) for band in ((30, 34), (34, 30))]
+    alone = [sh.solve(problem, value, throw=True).amplitude for value in at]
+    for curve in curves:
+        assert curve.status == sh.Status.REACHED_END
+        np.testing.assert_allclose(curve.amplitude[:, 0], alone, rtol=1e-8)
+        np.testing.assert_allclose(curve.peak_frequency, curves[0].peak_frequency, rtol=1e-8)
