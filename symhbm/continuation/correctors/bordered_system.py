@@ -11,7 +11,7 @@ import numpy as np
 
 from symhbm.balance import DynamicStiffness, Equations
 from symhbm.continuation.correctors.condensed_graph import condensed_graph
-from symhbm.continuation.correctors.constraints import BEYOND
+from symhbm.continuation.correctors.constraints import BEYOND, ROUND_OFF
 from symhbm.continuation.problem import WEAKEST
 from symhbm.model.contacts import graph_of
 from symhbm.numerics import constant
@@ -160,7 +160,10 @@ def _bordered(
     limits = ca.horzcat(gradients * scale[0], by_omega * scale[1])
     scales = ca.vertcat(ca.repmat(scale[0], n), scale[1])
     value = ca.dot(normal, (point - symbol["anchor"]) / scales)
-    value += ca.sum1(ca.if_else(limit > 0, margins, 0))
+    # See `AtLimit`: of a stiff contact no margin is smaller than the last digits of the unknowns.
+    noise = ROUND_OFF * ca.mtimes(ca.fabs(limits), ca.fabs(point / scales))
+    at_limit = ca.logic_and(limit > 0, ca.fabs(margins) > noise)
+    value += ca.sum1(ca.if_else(at_limit, margins, 0))
     row = normal.T + ca.mtimes(limit.T, limits)
     force = ca.if_else(magnitude > 0, magnitude, 1)
     top = ca.horzcat(jacobian * (scale[0] / force), by_frequency * (scale[1] / force))

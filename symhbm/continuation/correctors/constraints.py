@@ -14,6 +14,8 @@ ON_LIMIT = 1e-9
 """Margin up to which contacts are on their limits, and change state together."""
 BEYOND = 1e-11
 """Margin beyond which a contact is in the wrong state."""
+ROUND_OFF = 1e-15
+"""Error of a margin by those of the unknowns, relative to the sum of its terms by each of them."""
 
 
 class Constraint(Protocol):
@@ -44,9 +46,11 @@ class AtLimit(NamedTuple):
     scale: FloatArray
 
     def __call__(self, point: FloatArray, evaluation: Evaluation) -> tuple[float, FloatArray]:
-        """The margin of the switch, and its gradient."""
+        """The margin of the switch, 0 where that is round-off, and its gradient."""
         row = self.curve.margin_gradient(evaluation, self.contact)
-        return float(evaluation.states.margins[self.contact]), row * self.scale
+        margin = float(evaluation.states.margins[self.contact])
+        known = abs(margin) > ROUND_OFF * float(np.dot(np.abs(row), np.abs(point)))
+        return margin if known else 0.0, row * self.scale
 
 
 class Corrected(NamedTuple):

@@ -62,6 +62,9 @@ def first_limit(
         forward = (solution.point[-1] - base.value) * base.after[-1] > 0
         if not 0 < share < _LARGEST_SHARE or not (forward or not single_valued):
             return None
+        # What was solved for is on its limit, though round-off may move its margin.
+        solution.margins[contact] = 0.0
+        solution = solution._replace(crosses=bool(crossed(solution.margins, base.switches).any()))
         if not solution.crosses:
             # Those that were at their limits at the start of the step come from it.
             limits = (np.abs(solution.margins) <= ON_LIMIT) & (np.abs(base.margins) > ON_LIMIT)

@@ -91,3 +91,22 @@ def test_stored_results_of_contacts_are_verified():
         wrong[name][5, 0] = 1.01 * wrong[name][5, 0] + 1e-4
         found = sh.verify(wrong, exact="none", progress=False).contact_mismatch
         assert found.max() == found[5] > 1e-4, name
+
+
+@pytest.mark.parametrize("harmonics", [(1,), (1, 3)], ids=["closed", "located"])
+def test_round_off_of_a_stiff_contact_stops_no_path(harmonics):
+    """Its limit of slip is 1e-12 of a metre: one digit of a motion moves the margin by 1e-8."""
+    peaks = []
+    for stiffness in (1e9, 1e12):
+        joint = sh.Friction(
+            tangential=((0, 1),),
+            contact_stiffness=stiffness, friction_coefficient=0.4, normal_load=3.0,
+        )  # fmt: skip
+        matrices = np.eye(2), np.diag([2.0, 3.0]), [[3e4, -1e4], [-1e4, 4e4]]
+        model = sh.Model(*matrices, contacts={"joint": joint})
+        problem = sh.HarmonicBalance(model, sh.HarmonicForce({1: [10, 0]}), harmonics)
+        response = sh.frf(problem, (15, 45), max_points=150, progress=False)
+        assert response.status.item() == sh.Status.REACHED_END
+        assert response.rejected_steps.item() < 80
+        peaks.append(response.peak_amplitude.max().item())
+    assert peaks[1] == pytest.approx(peaks[0], rel=1e-5)
