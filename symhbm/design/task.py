@@ -147,7 +147,7 @@ class Task:
         with warnings.catch_warnings():
             # The problem was warned of already.
             warnings.filterwarnings("ignore", message=DOUBT)
-            shared: runs.Sharing = dict(executor=running.executor, progress=running.progress)
+            shared = runs.Sharing(executor=running.executor, progress=running.progress)
             return frf(best, self.hull, over=over or None, **shared)
 
     def compared(self, result: xr.Dataset, heights: FloatArray) -> Comparison | None:

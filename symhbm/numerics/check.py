@@ -143,7 +143,7 @@ def known(name: str, allowed: Iterable[str], what: str = "parameter") -> None:
 def one_of(name: str, value: object, allowed: Iterable[str]) -> str:
     """Return ``value``; raise a ValueError that lists the allowed words unless it is one."""
     allowed = list(allowed)
-    if value not in allowed:
+    if not isinstance(value, str) or value not in allowed:
         raise ValueError(f"{name}={shown(value)}: expected one of {', '.join(map(repr, allowed))}")
     return str(value)
 

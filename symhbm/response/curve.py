@@ -2,8 +2,8 @@
 
 import sys
 from collections.abc import Sequence
-from dataclasses import dataclass, replace
-from functools import cache, cached_property, partial
+from dataclasses import replace
+from functools import cache, partial
 from itertools import chain
 from typing import Any
 
@@ -33,7 +33,7 @@ from symhbm.response.accuracy import (
 )
 from symhbm.response.curve_table import CurveTable, put
 from symhbm.response.describe import describe_each, unsolved
-from symhbm.response.events_between import events_between
+from symhbm.response.events import events_between
 from symhbm.response.unforced import (
     blank_cycle_curve,
     blank_mode_curve,
@@ -142,25 +142,20 @@ def symmetry_of(request: Request, problem: HarmonicBalance) -> Symmetry | None:
     return problem.equal_sectors
 
 
-@dataclass(frozen=True)
 class Curve(CurveTable):
     """A response curve: its branch ``parts``, and on a grid the solutions at each of its values."""
 
-    request: Request
-    refinement: Refinement
-    parts: list[BranchPart]
-    solutions_at: list[list[Solution]]
-
-    @cached_property
-    def solutions(self) -> list[Solution]:
-        """The solutions along the path."""
-        return joined(self.parts)
-
-    @cached_property
-    def highest_level(self) -> int:
-        """The highest level of all parts and solutions."""
-        solutions = chain(*(part.solutions() for part in self.parts), *self.solutions_at)
-        return max((item.level for item in chain(self.parts, solutions)), default=0)
+    def __init__(
+        self,
+        request: Request,
+        refinement: Refinement,
+        parts: list[BranchPart],
+        solutions_at: list[list[Solution]],
+    ):
+        self.request, self.refinement, self.parts = request, refinement, parts
+        self.solutions, self.solutions_at = joined(parts), solutions_at
+        solutions = chain(*(part.solutions() for part in parts), *solutions_at)
+        self.highest_level = max((item.level for item in chain(parts, solutions)), default=0)
 
     @property
     def ended(self) -> Status:

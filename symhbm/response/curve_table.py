@@ -20,16 +20,15 @@ _WHOLE = (Status.REACHED_END, Status.CLOSED)
 
 
 class CurveTable(ABC):
-    """The ``solutions`` along the path of a request, and those at each value of its grid."""
+    """The ``solutions`` along the path of a request, and those at each value of its grid.
+
+    ``highest_level`` is that of the harmonics of all solutions.
+    """
 
     request: Request
     solutions: list[Solution]
     solutions_at: list[list[Solution]]
-
-    @property
-    @abstractmethod
-    def highest_level(self) -> int:
-        """The highest level of harmonics of all solutions."""
+    highest_level: int
 
     @abstractmethod
     def problem_of(self, level: int) -> HarmonicBalance:

@@ -147,8 +147,8 @@ def frf(
     band = check_band("frequency", frequency, "positive", " in Hz")
     problem.model.check_frequencies("frequency", band)
     axis = dict(name="frequency", band=band, at=check_grid(at, band))
-    asked = dict(accuracy=accuracy, stability=stability, phase_resonances=phase_resonances)
-    asked |= dict(angles=angles, peaks=peaks, sector=sector)
+    asked: dict[str, Any] = dict(accuracy=accuracy, stability=stability, angles=angles)
+    asked |= dict(phase_resonances=phase_resonances, peaks=peaks, sector=sector)
     return _response(problem, axis, over, runs.Running.of(run), **asked)
 
 
@@ -231,8 +231,8 @@ def follow(
         index=check_index(problem, parameter, contact, dof),
     )
     problem.model.check_frequencies("frequency", frequency)
-    asked = dict(accuracy=accuracy, stability=stability, phase_resonances=phase_resonances)
-    asked |= dict(angles=angles, peaks=peaks, sector=sector)
+    asked: dict[str, Any] = dict(accuracy=accuracy, stability=stability, angles=angles)
+    asked |= dict(phase_resonances=phase_resonances, peaks=peaks, sector=sector)
     return _response(problem, axis, over, runs.Running.of(run), **asked)
 
 

@@ -22,19 +22,17 @@ class UnforcedCurve(CurveTable):
     """
 
     NAMES: ClassVar[dict[str, str]] = {}
-    highest_level = 0
 
     def __init__(self, request: Request, curve: UnforcedProblem, branch: Any):
-        self.request, self.curve, self.branch = request, curve, branch
+        self.request, self.curve, self.branch, self.highest_level = request, curve, branch, 0
         points, at = () if branch is None else branch.points, request.at
         self.solutions = [
             Solution(p.value, 0, p.unknowns, np.nan, p.solves, events=p.events) for p in points
         ]
-        values = [] if at is None else request.followed(at).tolist()
-        self.solutions_at = [
-            [Solution.at(value, 0, *of) for of in ([(None, 0)] if not branch else branch.at(value))]
-            for value in values
-        ]
+        self.solutions_at = []
+        for value in [] if at is None else request.followed(at).tolist():
+            states: list[Any] = [(None, 0)] if branch is None else branch.at(value)
+            self.solutions_at.append([Solution.at(value, 0, *state) for state in states])
 
     def own(self, unknowns: FloatArray) -> Table:
         """Results (n,) of motions with all their unknowns (n, n_unknowns), by their names."""

@@ -8,7 +8,7 @@ import numpy as np
 from symhbm.continuation import Event, PathState, corrector_of
 from symhbm.numerics import Table
 from symhbm.response.accuracy import Refinement, Solution
-from symhbm.response.phase_resonances import phase_resonances
+from symhbm.response.events.phase_resonances import phase_resonances
 from symhbm.results import Request
 from symhbm.time_domain import Change, Known, stability_changes
 
