@@ -1,6 +1,5 @@
 """One page for all studies: pictures, parameters and landmarks, without any outside resource."""
 
-import json
 import re
 from collections.abc import Iterable, Sequence
 from dataclasses import dataclass
@@ -18,6 +17,7 @@ from studies.page_style import STYLE
 from studies.readings import READINGS
 from studies.run import KINDS
 from symhbm.model import PARAMETERS
+from symhbm.results import Description
 
 TITLE = "Forced response of a bladed disk with dry friction: figures and checks"
 SOURCE = (
@@ -70,7 +70,7 @@ def parameters(dataset: xr.Dataset) -> list[tuple[str, str]]:
     """Names and values of what a study was computed with."""
     rows = []
     if "problem" in dataset.attrs:
-        rows.append(("structure", _structure(json.loads(dataset.attrs["problem"]))))
+        rows.append(("structure", _structure(Description(dataset))))
     described = {name: (units, long_name) for name, (units, long_name, *_) in PARAMETERS.items()}
     for name in NORMAL_SIDE & dataset.variables.keys():
         described[name] = dataset[name].attrs["units"], dataset[name].attrs["long_name"]
@@ -90,8 +90,8 @@ def parameters(dataset: xr.Dataset) -> list[tuple[str, str]]:
     return rows
 
 
-def _structure(problem: dict) -> str:
-    excitation, count = problem["excitation"], problem["n_dof"]
+def _structure(description: Description) -> str:
+    excitation, count = description.forces[0], description.problem["n_dof"]
     blades = "one blade" if count == 1 else f"ring of {count} blades"
     if excitation["type"] == "EngineOrder":
         return f"{blades}, travelling wave of an engine order"
