@@ -813,6 +813,11 @@ class Structure(Record, ABC):
 class PlacesAlone(Structure):
     """A structure of which nothing is known but its size and its places."""
 
+    WITHOUT_MATRICES = (
+        "those of the whole structure are not known to a reduced one; expected "
+        "BaseMotion(...).on(structure) with the whole structure"
+    )
+
     def dynamic_stiffness(
         self, harmonic: int, frequency: float
     ) -> tuple[ComplexArray, ComplexArray]:
