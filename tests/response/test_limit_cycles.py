@@ -290,7 +290,9 @@ def test_contacts_open_along_a_branch():
     on = found.cycle_branch.values == 1
     opens, amplitude = found.contact_state.values[on, 0] == 2, found.amplitude.values[on]
     assert (opens == (np.arange(len(opens)) >= np.argmax(opens))).all()
-    assert found.friction_coefficient.values[on][np.argmax(opens)] == pytest.approx(value, rel=1e-9)
+    # At the onset itself the contact just touches: round-off tells whether it is open there.
+    around = found.friction_coefficient.values[on][np.argmax(opens) - 1 : np.argmax(opens) + 1]
+    assert np.abs(around / value - 1).min() < 1e-9
     assert (np.diff(amplitude[: np.argmax(opens)]) > 0).all()
     # One more pair of cycles between the folds; the low cycle goes on beyond both of them.
     grid = cycles(
