@@ -2,10 +2,10 @@
 
 import numpy as np
 import pytest
-from problems import N_SECTORS, OPENS, sector
 from rings import assembled
 
 import symhbm as sh
+from tests.problems import N_SECTORS, OPENS, sector
 
 
 def pairs(law, nodal_diameter, damped):

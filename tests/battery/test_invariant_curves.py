@@ -6,9 +6,9 @@ import pickle
 import numpy as np
 import pytest
 import xarray as xr
-from problems import BAND, OWN_LAWS, cases, cell, cells, problem
 
 import symhbm as sh
+from tests.problems import BAND, OWN_LAWS, cases, cell, cells, problem
 
 FEW = [
     "coulomb blade base 13", "stop rotor static 0123", "planar reduced-turning order 1",

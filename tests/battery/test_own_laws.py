@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from problems import blade, problem
 
 import symhbm as sh
+from tests.problems import blade, problem
 
 SAMPLES, OMEGA = 4096, 150.0
 

@@ -2,7 +2,10 @@
 
 import numpy as np
 import pytest
-from problems import (
+from rings import assembled
+
+import symhbm as sh
+from tests.problems import (
     HARMONICS,
     N_SECTORS,
     cases,
@@ -14,9 +17,6 @@ from problems import (
     sector,
     solved,
 )
-from rings import assembled
-
-import symhbm as sh
 
 SAME = {
     "ring": "sector", "reduced": "sector", "reduced-turning": "turning", "reduced-ring": "turning",

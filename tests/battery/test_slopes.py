@@ -2,7 +2,8 @@
 
 import numpy as np
 import pytest
-from problems import cases, cells, problem
+
+from tests.problems import cases, cells, problem
 
 QUICK = [
     "planar blade base 1", "own blade point 13", "coulomb mistuned order 13",

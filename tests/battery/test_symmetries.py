@@ -2,9 +2,9 @@
 
 import numpy as np
 import pytest
-from problems import HARMONICS, STRUCTURES, cases, cell, cells, force_of, problem, solved
 
 import symhbm as sh
+from tests.problems import HARMONICS, STRUCTURES, cases, cell, cells, force_of, problem, solved
 
 QUICK = [
     "planar blade point 13", "varying rotor static 0123", "stop sector order 0123",

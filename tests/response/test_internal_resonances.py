@@ -1,10 +1,10 @@
 """Modes near 1:2 and 1:3: all motions at one amplitude, found without a path by `alternating`."""
 
-import alternating
 import numpy as np
 import pytest
 
 import symhbm as sh
+from tests import alternating
 
 CUBIC = dict(cubic_stiffness=1e9)
 SLIDER = dict(contact_stiffness=5e3, friction_coefficient=1.0, normal_load=1.0)
