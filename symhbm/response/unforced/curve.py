@@ -29,10 +29,13 @@ class UnforcedCurve(CurveTable):
         self.solutions = [
             Solution(p.value, 0, p.unknowns, np.nan, p.solves, events=p.events) for p in points
         ]
-        self.solutions_at = []
-        for value in [] if at is None else request.followed(at).tolist():
-            states: list[Any] = [(None, 0)] if branch is None else branch.at(value)
-            self.solutions_at.append([Solution.at(value, 0, *state) for state in states])
+        values = [] if at is None else request.followed(at).tolist()
+        self.solutions_at = [self._at(value) for value in values]
+
+    def _at(self, value: float) -> list[Solution]:
+        """The motions at a value of a grid, one that was not found where nothing is known."""
+        states: list[Any] = [(None, 0)] if self.branch is None else self.branch.at(value)
+        return [Solution.at(value, 0, *state) for state in states]
 
     def own(self, unknowns: FloatArray) -> Table:
         """Results (n,) of motions with all their unknowns (n, n_unknowns), by their names."""
