@@ -30,12 +30,7 @@ class UnforcedCurve(CurveTable):
             Solution(p.value, 0, p.unknowns, np.nan, p.solves, events=p.events) for p in points
         ]
         values = [] if at is None else request.followed(at).tolist()
-        self.solutions_at = [self._at(value) for value in values]
-
-    def _at(self, value: float) -> list[Solution]:
-        """The motions at a value of a grid, one that was not found where nothing is known."""
-        states: list[Any] = [(None, 0)] if self.branch is None else self.branch.at(value)
-        return [Solution.at(value, 0, *state) for state in states]
+        self.solutions_at = [_solutions_at(branch, value) for value in values]
 
     def own(self, unknowns: FloatArray) -> Table:
         """Results (n,) of motions with all their unknowns (n, n_unknowns), by their names."""
@@ -91,3 +86,9 @@ class UnforcedCurve(CurveTable):
         """All unknowns (n, n_unknowns) of motions that were found."""
         rows = [solution.unknowns for solution in solutions]
         return np.array(rows, dtype=float).reshape(len(rows), self.curve.n_unknowns)
+
+
+def _solutions_at(branch: Any, value: float) -> list[Solution]:
+    """The motions at a value of a grid, one that was not found where there is no branch."""
+    states: list[Any] = [(None, 0)] if branch is None else branch.at(value)
+    return [Solution.at(value, 0, *state) for state in states]
