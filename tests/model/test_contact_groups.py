@@ -311,7 +311,8 @@ def test_loops_of_another_limit_are_those_of_the_law():
     solved = sh.solve(problem, 15.0)
     loop = loops_of(solved, 0)[0][()]
     assert loop.limit == pytest.approx(1.2)
-    assert loop.area == pytest.approx(float(solved.dissipation[0]), rel=1e-6, abs=1e-12)
+    assert float(solved.dissipation[0]) > 1e-6
+    assert loop.area == pytest.approx(float(solved.dissipation[0]), rel=1e-6)
 
 
 def test_exact_motion_tells_what_displacements_dissipate_together():
