@@ -1,14 +1,35 @@
 """Plain numerics: Fourier series, their roots and turning points, linear algebra, CasADi."""
 
 from symhbm.numerics import check
-from symhbm.numerics.arrays import RADIANS, ComplexArray, FloatArray, Table, relative_difference
+from symhbm.numerics.arrays import (
+    DENSE_LIMIT,
+    RADIANS,
+    ComplexArray,
+    Factorisation,
+    FloatArray,
+    Table,
+    bordered,
+    by_size,
+    compact,
+    full,
+    is_full,
+    length_of,
+    negative_eigenvalues,
+    relative_difference,
+    saddle,
+)
 from symhbm.numerics.compiled import Assembly, Compiled, constant, sparsity_of
 from symhbm.numerics.fourier import (
     FourierBasis,
+    TurningPoints,
     by_harmonic,
     check_harmonics,
+    check_turning,
     complete_harmonics,
     larger_set,
+    largest_displacement,
+    turning_hessian,
+    turning_points,
     unknowns_of,
 )
 from symhbm.numerics.interpolation import (
@@ -18,28 +39,9 @@ from symhbm.numerics.interpolation import (
     cubic_top,
     first_zero,
 )
-from symhbm.numerics.linear_algebra import (
-    DENSE_LIMIT,
-    Factorisation,
-    bordered,
-    by_size,
-    compact,
-    full,
-    is_full,
-    length_of,
-    negative_eigenvalues,
-    saddle,
-)
 from symhbm.numerics.machine_code import to_machine_code
 from symhbm.numerics.roots import MACHINE, monotone_root
 from symhbm.numerics.threads import on_one_thread
-from symhbm.numerics.turning_points import (
-    TurningPoints,
-    check_turning,
-    largest_displacement,
-    turning_hessian,
-    turning_points,
-)
 
 __all__ = [
     "DENSE_LIMIT",

@@ -1,9 +1,15 @@
-"""Types of arrays, and the factor from Hz to rad/s."""
+"""Arrays: their types, and linear algebra of dense and sparse Jacobians."""
 
+from functools import partial
+from math import sqrt
 from typing import Any
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
+from scipy.linalg import get_lapack_funcs
+from scipy.sparse.csgraph import connected_components
+from scipy.sparse.linalg import splu
 
 FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complexfloating[Any, Any]]
@@ -17,3 +23,141 @@ RADIANS = 2 * np.pi
 def relative_difference(value: FloatArray, reference: FloatArray) -> float:
     """Largest difference over the largest reference."""
     return float(np.abs(value - reference).max() / (np.abs(reference).max() or 1.0))
+
+
+_DGETRF, _DGETRS, _DSYTRF = get_lapack_funcs(("getrf", "getrs", "sytrf"), dtype=np.float64)
+(_ZHETRF,) = get_lapack_funcs(("hetrf",), dtype=np.complex128)
+DENSE_LIMIT = 500
+"""Largest number of unknowns for which LAPACK on a full matrix is faster than SuperLU."""
+
+_ALWAYS_FULL = 150
+"""Unknowns up to which that holds whatever the entries."""
+_FILLED = 0.08
+"""Share of entries from which on it holds up to that limit."""
+_SMALL = 20_000
+"""Entries of a full matrix whose product with a vector takes less time than a sparse one's call."""
+
+
+def bordered(jacobian: Any, column: FloatArray, row: FloatArray) -> Any:
+    """The matrix ``[jacobian, column; row]``, dense or sparse as ``jacobian`` is."""
+    if sp.issparse(jacobian):
+        top = sp.hstack([jacobian, sp.csc_array(column[:, None])])
+        return sp.vstack([top, sp.csc_array(row[None, :])]).tocsc()
+    size = len(column)
+    matrix = np.empty((size + 1, size + 1), order="F")
+    matrix[:size, :size] = jacobian
+    matrix[:size, size] = column
+    matrix[size] = row
+    return matrix
+
+
+def saddle(hessian: Any, constraints: Any) -> Any:
+    """The symmetric matrix ``[hessian, -constraints'; -constraints, 0]``, dense or sparse."""
+    if sp.issparse(hessian):
+        return sp.block_array([[hessian, -constraints.T], [-constraints, None]], format="csc")
+    size = len(hessian)
+    matrix = np.zeros((size + len(constraints),) * 2, order="F")
+    matrix[:size, :size] = hessian
+    matrix[:size, size:] = -constraints.T
+    matrix[size:, :size] = -constraints
+    return matrix
+
+
+def by_size(matrix: Any) -> Any:
+    """The matrix in the form of the fastest factorisation: full up to a size, sparse above."""
+    if matrix.shape[0] > DENSE_LIMIT:
+        return sp.csc_array(matrix)
+    return full(matrix)
+
+
+def full(matrix: Any) -> FloatArray:
+    """The matrix as an array."""
+    return matrix.toarray(order="F") if sp.issparse(matrix) else matrix
+
+
+def is_full(size: int, n_entries: int) -> bool:
+    """Whether a square matrix is factorised faster as a full one."""
+    dense = size <= _ALWAYS_FULL or n_entries > _FILLED * size**2
+    return size <= DENSE_LIMIT and dense
+
+
+def compact(matrix: Any) -> Any:
+    """A sparse matrix in the form whose products with vectors are faster: full up to a size."""
+    rows, columns = matrix.shape
+    return matrix.toarray() if rows * columns <= _SMALL else matrix
+
+
+def length_of(vector: FloatArray) -> float:
+    """Euclidean norm of a vector, faster than `numpy.linalg.norm` for a short one."""
+    return sqrt(vector.dot(vector))
+
+
+def negative_eigenvalues(matrix: NDArray) -> int:
+    """Number of negative eigenvalues of a real symmetric or complex Hermitian matrix.
+
+    As many as the factor ``D`` of ``L D L^H`` has (Sylvester's law of inertia). Of its blocks of
+    two rows, marked by negative numbers, each has one of either sign (Bunch and Kaufman).
+    """
+    if len(matrix) == 1:
+        return int(matrix[0, 0].real < 0)
+    factors, rows, _ = (_ZHETRF if np.iscomplexobj(matrix) else _DSYTRF)(matrix, lower=True)
+    single = rows > 0
+    negative = np.count_nonzero(factors.diagonal().real[single] < 0)
+    return int(negative + np.count_nonzero(~single) // 2)
+
+
+class Factorisation:
+    """LU factors of a square matrix; ``sign`` is that of its determinant, 0 if it is singular."""
+
+    def __init__(self, matrix: Any):
+        self._solve = None
+        self.sign = 0
+        if sp.issparse(matrix):
+            try:
+                # An ordering for symmetric patterns, as of structures, but for a border.
+                factors = splu(
+                    sp.csc_matrix(matrix),
+                    "MMD_AT_PLUS_A",
+                    diag_pivot_thresh=0.1,
+                    options=dict(SymmetricMode=True),
+                )
+            except RuntimeError:  # SuperLU: exactly singular
+                return
+            self._solve = factors.solve
+            pivots = factors.U.diagonal()
+            parity = _parity(factors.perm_r) * _parity(factors.perm_c)
+        else:
+            lu, pivot, info = _DGETRF(matrix)
+            pivots = lu.diagonal()
+            if info != 0:
+                return
+            parity = 1 - 2 * (np.count_nonzero(pivot != np.arange(len(pivot))) % 2)
+            self._solve = partial(_solve_columns, lu, pivot)
+        if np.all(np.isfinite(pivots)):
+            self.sign = int(parity * (1 - 2 * (np.count_nonzero(pivots < 0) % 2)))
+
+    def solve(self, right: FloatArray) -> FloatArray | None:
+        """Solution for one or several right-hand sides, None if there is no finite one."""
+        if self._solve is None or not np.all(np.isfinite(right)):
+            return None
+        solution = self._solve(right)
+        return solution if np.all(np.isfinite(solution)) else None
+
+
+def _solve_columns(lu: FloatArray, pivot: NDArray, right: FloatArray) -> FloatArray:
+    """Solution from factors, one column at a time.
+
+    OpenBLAS starts threads for several, and waits for them longer than such a matrix takes, the
+    more so on a busy machine.
+    """
+    solution = np.array(right, order="F")
+    for column in np.atleast_2d(solution.T):
+        _DGETRS(lu, pivot, column, overwrite_b=True)
+    return solution
+
+
+def _parity(permutation: np.ndarray) -> int:
+    """Sign of a permutation: a cycle of ``n`` entries is ``n - 1`` exchanges."""
+    size = len(permutation)
+    graph = sp.csr_array((np.ones(size), permutation, np.arange(size + 1)))
+    return 1 - 2 * ((size - connected_components(graph)[0]) % 2)

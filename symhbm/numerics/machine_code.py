@@ -1,27 +1,181 @@
-"""Machine code of CasADi functions, where there is a compiler of C, kept between processes.
+"""Machine code that is kept: of loops by numba, of CasADi functions by a compiler of C.
 
-The library of some functions is a file of the user's cache, called by a checksum of what it is made
-of and one of its own bytes: a file that is damaged, that somebody else may write or replace, or
-that is a symbolic link, is never loaded. Files come to be under another name and are then renamed,
-so that processes may write the same one at once. Those that nobody used for long are removed.
+Code in files is run where they are of this user alone. Who may write a folder may put something
+else in the place of what it holds, so that all folders on the way count, and those that symbolic
+links lead through. The administrator may write anywhere, and so may the group that many systems
+make for each user alone.
+
+A plain loop is compiled at its first call; without numba the same lines run as Python. numba is
+imported with the first call of a loop, so that importing symhbm stays light; it does nothing where
+``NUMBA_DISABLE_JIT`` is set. The code of loops is kept beside the sources, where who may write it
+may write these, or in a folder of the user alone: a loop may call others, so that each is kept for
+the sources of all.
+
+The library of some functions of CasADi is a file of the user's cache, called by a checksum of what
+it is made of and one of its own bytes: a file that is damaged, that somebody else may write or
+replace, or that is a symbolic link, is never loaded. Files come to be under another name and are
+then renamed, so that processes may write the same one at once. Those that nobody used for long are
+removed.
 """
+
+from __future__ import annotations
 
 import hashlib
 import os
 import platform
 import shutil
+import stat
 import subprocess
 import time
 import warnings
-from collections.abc import Callable, Sequence
-from contextlib import suppress
-from functools import lru_cache
+from collections.abc import Callable, Iterator, Sequence
+from contextlib import contextmanager, suppress
+from functools import cache, cached_property, lru_cache, update_wrapper
 from pathlib import Path
 from tempfile import TemporaryDirectory
+from typing import Any, ClassVar
 
 import casadi as ca
 
-from symhbm.numerics.own_files import is_own, is_own_file, own_folder
+
+def is_own(path: Path) -> bool:
+    """Whether nobody else can write what is at a path, or put something else there."""
+    if os.name == "nt":
+        return True
+    try:
+        return not _is_open(path.stat()) and _is_held(path.absolute())
+    except OSError:  # nothing is there, or links lead in a circle
+        return False
+
+
+def is_own_file(path: Path) -> bool:
+    """Whether a path in a folder of this user is a file of the same, and no symbolic link."""
+    status = path.lstat()
+    if os.name == "nt":
+        return stat.S_ISREG(status.st_mode)
+    return stat.S_ISREG(status.st_mode) and _is_ours(status) and not _is_open(status)
+
+
+def own_folder(path: Path) -> bool:
+    """Whether a folder is of this user alone; it is made where there is none."""
+    for folder in reversed((path := path.absolute(), *path.parents)):
+        if not folder.exists():
+            if os.name != "nt" and not _is_held(folder.parent):
+                return False
+            folder.mkdir(mode=0o700, exist_ok=True)
+    return path.is_dir() and is_own(path)
+
+
+def _is_held(path: Path) -> bool:
+    """Whether nobody else can put something else at an absolute path."""
+    status = path.lstat()
+    if not _is_ours(status) or (path != path.parent and not _is_held(path.parent)):
+        return False
+    if stat.S_ISLNK(status.st_mode):
+        return _is_held(path.parent / path.readlink())
+    return not _is_open(status) or bool(status.st_mode & stat.S_ISVTX)
+
+
+def _is_ours(status: os.stat_result) -> bool:
+    return status.st_uid in (0, os.getuid())
+
+
+def _is_open(status: os.stat_result) -> bool:
+    """Whether others than its owner may write."""
+    by_group = status.st_mode & stat.S_IWGRP and not _is_private(status.st_gid)
+    return bool(by_group or status.st_mode & stat.S_IWOTH)
+
+
+@cache
+def _is_private(group: int) -> bool:
+    """Whether a group is this user's, of the same name and without other members."""
+    import grp
+    import pwd
+
+    try:
+        user, told = pwd.getpwuid(os.getuid()), grp.getgrgid(group)
+    except KeyError:
+        return False
+    is_own_name = (user.pw_name, user.pw_gid) == (told.gr_name, group) and user.pw_uid != 0
+    return is_own_name and set(told.gr_mem) <= {user.pw_name}
+
+
+class Loop:
+    """A function that is compiled when it is called first, on its own or by another one."""
+
+    _sources: ClassVar[set[str]] = set()
+    _functions: ClassVar[set[Callable[..., Any]]] = set()
+
+    def __init__(self, function: Callable[..., Any]):
+        self._function = function
+        self._sources.add(function.__code__.co_filename)
+        self._functions.add(function)
+        update_wrapper(self, function)
+
+    @cached_property
+    def _compiled(self) -> Any:
+        try:
+            import numba
+        except ImportError:
+            return self._function
+        if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
+            return self._function
+        # A division by zero gives what numpy gives, and no exception.
+        options: Any = dict(error_model="numpy", no_cfunc_wrapper=True)
+        compiled: Any = numba.njit(self._function, **options)
+        # Else numba compiles a loop again for each number that is written where it is called.
+        template = compiled.get_call_template
+        compiled.get_call_template = lambda arguments, names: template(
+            tuple(map(numba.types.unliteral, arguments)), names
+        )
+        with suppress(RuntimeError):  # nowhere to write
+            compiled.enable_caching()
+            kept: Any = compiled
+            with suppress(AttributeError):
+                kept._cache._cache_file._source_stamp = _fingerprint(frozenset(self._sources))
+            folder = Path(kept._cache.cache_path)
+            beside = Path(self._function.__code__.co_filename).absolute().parent
+            if folder.parent != beside and not is_own(folder):
+                kept._cache.disable()
+        return compiled
+
+    @property
+    def _numba_type_(self) -> Any:
+        """What it is for a loop that calls it."""
+        return self._compiled._numba_type_
+
+    def __call__(self, *arguments: Any) -> Any:
+        """The result of the function."""
+        return self._compiled(*arguments)
+
+
+@contextmanager
+def told_of_compiling(tell: Callable[[], None]) -> Iterator[None]:
+    """A context that calls ``tell`` once in front of the first loop that it has to compile."""
+    try:
+        from numba.core import event
+    except ImportError:
+        yield
+        return
+    first = cache(tell)
+
+    class Listener(event.Listener):
+        def on_start(self, event: Any) -> None:
+            if event.data["dispatcher"].py_func in Loop._functions:
+                first()
+
+        def on_end(self, event: Any) -> None:
+            """Nothing is to be said."""
+
+    with event.install_listener("numba:compile", Listener()):
+        yield
+
+
+@cache
+def _fingerprint(sources: frozenset[str]) -> str:
+    texts = [Path(source).read_bytes() for source in sorted(sources)]
+    return hashlib.sha256(b"\0".join(texts)).hexdigest()
+
 
 COMPILER = "SYMHBM_C_COMPILER"
 """Environment variable that names the compiler of C; empty for none."""

@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 
 import symhbm as sh
-from symhbm.numerics.linear_algebra import DENSE_LIMIT, Factorisation, bordered
+from symhbm.numerics.arrays import DENSE_LIMIT, Factorisation, bordered
 
 PARAMETERS = [
     "mass",

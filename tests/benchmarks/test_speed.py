@@ -5,7 +5,7 @@ import pytest
 
 import symhbm as sh
 from studies import fig03_single_blade as fig03
-from symhbm.numerics.linear_algebra import Factorisation
+from symhbm.numerics.arrays import Factorisation
 from tests.benchmarks.problems import ring
 
 

@@ -10,7 +10,7 @@ from symhbm.continuation.correctors.resonance_count import ResonanceCount
 from symhbm.continuation.events import modes, resonances
 from symhbm.continuation.following import follow_branch
 from symhbm.continuation.problem import ContinuationProblem, FrequencyProblem, ParameterProblem
-from symhbm.numerics.linear_algebra import negative_eigenvalues
+from symhbm.numerics.arrays import negative_eigenvalues
 from symhbm.peaks.survey import sector_of
 
 TURN = 2 * np.pi

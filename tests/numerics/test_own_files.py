@@ -5,17 +5,17 @@ from types import SimpleNamespace
 
 import pytest
 
-from symhbm.numerics import own_files
-from symhbm.numerics.own_files import is_own, is_own_file, own_folder
+from symhbm.numerics import machine_code
+from symhbm.numerics.machine_code import is_own, is_own_file, own_folder
 
-IS_PRIVATE = own_files._is_private
+IS_PRIVATE = machine_code._is_private
 pytestmark = pytest.mark.skipif(os.name == "nt", reason="modes of files are of other systems")
 
 
 @pytest.fixture(autouse=True)
 def no_group_of_this_user(monkeypatch):
     """Whoever runs the tests, groups have others among them."""
-    monkeypatch.setattr(own_files, "_is_private", lambda group: False)
+    monkeypatch.setattr(machine_code, "_is_private", lambda group: False)
 
 
 def test_every_folder_above_counts(tmp_path):
@@ -99,7 +99,7 @@ def test_the_group_of_a_user_alone_may_write(tmp_path, monkeypatch):
     target = tmp_path / "target"
     target.mkdir()
     target.chmod(0o770)
-    monkeypatch.setattr(own_files, "_is_private", lambda group: group == target.stat().st_gid)
+    monkeypatch.setattr(machine_code, "_is_private", lambda group: group == target.stat().st_gid)
     assert is_own(target)
     target.chmod(0o772)
     assert not is_own(target)

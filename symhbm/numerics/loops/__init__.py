@@ -1,7 +1,7 @@
 """Loops that are compiled at their first call, over arrays, one Fourier series, between points."""
 
-from symhbm.numerics.loops import arrays, fourier, interpolation, polynomials, series, turning
-from symhbm.numerics.loops.loop import Loop, told_of_compiling
+from symhbm.numerics.loops import arrays, fourier, interpolation, polynomials, series
+from symhbm.numerics.machine_code import Loop, told_of_compiling
 
 __all__ = [
     "Loop",
@@ -11,5 +11,4 @@ __all__ = [
     "polynomials",
     "series",
     "told_of_compiling",
-    "turning",
 ]

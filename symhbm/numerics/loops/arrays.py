@@ -2,7 +2,7 @@
 
 from typing import Any
 
-from symhbm.numerics.loops.loop import Loop
+from symhbm.numerics.machine_code import Loop
 
 
 @Loop

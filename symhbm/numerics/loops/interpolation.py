@@ -3,7 +3,7 @@
 import math
 from typing import Any
 
-from symhbm.numerics.loops.loop import Loop
+from symhbm.numerics.machine_code import Loop
 
 _CLOSE = 1e-9
 """Change of a share at which a search ends: it converges quadratically."""

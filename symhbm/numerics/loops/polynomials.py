@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from symhbm.numerics.loops.arrays import copy
-from symhbm.numerics.loops.loop import Loop
+from symhbm.numerics.machine_code import Loop
 
 _CLOSEST = 2.0**-46
 """Share of the interval below which an interval with several zeros is not halved."""

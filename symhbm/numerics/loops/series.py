@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from symhbm.numerics.loops.loop import Loop
+from symhbm.numerics.machine_code import Loop
 
 _CELLS = 4
 """First cells per period of the highest harmonic: a multiple of four, see `on_grid`."""

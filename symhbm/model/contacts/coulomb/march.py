@@ -11,7 +11,7 @@ from typing import Any
 import numpy as np
 
 from symhbm.model.contacts.coulomb.state import SMALLEST_MOTION
-from symhbm.numerics.loops import Loop, fourier, series, turning
+from symhbm.numerics.loops import Loop, fourier, series
 
 FREE, STICKS, SLIPS = -1, 0, 1
 """What is imposed: of a contact, whether it slips at all, of a branch, whether it does there."""
@@ -38,7 +38,7 @@ def locate(
     ``motions`` (n, K) [m]; ``sliders`` (n, 3), ``k_d``, ``g`` and what is imposed. Written are
     ``force`` (n, K + 2, K), the matrix, the vector and the gradient of the margin, ``figures``
     (n, 6), and ``stick`` (n, 2, 2 H), where stretches of stick begin and end [rad], NaN behind
-    them. Results are what came out, as of `symhbm.numerics.loops.turning`, and the largest number
+    them. Results are what came out, as of `symhbm.numerics.loops.fourier`, and the largest number
     of stretches.
     """
     size, most = len(order), stick.shape[2]
@@ -48,8 +48,8 @@ def locate(
     for j in range(len(motions)):
         _series(order, is_sine, motions[j], waves)
         angle, value = points[0], points[1]
-        status, count, low = turning.turning_points(waves[0], waves[1], mirrors, angle, value)
-        if status != turning.DONE:
+        status, count, low = fourier.turning_points(waves[0], waves[1], mirrors, angle, value)
+        if status != fourier.DONE:
             return status, 0
         stiffness, limit, imposed = sliders[j, 0], sliders[j, 1], sliders[j, 2]
         spread = value[0] - value[low] if count else 0.0
@@ -89,7 +89,7 @@ def locate(
                 stick[j, 0, used + i] = runs[i, BEGIN] + math.pi
                 stick[j, 1, used + i] = runs[i, END] + math.pi
         longest = max(longest, 2 * used if mirrors else used)
-    return turning.DONE, longest
+    return fourier.DONE, longest
 
 
 @Loop
