@@ -134,7 +134,7 @@ class OneBlade:
 
 def one_blade(dataset: xr.Dataset, **parameters: Any) -> OneBlade:
     """Return the blade behind one curve; ``parameters`` replace those of the dataset."""
-    problem = sh.rebuild(dataset).with_parameters(**parameters)
+    problem = sh.datasets.rebuild(dataset).with_parameters(**parameters)
     values = {name: float(np.mean(value)) for name, value in problem.parameters.items()}
     ratio = 1.0
     if "engine_order" in values:

@@ -36,7 +36,7 @@ def viscous_disk(damping: float) -> sh.HarmonicBalance:
         friction_coefficient=FRICTION_COEFFICIENT,
         normal_load=ALL_STICK,
     )
-    return sh.HarmonicBalance(disk, sh.EngineOrder(ENGINE_ORDER, amplitude=1.0))
+    return sh.HarmonicBalance(disk, sh.forces.EngineOrder(ENGINE_ORDER, amplitude=1.0))
 
 
 def friction_disk(place: str, normal_load: float) -> sh.HarmonicBalance:

@@ -157,19 +157,19 @@ def cases() -> list[Case]:
     whole = found.wave(-6)
     return [
         Case(
-            "one blade", blade, lambda f: sh.PointForce(amplitude=f), (1, 3, 5),
+            "one blade", blade, lambda f: sh.forces.PointForce(amplitude=f), (1, 3, 5),
             (5e-5, 1e-2), 3e-4, (0.3, 20), (12, 27), (0.3, 0.8, 1.2, 1.6),
             lambda a, load, _: wave(blade, None, load).mode(a),
         ),
         Case(
             "ring of 13 blades, 3 nodal diameters", ring,
-            lambda f: sh.EngineOrder(3, amplitude=f), (1, 3, 5),
+            lambda f: sh.forces.EngineOrder(3, amplitude=f), (1, 3, 5),
             (1e-4, 3e-2), 1e-3, (1, 100), (12, 34), (1, 3, 5, 6.5),
             lambda a, load, _: wave(ring, 3, load).mode(a), 3,
         ),
         Case(
             "disk by finite elements, 6 nodal diameters", found.reduced,
-            lambda f: sh.EngineOrder(ORDER, pattern={found.tip: f}), (1, 3),
+            lambda f: sh.forces.EngineOrder(ORDER, pattern={found.tip: f}), (1, 3),
             (2e-6, 2e-4), 2e-5, (2, 600), (1920, 1965), (0.6, 1.5, 3, 6),
             lambda a, load, near: whole.mode(a, FRICTION * load, near), -6, found.tip,
         ),
@@ -259,7 +259,7 @@ def _responses(case: Case, modes: xr.Dataset) -> xr.Dataset:
         # Lines between the points of a path are chords.
         dense = np.union1d(found.frequency.values, np.linspace(*case.band, DRAWN))
         drawn = sh.frf(problem, case.band, at=dense, progress=False, throw=True)
-        told = sh.synthesised_response(modes, case.force(size))
+        told = sh.datasets.synthesised_response(modes, case.force(size))
         at, level = first_peak(found, case.place)
         resonance = found.event_frequency.values[found.event_kind.values == "phase resonance"]
         curve = xr.Dataset(
@@ -310,7 +310,7 @@ def _all_equations(case: Case) -> xr.Dataset:
     found = disk()
     peaks = []
     for size in case.forces:
-        force = sh.EngineOrder(ORDER, pattern={found.tip: size})
+        force = sh.forces.EngineOrder(ORDER, pattern={found.tip: size})
         small = sh.condense(
             found.whole, force, case.band, case.harmonics, dofs=[found.tip], progress=False
         )

@@ -97,7 +97,7 @@ def models(dataset: xr.Dataset) -> list[sh.Model]:
 
 def draw(dataset: xr.Dataset) -> Figure:
     """Draw both structures, each with its force."""
-    forces = (sh.PointForce(), sh.EngineOrder(1))
+    forces = (sh.forces.PointForce(), sh.forces.EngineOrder(1))
     with sh.plot.panels(1, 2, size=(11.0, 6.4), width_ratios=(1, 1.25)) as (figure, axes):
         for ax, model, force, name in zip(axes, models(dataset), forces, FIGURES, strict=True):
             sh.plot.model(model, force=force, ax=ax)

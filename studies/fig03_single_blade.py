@@ -58,7 +58,7 @@ def problem(harmonics: tuple[int, ...] = (1,)) -> sh.HarmonicBalance:
         friction_coefficient=0.5,
         normal_load=100,
     )
-    return sh.HarmonicBalance(blade, sh.PointForce(amplitude=1.0), harmonics)
+    return sh.HarmonicBalance(blade, sh.forces.PointForce(amplitude=1.0), harmonics)
 
 
 def compute(progress: bool = True) -> xr.Dataset:

@@ -42,7 +42,7 @@ ROUND_OFF = 1e-12
 def problem(harmonics: tuple[int, ...] = (1,)) -> sh.HarmonicBalance:
     """Return the disk of Fig. 8 with 1 N on blade 0."""
     disk = fig08.problem().model.with_parameters(normal_load=NORMAL_LOAD)
-    return sh.HarmonicBalance(disk, sh.PointForce(dof=0, amplitude=1.0), harmonics)
+    return sh.HarmonicBalance(disk, sh.forces.PointForce(dof=0, amplitude=1.0), harmonics)
 
 
 def ring(problem: sh.HarmonicBalance) -> StuckRing:
@@ -100,7 +100,7 @@ def resonances(curve: xr.Dataset) -> xr.Dataset:
 
     Peaks of the blades belong to the natural frequency of the stuck ring that is nearest.
     """
-    natural = ring(sh.rebuild(curve)).natural_frequencies()
+    natural = ring(sh.datasets.rebuild(curve)).natural_frequencies()
     found = curve.dropna("peak", subset=["peak_amplitude"])
     nearest = np.abs(found.peak_frequency.values[:, None] - natural).argmin(axis=1)
     amplitude = found.peak_amplitude.values
@@ -140,7 +140,7 @@ def draw(dataset: xr.Dataset) -> Figure:
 def landmarks(dataset: xr.Dataset) -> list[Landmark]:
     """Resonances of the stuck ring against the direct linear solution, and what must not move."""
     slipping, stuck = (dataset.sel(normal_load=load) for load in (NORMAL_LOAD, STUCK_LOAD))
-    direct, tops = ring(sh.rebuild(stuck)), resonances(stuck)
+    direct, tops = ring(sh.datasets.rebuild(stuck)), resonances(stuck)
     rows = []
     for n in range(tops.sizes["peak"]):
         amplitude, frequency = direct.peak(n)

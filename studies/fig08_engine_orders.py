@@ -70,7 +70,7 @@ def problem(harmonics: tuple[int, ...] = (1,)) -> sh.HarmonicBalance:
         friction_coefficient=0.5,
         normal_load=100,
     )
-    return sh.HarmonicBalance(structure, sh.EngineOrder(1, amplitude=1.0), harmonics)
+    return sh.HarmonicBalance(structure, sh.forces.EngineOrder(1, amplitude=1.0), harmonics)
 
 
 def compute(progress: bool = True) -> xr.Dataset:
@@ -95,7 +95,7 @@ def in_phase_spread(engine_order: int) -> float:
     """How far blades differ [dB] at the largest peak under Eq. (12) as printed, in phase."""
     structure = problem().model
     turn = 2 * np.pi * engine_order * np.arange(structure.n_dof) / structure.n_dof
-    force = sh.HarmonicForce(cosine={1: np.cos(turn) + np.sin(turn)})
+    force = sh.forces.HarmonicForce(cosine={1: np.cos(turn) + np.sin(turn)})
     in_phase = sh.HarmonicBalance(structure, force, (1,))
     found = largest_peak(sh.frf(in_phase, NEAR, throw=True, progress=False))
     size = np.sqrt((found.peak_coefficient**2).sum(["harmonic", "component"]))

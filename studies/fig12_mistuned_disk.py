@@ -85,7 +85,7 @@ def compute(progress: bool = True) -> xr.Dataset:
     over = xr.concat([nominal, drawn], "sample", combine_attrs="override")
     with ProcessPoolExecutor() as pool:
         dataset = sh.frf(tuned, BAND, over=over, throw=True, executor=pool, progress=progress)
-    worst = sh.rebuild(dataset.sel(sample=worst_sample(dataset)))
+    worst = sh.datasets.rebuild(dataset.sel(sample=worst_sample(dataset)))
     blades = sh.frf(worst, BAND, peaks="each", throw=True, progress=False)
     found = blades[list(OF_BLADES)].rename(point="worst_point").reset_coords()
     return dataset.assign({f"worst_{name}": found[name].variable for name in OF_BLADES})

@@ -45,7 +45,7 @@ def problem(highest: int = HIGHEST) -> sh.HarmonicBalance:
     """Return the balance of the blade with harmonics from 0 to a highest one."""
     stop = sh.Gap(normal=(0,), normal_stiffness=NORMAL_STIFFNESS, normal_load=NORMAL_LOAD)
     blade = sh.Model([[MASS]], [[DAMPING]], [[STIFFNESS]], contacts={"stop": stop})
-    return sh.HarmonicBalance(blade, sh.PointForce(amplitude=FORCE), range(highest + 1))
+    return sh.HarmonicBalance(blade, sh.forces.PointForce(amplitude=FORCE), range(highest + 1))
 
 
 def openings() -> FloatArray:

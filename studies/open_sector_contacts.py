@@ -130,7 +130,7 @@ def _condensed(
     sector = open_sector(grid, twist=TWIST).damped(DAMPING).at(speed)
     disk = sector.disk.with_contacts(**{name: make(sector) for name, make in contacts.items()})
     tip = f"{sector.near(RADII[2], 0.0, THICKNESS / 2)}:y"
-    force = sh.EngineOrder(ORDER, pattern={tip: FORCE})
+    force = sh.forces.EngineOrder(ORDER, pattern={tip: FORCE})
     small = sh.condense(disk, force, band, harmonics, dofs=[tip], progress=False)
     at = int(np.flatnonzero(small.dofs == disk.number_of(tip))[0])
     return Condensed(sh.HarmonicBalance(small, force, harmonics), disk, band, at)
@@ -173,7 +173,7 @@ def compute(progress: bool = True) -> xr.Dataset:
         "best_amplitude": (amplitude, "m", "lowest peak"),
         "best_frequency": (frequency, "Hz", "its frequency"),
         "recovered_residual": (
-            float(sh.recover(best_problem, point).residual_norm),
+            float(sh.datasets.recover(best_problem, point).residual_norm),
             "1",
             "residual of all equations there",
         ),

@@ -82,7 +82,7 @@ def disk(kind: str, grid: tuple[int, int, int, int] = COARSE, n_sectors: int = 2
     reduced = sh.craig_bampton(
         whole, MODES, BAND, interface_modes=INTERFACE_MODES, dofs=[tip], blade=blade
     )
-    force = sh.EngineOrder(ORDER, pattern={tip: FORCE})
+    force = sh.forces.EngineOrder(ORDER, pattern={tip: FORCE})
     ring = sh.mistuned_ring(reduced)
     numbers = [j * whole.n_whole + whole.number_of(tip) for j in range(n_sectors)]
     tips = np.flatnonzero(np.isin(ring.kept, numbers)).tolist()

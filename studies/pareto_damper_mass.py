@@ -56,7 +56,7 @@ def ring() -> sh.HarmonicBalance:
         friction_coefficient=FRICTION,
         normal_load=10,
     )
-    return sh.HarmonicBalance(disk, sh.EngineOrder(ORDER, amplitude=1.0))
+    return sh.HarmonicBalance(disk, sh.forces.EngineOrder(ORDER, amplitude=1.0))
 
 
 def front(

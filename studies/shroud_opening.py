@@ -59,7 +59,7 @@ def problem(highest: int = HIGHEST, preload: float = PRELOADS[0]) -> sh.Harmonic
     )
     matrices = np.eye(4), np.diag(DAMPING), np.diag(STIFFNESS)
     blades = sh.Model(*matrices, contacts={"shroud": shroud})
-    force = sh.HarmonicForce(cosine={1: COSINE}, sine={1: SINE})
+    force = sh.forces.HarmonicForce(cosine={1: COSINE}, sine={1: SINE})
     return sh.HarmonicBalance(blades, force, range(highest + 1))
 
 

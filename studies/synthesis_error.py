@@ -32,7 +32,7 @@ class Case(NamedTuple):
 
     name: str
     model: sh.Model
-    force: Callable[[float], sh.PointForce | sh.EngineOrder]
+    force: Callable[[float], sh.forces.PointForce | sh.forces.EngineOrder]
     harmonics: tuple[int, ...]
     forces: tuple[float, ...] = FORCES
     nodal_diameter: int | None = None
@@ -52,18 +52,18 @@ class Row(NamedTuple):
     flank_error: float
 
 
-def _point(amplitude: float) -> sh.PointForce:
-    return sh.PointForce(amplitude=amplitude)
+def _point(amplitude: float) -> sh.forces.PointForce:
+    return sh.forces.PointForce(amplitude=amplitude)
 
 
-def _order(amplitude: float) -> sh.EngineOrder:
-    return sh.EngineOrder(3, amplitude=amplitude)
+def _order(amplitude: float) -> sh.forces.EngineOrder:
+    return sh.forces.EngineOrder(3, amplitude=amplitude)
 
 
 def _two(other: float, coupling: float, damping: tuple[float, float]) -> sh.Model:
     """A blade that rubs, coupled to another one of a stiffness [N/m]."""
     rubs = sh.Contacts(
-        sh.Coulomb(), [(0,)], contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3
+        sh.laws.Coulomb(), [(0,)], contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3
     )
     stiffness = [[1e4 + coupling, -coupling], [-coupling, other + coupling]]
     return sh.Model(np.eye(2), np.diag(damping), stiffness, contacts={"rubs": rubs})
@@ -100,7 +100,7 @@ def compute(case: Case) -> Iterator[Row]:
         progress=False,
     )
     for force in case.forces:
-        near = sh.synthesised_response(modes, case.force(force))
+        near = sh.datasets.synthesised_response(modes, case.force(force))
         driven = sh.HarmonicBalance(case.model, case.force(force), case.harmonics)
         amplitude, frequency = _peak(sh.frf(driven, BAND, progress=False))
         flanks = near.synthesis_error.values[:, near.amplitude.values >= amplitude / 2]

@@ -92,7 +92,7 @@ def problem(mass: float, highest: int = HIGHEST, friction: float = FRICTION) -> 
     )
     structure = sh.Model(*matrices, contacts={"damper": contacts})
     steady = [PLATFORM * sine * load(mass), mass * RADIUS * SPEED**2, 0.0]
-    force = sh.PointForce(0, amplitude=FORCE) + sh.StaticLoad(steady)
+    force = sh.forces.PointForce(0, amplitude=FORCE) + sh.forces.StaticLoad(steady)
     return sh.HarmonicBalance(structure, force, range(highest + 1))
 
 

@@ -16,46 +16,28 @@ from symhbm.design import (
 )
 from symhbm.model import (
     ContactPairs,
-    EngineOrder,
-    HarmonicForce,
     ModalDamping,
     Model,
     Places,
-    PointForce,
     RayleighDamping,
-    StaticLoad,
     StructuralDamping,
     Structure,
     bladed_disk,
     contact_pairs,
+    forces,
     next_sector,
     single_blade,
 )
 from symhbm.model.condensation import condense
-from symhbm.model.contacts import (
-    ContactLaw,
-    Contacts,
-    Coulomb,
-    CubicSpring,
-    Friction,
-    Gap,
-    Located,
-    Parameter,
-    PlanarFriction,
-    PolynomialLaw,
-    SmoothLaw,
-    Switch,
-    UnilateralSpring,
-    VariableLoadFriction,
-)
+from symhbm.model.contacts import Contacts, Friction, Gap, laws
 from symhbm.model.cyclic import Influence, Sector
-from symhbm.model.excitation import BaseMotion, FieldForce, FrequencyForce, nodal_field
 from symhbm.model.files import read_structure, save_structure
 from symhbm.model.reduction import craig_bampton, mistuned_ring
 from symhbm.model.rotation import RotatingModel
-from symhbm.peaks import peak_curve, sensitivity
+from symhbm.peaks import peak_curve
 from symhbm.response import (
     campbell,
+    datasets,
     follow,
     frf,
     limit_cycles,
@@ -63,17 +45,13 @@ from symhbm.response import (
     nonlinear_modes,
     other_branches,
     periodic_motion,
-    recover,
     resume,
-    sector_response,
     solve,
     static_states,
-    synthesised_response,
     verify,
 )
 from symhbm.results import Run
-from symhbm.results.archive import ArchiveError, load, merge, rebuild, save
-from symhbm.results.reading import motion, output, seen_from, table, trimmed
+from symhbm.results.archive import load, merge, save
 
 if TYPE_CHECKING:
     from symhbm import plot
@@ -83,51 +61,35 @@ if TYPE_CHECKING:
 __version__ = version("symhbm")
 
 __all__ = [
-    "ArchiveError",
-    "BaseMotion",
-    "ContactLaw",
     "ContactPairs",
     "Contacts",
-    "Coulomb",
-    "CubicSpring",
-    "EngineOrder",
-    "FieldForce",
-    "FrequencyForce",
     "Friction",
     "Gap",
     "HarmonicBalance",
-    "HarmonicForce",
     "Influence",
-    "Located",
     "ModalDamping",
     "Model",
-    "Parameter",
     "Places",
-    "PlanarFriction",
-    "PointForce",
-    "PolynomialLaw",
     "RayleighDamping",
     "RotatingModel",
     "Run",
     "Sector",
-    "SmoothLaw",
     "SolveError",
-    "StaticLoad",
     "Status",
     "StructuralDamping",
     "Structure",
-    "Switch",
     "SwitchingAngles",
-    "UnilateralSpring",
-    "VariableLoadFriction",
     "bladed_disk",
     "campbell",
     "condense",
     "contact_pairs",
     "craig_bampton",
+    "datasets",
     "flutter_limit",
     "follow",
+    "forces",
     "frf",
+    "laws",
     "limit_cycles",
     "load",
     "maximise_damping",
@@ -136,33 +98,22 @@ __all__ = [
     "minimise_peak",
     "mistuned_ring",
     "mistuning",
-    "motion",
     "natural_modes",
     "next_sector",
-    "nodal_field",
     "nonlinear_modes",
     "other_branches",
-    "output",
     "pareto_front",
     "peak_curve",
     "periodic_motion",
     "plot",
     "read_structure",
-    "rebuild",
-    "recover",
     "resume",
     "save",
     "save_structure",
-    "sector_response",
-    "seen_from",
-    "sensitivity",
     "single_blade",
     "solve",
     "static_states",
     "statistics",
-    "synthesised_response",
-    "table",
-    "trimmed",
     "verify",
     "view",
 ]

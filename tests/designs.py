@@ -24,7 +24,7 @@ def blade(harmonics=(1,), force=1.0, **parameters):
     values = dict(mass=1.0, stiffness=1e4, damping=0.5)
     values |= dict(contact_stiffness=1e4, friction_coefficient=0.5, normal_load=10.0)
     model = sh.single_blade(**(values | parameters))
-    return sh.HarmonicBalance(model, sh.PointForce(amplitude=force), harmonics)
+    return sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=force), harmonics)
 
 
 def ring(n_blades=13, contact_stiffness=1e6, engine_order=3, harmonics=(1,), **parameters):
@@ -32,7 +32,7 @@ def ring(n_blades=13, contact_stiffness=1e6, engine_order=3, harmonics=(1,), **p
     values = dict(mass=1.0, stiffness=1e4, damping=0.5, contact_stiffness=contact_stiffness)
     values |= dict(friction_coefficient=0.5, normal_load=10.0)
     model = sh.bladed_disk(n_blades, **(values | parameters))
-    return sh.HarmonicBalance(model, sh.EngineOrder(engine_order, amplitude=1.0), harmonics)
+    return sh.HarmonicBalance(model, sh.forces.EngineOrder(engine_order, amplitude=1.0), harmonics)
 
 
 def design(problem, parameters="normal_load", bounds=BOUNDS, frequency=BAND, over=None, **options):

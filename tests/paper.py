@@ -44,7 +44,7 @@ def farthest(ax, true, drawn):
 def exact(curve, values, problem=None):
     """Dataset of one curve of another at ascending values, solved for."""
     followed = json.loads(curve.attrs["followed"])
-    problem = sh.rebuild(curve) if problem is None else problem
+    problem = sh.datasets.rebuild(curve) if problem is None else problem
     options = dict(accuracy=curve.attrs.get("accuracy"), throw=True, progress=False)
     if followed["name"] == "frequency":
         return sh.frf(problem, followed["band"], values, **options)

@@ -19,7 +19,7 @@ def structure(mass, damping, stiffness, force, tangential, normal, preload="bala
         values["gap"] = -load / values["normal_stiffness"]
     else:
         values["normal_load"] = load
-    law = sh.VariableLoadFriction("gap" if "gap" in values else "normal_load", preload)
+    law = sh.laws.VariableLoadFriction("gap" if "gap" in values else "normal_load", preload)
     contacts = {"shroud": sh.Contacts(law, tangential, normal, **values)}
     model = sh.Model(mass, damping, stiffness, contacts=contacts)
     return sh.HarmonicBalance(model, force, range(4))
@@ -30,7 +30,7 @@ def two_way(preload="balanced", **values):
     given = dict(
         contact_stiffness=1e4, normal_stiffness=1e4, friction_coefficient=0.3, normal_load=5.0
     )
-    force = sh.HarmonicForce(cosine={1: [10, 0]}, sine={1: [0, 10]})
+    force = sh.forces.HarmonicForce(cosine={1: [10, 0]}, sine={1: [0, 10]})
     parts = np.eye(2), np.diag([2.0, 3.0]), np.diag([1e4, 2.25e4])
     return structure(*parts, force, [(0,)], [(1,)], preload, **given | values)
 
@@ -38,7 +38,7 @@ def two_way(preload="balanced", **values):
 def stop(mass, damping, stiffness, force, normal_stiffness, normal_load=None, gap=None):
     """The balance of one mass with a stop, a contact without friction, in its direction."""
     given = {"normal_load": normal_load} if gap is None else {"gap": gap}
-    law = sh.UnilateralSpring(*given)
+    law = sh.laws.UnilateralSpring(*given)
     contacts = {"stop": sh.Contacts(law, [(0,)], normal_stiffness=normal_stiffness, **given)}
     model = sh.Model([[mass]], [[damping]], [[stiffness]], contacts=contacts)
     return sh.HarmonicBalance(model, force, range(4))
@@ -46,13 +46,13 @@ def stop(mass, damping, stiffness, force, normal_stiffness, normal_load=None, ga
 
 def gap_stop(**given):
     """The stop that has three motions, under preload."""
-    force = sh.HarmonicForce(cosine={1: [5]})
+    force = sh.forces.HarmonicForce(cosine={1: [5]})
     return stop(1, 2, 1e4, force, 2e4, **(given or {"normal_load": 10.0}))
 
 
 def two_blades():
     """Two blades that move in both directions of the contact between them."""
-    force = sh.HarmonicForce(cosine={1: [10, 5, 0, 0]}, sine={1: [0, 0, 10, -5]})
+    force = sh.forces.HarmonicForce(cosine={1: [10, 5, 0, 0]}, sine={1: [0, 0, 10, -5]})
     parts = np.eye(4), np.diag([2.0, 3, 2, 3]), np.diag([1e4, 2.25e4, 1.04e4, 2.3e4])
     values = dict(
         contact_stiffness=1e4, normal_stiffness=2e4, friction_coefficient=0.4, normal_load=4.0
@@ -72,7 +72,7 @@ def inclined(preload="balanced", **values):
     cos, sin = np.cos(np.pi / 6), 0.5
     shares = cos**2, sin**2, cos / sin, sin
     along = {name: share * given[name] for name, share in zip(given, shares, strict=True)}
-    force = sh.HarmonicForce(cosine={1: [10]})
+    force = sh.forces.HarmonicForce(cosine={1: [10]})
     return structure([[1]], [[2]], [[1e4]], force, [(0,)], [(0,)], preload, **along)
 
 
@@ -82,7 +82,7 @@ def reference(case):
     ends = [[(*np.flatnonzero(w > 0), *np.flatnonzero(w < 0)) for w in each] for each in directions]
     pairs = [[tuple(map(int, pair)) for pair in each] for each in ends]
     wave = np.array(case["force"]["1"])
-    force = sh.HarmonicForce(cosine={1: wave[:, 0]}, sine={1: -wave[:, 1]})
+    force = sh.forces.HarmonicForce(cosine={1: wave[:, 0]}, sine={1: -wave[:, 1]})
     keys = dict(
         contact_stiffness="kt", normal_stiffness="kn", friction_coefficient="mu", normal_load="N0"
     )
@@ -120,13 +120,15 @@ def random_structure(seed: int) -> tuple[sh.HarmonicBalance, float]:
         preload = ("balanced", "coupled")[int(rng.integers(2))]
         if law == 0:
             load = 10 ** rng.uniform(-1, 1, n_contacts)
-            contacts[name] = sh.Contacts(sh.Coulomb(), places(), **friction, normal_load=load)
+            contacts[name] = sh.Contacts(sh.laws.Coulomb(), places(), **friction, normal_load=load)
         elif law == 1:
-            contacts[name] = sh.Contacts(sh.UnilateralSpring("gap", preload), places(), **values)
+            contacts[name] = sh.Contacts(
+                sh.laws.UnilateralSpring("gap", preload), places(), **values
+            )
         else:
             tangential = places()
             normal = tangential if rng.random() < 0.3 else places()
-            pressed = sh.VariableLoadFriction("gap", preload)
+            pressed = sh.laws.VariableLoadFriction("gap", preload)
             contacts[name] = sh.Contacts(pressed, tangential, normal, **friction, **values)
     model = sh.Model(
         np.diag(rng.uniform(0.5, 2, n_dof)),
@@ -135,5 +137,5 @@ def random_structure(seed: int) -> tuple[sh.HarmonicBalance, float]:
         contacts=contacts,
     )
     cosine = {n: 5 * rng.normal(size=n_dof) for n in (0, 1, 2) if n == 1 or rng.random() < 0.3}
-    force = sh.HarmonicForce(cosine=cosine, sine={1: 5 * rng.normal(size=n_dof)})
+    force = sh.forces.HarmonicForce(cosine=cosine, sine={1: 5 * rng.normal(size=n_dof)})
     return sh.HarmonicBalance(model, force, range(6)), float(rng.uniform(8, 35))

@@ -29,11 +29,11 @@ def _bush(y: Any, v: Any, p: Mapping[str, Any]) -> Any:
     return p["hardening"] * y**3 + p["loss"] * v
 
 
-class Coupled(sh.PolynomialLaw):
+class Coupled(sh.laws.PolynomialLaw):
     """Two displacements in one potential: each stiffens the other."""
 
     directions = ("tangential", "across")
-    parameters: ClassVar = {"hardening": sh.Parameter("N m-3", "stiffness of both", "$a$")}
+    parameters: ClassVar = {"hardening": sh.laws.Parameter("N m-3", "stiffness of both", "$a$")}
     degree = 3
 
     def force_at(self, displacement: Any, frequency: Any, values: Any) -> Any:
@@ -41,11 +41,11 @@ class Coupled(sh.PolynomialLaw):
         return values["hardening"] * ca.sumsqr(displacement) * displacement
 
 
-class Driven(sh.Coulomb):
+class Driven(sh.laws.Coulomb):
     """Friction that the speed presses."""
 
-    parameters = sh.Coulomb.parameters | {
-        "damper_mass": sh.Parameter("kg", "mass of the damper", "$m$")
+    parameters = sh.laws.Coulomb.parameters | {
+        "damper_mass": sh.laws.Parameter("kg", "mass of the damper", "$m$")
     }
 
     def slip_limit(self, frequency: Any, values: Any) -> Any:
@@ -69,9 +69,9 @@ LAWS: dict[str, Callable[..., Any]] = {
     "planar": lambda along, across, normal: _friction(along, across=across),
     "pressed": lambda a, b, normal: _friction(a, across=b, normal=normal, **PRESSES),
     "cubic": lambda along, across, normal: sh.Contacts(
-        sh.CubicSpring(), along, cubic_stiffness=3e10
+        sh.laws.CubicSpring(), along, cubic_stiffness=3e10
     ),
-    "own": lambda along, across, normal: sh.SmoothLaw(
+    "own": lambda along, across, normal: sh.laws.SmoothLaw(
         _bush, {"hardening": (2e10, "N/m^3"), "loss": (3.0, "N s/m")}, along
     ),
     "coupled": lambda along, across, normal: sh.Contacts(Coupled(), along, across, hardening=2e10),
@@ -177,21 +177,21 @@ def _pattern(harmonics: tuple[int, ...], *static: Any) -> Any:
     pattern: dict[int, dict[int, complex]] = {1: {1: 1.0, 2: 0.4j, 3: 0.2}}
     if 2 in harmonics:
         pattern[2] = {2: 0.3}
-    force: Any = sh.EngineOrder(ORDER, 1.2, pattern=pattern)
-    return force + sh.StaticLoad(*static) if static else force
+    force: Any = sh.forces.EngineOrder(ORDER, 1.2, pattern=pattern)
+    return force + sh.forces.StaticLoad(*static) if static else force
 
 
 def _point(harmonics: tuple[int, ...], *static: Any) -> Any:
     cosine, sine = {1: {0: 1.0, 2: 0.3}}, {1: {1: 0.5}}
     if 2 in harmonics:
         cosine[2] = {1: 0.3}
-    force: Any = sh.HarmonicForce(cosine=cosine, sine=sine, amplitude=1.2)
-    return force + sh.StaticLoad(*static) if static else force
+    force: Any = sh.forces.HarmonicForce(cosine=cosine, sine=sine, amplitude=1.2)
+    return force + sh.forces.StaticLoad(*static) if static else force
 
 
 def _base(structure: Any) -> Any:
     influence = {0: 1.0, 1: 0.5} if structure.n_dof < 12 else {3 * i: 1.0 for i in range(4)}
-    return sh.BaseMotion(acceleration=1.2, influence=influence)
+    return sh.forces.BaseMotion(acceleration=1.2, influence=influence)
 
 
 FORCES = ("point", "order", "static", "base")

@@ -14,7 +14,7 @@ ONE_BLADE = dict(
 
 def two_masses(highest: int) -> sh.HarmonicBalance:
     """Example 05 of NLvib: masses [kg], springs [N/m], friction force [N], a velocity [m/s]."""
-    rubs = sh.SmoothLaw(
+    rubs = sh.laws.SmoothLaw(
         lambda y, v, p: p["limit"] * ca.tanh(v / p["reference_velocity"]),
         {"limit": (5.0, "N"), "reference_velocity": (0.05, "m s-1")},
         [(0,)],
@@ -26,7 +26,7 @@ def two_masses(highest: int) -> sh.HarmonicBalance:
 
 def van_der_pol() -> sh.Model:
     """One mass in air that drives small motions and damps large ones."""
-    air = sh.SmoothLaw(
+    air = sh.laws.SmoothLaw(
         lambda y, v, p: (p["b"] * y**2 + p["c"]) * v,
         {"b": (1.0, "N s m-3"), "c": (-1.0, "N s m-1")},
         [(0,)],

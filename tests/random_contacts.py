@@ -22,7 +22,7 @@ def random_system(seed: int) -> tuple[sh.HarmonicBalance, tuple[float, float]]:
         contacts[f"c{j}"] = _contact(rng, kind, n, natural[0] ** 2)
     model = sh.Model(np.eye(n), damping, stiffness, contacts=contacts)
     shape = dict(cosine={1: rng.normal(size=n)}, sine={1: rng.normal(size=n)})
-    force = sh.HarmonicForce(**shape, amplitude=10 ** rng.uniform(-0.5, 1.0))
+    force = sh.forces.HarmonicForce(**shape, amplitude=10 ** rng.uniform(-0.5, 1.0))
     centre = natural[int(rng.integers(n))] / 2 / np.pi
     return sh.HarmonicBalance(model, force, (0, 1, 2, 3)), (0.6 * centre, 1.6 * centre)
 
@@ -49,4 +49,4 @@ def _contact(rng: np.random.Generator, kind: str, n: int, scale: float) -> sh.Co
         return sh.Gap(**presses, normal_load=load)
     if kind == "stop":
         return sh.Gap(**presses, gap=gap)
-    return sh.Contacts(sh.CubicSpring(), tangential, cubic_stiffness=1e6 * stiffness)
+    return sh.Contacts(sh.laws.CubicSpring(), tangential, cubic_stiffness=1e6 * stiffness)

@@ -53,7 +53,7 @@ def _force(disk: sh.Sector, force: Any, motions: list[Any]) -> Any:
     """The force on all sectors, wave by wave."""
     parts = force.parts if hasattr(force, "parts") else (force,)
     cosine, sine = {}, {}
-    total = sh.StaticLoad(sum(t.T @ force.static(disk.n_whole) for t in motions))
+    total = sh.forces.StaticLoad(sum(t.T @ force.static(disk.n_whole) for t in motions))
     for part in parts:
         for harmonic, given in (getattr(part, "pattern", None) or {}).items():
             whole = np.zeros(disk.n_whole, dtype=complex)
@@ -65,4 +65,4 @@ def _force(disk: sh.Sector, force: Any, motions: list[Any]) -> Any:
             )
             cosine[harmonic], sine[harmonic] = push.real, -push.imag
             amplitude = part.amplitude
-    return sh.HarmonicForce(cosine=cosine, sine=sine, amplitude=amplitude) + total
+    return sh.forces.HarmonicForce(cosine=cosine, sine=sine, amplitude=amplitude) + total

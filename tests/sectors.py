@@ -55,5 +55,5 @@ def with_opening(disk):
 def wave(order, disk):
     """Forces on inner places and on both interfaces, and a static one."""
     pattern = {1: {5: 4 + 2j, disk.n_whole - 2: 1.0}, 2: {2: 0.6j, 5: 0.3}, 3: {5: 0.3}}
-    force = sh.EngineOrder(order, 3.0, pattern=pattern)
-    return force + sh.StaticLoad({3: 2.0, disk.n_whole - 1: 1.0})
+    force = sh.forces.EngineOrder(order, 3.0, pattern=pattern)
+    return force + sh.forces.StaticLoad({3: 2.0, disk.n_whole - 1: 1.0})

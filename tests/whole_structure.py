@@ -87,7 +87,7 @@ def contacts_alone(model, touched, harmonics):
     contacts = [tuple(place[dof] for dof in contact) for contact in model.contacts]
     return sh.HarmonicBalance(
         sh.Model(np.eye(size), nothing, nothing, contacts=contacts, **model.parameters),
-        sh.PointForce(0, amplitude=0.0),
+        sh.forces.PointForce(0, amplitude=0.0),
         harmonics,
     )
 

@@ -13,7 +13,7 @@ from symhbm.numerics import Compiled, FloatArray, FourierBasis
 def contact_springs(
     problem: HarmonicBalance, unknowns: FloatArray, frequency: float, contacts: ContactStates
 ) -> FloatArray:
-    """Springs equivalent to the contacts in a motion, see `symhbm.ContactLaw.springs`.
+    """Springs equivalent to the contacts in a motion, see `symhbm.laws.ContactLaw.springs`.
 
     Stiffness and loss [N/m] by harmonic above 0, (2, n_harmonics, m^2 of each contact).
     """

@@ -94,7 +94,7 @@ class HarmonicBalance:
     ...     mass=1, stiffness=1e4, damping=0.5,
     ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
     ... )
-    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> problem = sh.HarmonicBalance(blade, sh.forces.PointForce())
     >>> problem.with_parameters(normal_load=5, force_amplitude=2.0).parameters["normal_load"]
     array([5.])
     """
@@ -509,7 +509,7 @@ class HarmonicBalance:
             raise ValueError(
                 f"{name}: expected a parameter that the force of a moving base does not change "
                 f"with, it is made of the {' and '.join(sorted(self.excitation.of_matrices))} "
-                "matrix; sweep it by over=, or give the force as a symhbm.FrequencyForce"
+                "matrix; sweep it by over=, or give the force as a symhbm.forces.FrequencyForce"
             )
         if name in self.model.contact_parameters:
             owner = self.model.group_of(name).name
@@ -544,7 +544,8 @@ class HarmonicBalance:
         """Named inputs of `residual` and `derivative` at a point, its contact events located.
 
         ``unknowns`` (n_unknowns,) [m], ``frequency`` in rad/s; ``switches`` (n_switches,) imposes
-        states of contacts, see `symhbm.ContactLaw.locate`; ``states`` are the events where known.
+        states of contacts, see `symhbm.laws.ContactLaw.locate`; ``states`` are the events where
+        known.
         """
         if states is None:
             states = self.locate(unknowns, frequency, switches)
@@ -572,7 +573,7 @@ class HarmonicBalance:
     ) -> Evaluation:
         """Residual and derivatives at ``unknowns`` [m] and angular ``frequency`` [rad/s].
 
-        ``switches`` (n_switches,) imposes states of contacts, see `symhbm.ContactLaw.locate`;
+        ``switches`` (n_switches,) imposes states of contacts, see `symhbm.laws.ContactLaw.locate`;
         ``states`` are the events of the contacts where they are known.
         """
         of_contacts = self._evaluate_compiled(unknowns, frequency, switches, states)

@@ -64,7 +64,7 @@ class SwitchingAngles:
     ...     mass=1, stiffness=1e4, damping=0.5,
     ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
     ... )
-    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> problem = sh.HarmonicBalance(blade, sh.forces.PointForce())
     >>> angles = sh.SwitchingAngles(problem)
     >>> angles.n_coefficients, angles.n_contacts, angles.n_unknowns
     (2, 1, 4)

@@ -77,7 +77,7 @@ def _structure(dataset: xr.Dataset, laws: Sequence[ContactLaw]) -> Any:
             f"{', '.join(several)}; select one, for example --select {several[0]}="
             f"{dataset[several[0]].values[0] if several[0] in dataset.coords else 0}"
         )
-    figure = _plot().model(sh.rebuild(dataset, laws))
+    figure = _plot().model(sh.datasets.rebuild(dataset, laws))
     moves = Description(dataset).moving
     if moves != "frequency":
         ax = figure.axes[0]

@@ -14,7 +14,7 @@ class Status(StrEnum):
     ...     mass=1, stiffness=1e4, damping=0.5,
     ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
     ... )
-    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> problem = sh.HarmonicBalance(blade, sh.forces.PointForce())
     >>> sh.frf(problem, (10, 30)).status.item() == sh.Status.REACHED_END
     True
     """
@@ -263,7 +263,7 @@ class SolveError(RuntimeError):
     ...     mass=1, stiffness=1e4, damping=0.5,
     ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
     ... )
-    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> problem = sh.HarmonicBalance(blade, sh.forces.PointForce())
     >>> try:
     ...     sh.frf(problem, (10, 30), max_points=5, throw=True)
     ... except sh.SolveError as error:

@@ -112,9 +112,9 @@ def minimise_peak(
 
     Returns
     -------
-    Dataset as that of `frf` at the optimum (`symhbm.rebuild` gives the optimal problem), with the
-    values along ``variable``, the active maxima along ``active``, with multipliers that sum to 1,
-    all starts and descents, derivatives by every parameter, ``design_status`` and the
+    Dataset as that of `frf` at the optimum (`symhbm.datasets.rebuild` gives the optimal problem),
+    with the values along ``variable``, the active maxima along ``active``, with multipliers that
+    sum to 1, all starts and descents, derivatives by every parameter, ``design_status`` and the
     ``certificate``: sentences on what was computed and checked, and what was not. With an
     ``objective`` it has ``design_aim`` in place of ``design_amplitude`` [m], the peaks along
     ``named_peak``, and no derivatives by parameters; the response is that of ``problem``.
@@ -133,7 +133,7 @@ def minimise_peak(
     ...     mass=1, stiffness=1e4, damping=0.5,
     ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
     ... )
-    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> problem = sh.HarmonicBalance(blade, sh.forces.PointForce())
     >>> best = sh.minimise_peak(problem, "normal_load", bounds=(0.1, 100), frequency=(5, 40))
     >>> best.design_value.values.round(6), best.design_status.item() == sh.Status.DESIGN_OPTIMAL
     (array([3.088579]), True)

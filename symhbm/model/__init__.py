@@ -1,5 +1,6 @@
 """What vibrates, what rubs, and what drives it."""
 
+from symhbm.model import forces
 from symhbm.model.builders import bladed_disk, single_blade
 from symhbm.model.damping import Damping, ModalDamping, RayleighDamping, StructuralDamping
 from symhbm.model.excitation import (
@@ -64,6 +65,7 @@ __all__ = [
     "contact_pairs",
     "find_symmetry",
     "force_coefficients",
+    "forces",
     "is_pattern",
     "next_sector",
     "number_of",

@@ -194,7 +194,8 @@ class StructuralDamping(Damping):
     ...     [[1.0]], sh.StructuralDamping(0.02), [[1e4]], contacts=[(0,)],
     ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
     ... )
-    >>> response = sh.frf(sh.HarmonicBalance(blade, sh.PointForce()), (10, 40), progress=False)
+    >>> problem = sh.HarmonicBalance(blade, sh.forces.PointForce())
+    >>> response = sh.frf(problem, (10, 40), progress=False)
     >>> response.n_peaks.item()
     1
     """

@@ -139,7 +139,7 @@ class Structure(Record, ABC):
     ...         slope = 1e4 * (1 + 0.02j) / speed * (1 / np.tan(x) - x / np.sin(x) ** 2)
     ...         return np.array([[value]]), np.array([[harmonic * slope]])
     >>> rod = Rod(1, [(0,)], contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3)
-    >>> response = sh.frf(sh.HarmonicBalance(rod, sh.PointForce()), (10, 40), progress=False)
+    >>> response = sh.frf(sh.HarmonicBalance(rod, sh.forces.PointForce()), (10, 40), progress=False)
     >>> response.n_peaks.item()
     1
     """

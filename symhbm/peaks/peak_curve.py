@@ -105,7 +105,7 @@ def peak_curve(
     ...     mass=1, stiffness=1e4, damping=0.5,
     ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
     ... )
-    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> problem = sh.HarmonicBalance(blade, sh.forces.PointForce())
     >>> curve = sh.peak_curve(problem, "normal_load", (1, 10))
     >>> curve.minimum_normal_load.values.round(6)
     array([3.088579])

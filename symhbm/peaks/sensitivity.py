@@ -98,9 +98,9 @@ def sensitivity(dataset: xr.Dataset, *, laws: Iterable[ContactLaw] = ()) -> xr.D
     ...     mass=1, stiffness=1e4, damping=0.5,
     ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
     ... )
-    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> problem = sh.HarmonicBalance(blade, sh.forces.PointForce())
     >>> response = sh.frf(problem, (10, 30))
-    >>> by_load = sh.sensitivity(response).peak_amplitude_by_normal_load
+    >>> by_load = sh.datasets.sensitivity(response).peak_amplitude_by_normal_load
     >>> abs(by_load).max("peaking_dof").idxmax("contact").values  # that changes the peak most
     array([0.])
     """

@@ -85,7 +85,7 @@ def response(
     ...     mass=1, stiffness=1e4, damping=0.5,
     ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
     ... )
-    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> problem = sh.HarmonicBalance(blade, sh.forces.PointForce())
     >>> figure = sh.plot.response(sh.frf(problem, (10, 30), over={"normal_load": [1, 3]}))
     >>> figure.savefig("response.png")
     """
@@ -184,7 +184,7 @@ def curve(dataset: xr.Dataset, *, place: Shown = None) -> tuple[FloatArray, Floa
     ...     mass=1, stiffness=1e4, damping=0.5,
     ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
     ... )
-    >>> response = sh.frf(sh.HarmonicBalance(blade, sh.PointForce()), (10, 30))
+    >>> response = sh.frf(sh.HarmonicBalance(blade, sh.forces.PointForce()), (10, 30))
     >>> frequency, amplitude = sh.plot.curve(response)
     >>> f"{1e3 * amplitude.max():.2f} mm"
     '0.31 mm'

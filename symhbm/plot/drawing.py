@@ -44,7 +44,7 @@ def nothing_to_draw(dataset: xr.Dataset) -> ValueError:
     ...     mass=1, stiffness=1e4, damping=0.5,
     ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
     ... )
-    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> problem = sh.HarmonicBalance(blade, sh.forces.PointForce())
     >>> response = sh.frf(problem, (10, 30))
     >>> isinstance(sh.plot.nothing_to_draw(response), ValueError)
     True

@@ -123,7 +123,7 @@ def panels(
     ...     mass=1, stiffness=1e4, damping=0.5,
     ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
     ... )
-    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> problem = sh.HarmonicBalance(blade, sh.forces.PointForce())
     >>> with sh.plot.panels(1, 2, size=(9, 4)) as (figure, (left, right)):
     ...     drawn = sh.plot.model(problem, ax=left)
     ...     drawn = sh.plot.response(sh.frf(problem, (10, 30)), ax=right)

@@ -42,7 +42,7 @@ def pareto_front(dataset: xr.Dataset, ax: Axes | None = None) -> Picture:
     ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
     ... )
     >>> front = sh.pareto_front(
-    ...     sh.HarmonicBalance(blade, sh.PointForce()), "normal_load", (0.5, 20), (5, 40),
+    ...     sh.HarmonicBalance(blade, sh.forces.PointForce()), "normal_load", (0.5, 20), (5, 40),
     ...     aims={
     ...         "peak [m]": lambda peaks, parameters: peaks["largest"],
     ...         "load [N]": lambda peaks, parameters: parameters["normal_load"][0],

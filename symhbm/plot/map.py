@@ -63,7 +63,7 @@ def stick_map(
     ...     mass=1, stiffness=1e4, damping=0.5,
     ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
     ... )
-    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> problem = sh.HarmonicBalance(blade, sh.forces.PointForce())
     >>> loads = sh.frf(problem, (10, 30), at=range(10, 31), over={"normal_load": [1, 3, 10]})
     >>> sh.plot.stick_map(loads).savefig("map.png")
     """

@@ -34,8 +34,8 @@ def phase(
     """Draw the phase lag of a harmonic over the moving parameter, a line per parameter set.
 
     It is positive where the harmonic ``n`` comes later than ``cos(n omega t)``, as of
-    `symhbm.motion`, and runs on beyond half a turn along a curve. A red cross is where a curve ends
-    that is not complete.
+    `symhbm.datasets.motion`, and runs on beyond half a turn along a curve. A red cross is where a
+    curve ends that is not complete.
 
     Parameters
     ----------
@@ -63,7 +63,7 @@ def phase(
     ...     mass=1, stiffness=1e4, damping=0.5,
     ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
     ... )
-    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> problem = sh.HarmonicBalance(blade, sh.forces.PointForce())
     >>> figure = sh.plot.phase(sh.frf(problem, (10, 30), over={"normal_load": [1, 3]}))
     >>> figure.savefig("phase.png")
     """

@@ -141,5 +141,7 @@ def _allowed(dataset: xr.Dataset) -> str:
         parts.append(f"a label or a node ({', '.join(names)}{more})")
         parts.append(f"one of its directions as {places.name(0)!r}")
     outputs = Description(dataset).outputs
-    of_outputs = f"; outputs ({', '.join(outputs)}) are drawn by symhbm.output(result, name)"
+    of_outputs = (
+        f"; outputs ({', '.join(outputs)}) are drawn by symhbm.datasets.output(result, name)"
+    )
     return ", ".join(parts) + ", or several of these" + (of_outputs if outputs else "")

@@ -1,5 +1,6 @@
 """The public functions on problems: frf, follow, solve, periodic_motion, recover, verify."""
 
+from symhbm.response import datasets
 from symhbm.response.disks import campbell, natural_modes, sector_response
 from symhbm.response.frf import follow, frf
 from symhbm.response.modes_and_cycles import limit_cycles, nonlinear_modes
@@ -15,6 +16,7 @@ from symhbm.response.verification import FIGURES, summary, verify
 __all__ = [
     "FIGURES",
     "campbell",
+    "datasets",
     "follow",
     "frf",
     "limit_cycles",

@@ -136,7 +136,7 @@ def frf(
     ...     mass=1, stiffness=1e4, damping=0.5,
     ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
     ... )
-    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> problem = sh.HarmonicBalance(blade, sh.forces.PointForce())
     >>> response = sh.frf(problem, (10, 30), over={"normal_load": [1, 3]})
     >>> response.peak_amplitude.sel(normal_load=3).values.round(8)
     array([0.00030849])
@@ -214,7 +214,7 @@ def follow(
     ...     mass=1, stiffness=1e4, damping=0.5,
     ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
     ... )
-    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> problem = sh.HarmonicBalance(blade, sh.forces.PointForce())
     >>> loads = sh.follow(problem, "normal_load", (0.1, 100), frequency=19.5)
     >>> loads.event_kind.values, loads.event_normal_load.values.round(6)
     (array(['end of slip'], dtype=object), array([4.009054]))

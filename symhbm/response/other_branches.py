@@ -90,7 +90,7 @@ def other_branches(
     ...     [[1.0, 0], [0, 1]], [[0.05, 0], [0, 0.05]], [[1.02, -0.02], [-0.02, 1.02]],
     ...     contacts=[(0,), (1,)], cubic_stiffness=0.1,
     ... )
-    >>> problem = sh.HarmonicBalance(pair, sh.HarmonicForce(cosine={1: [0.18, 0.18]}))
+    >>> problem = sh.HarmonicBalance(pair, sh.forces.HarmonicForce(cosine={1: [0.18, 0.18]}))
     >>> with warnings.catch_warnings(action="ignore"):  # other solutions branch off
     ...     response = sh.frf(problem, (0.08, 0.32))
     >>> branches = sh.other_branches(response)

@@ -87,7 +87,7 @@ def periodic_motion(
     ...     mass=1, stiffness=1e4, damping=0.5,
     ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
     ... )
-    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> problem = sh.HarmonicBalance(blade, sh.forces.PointForce())
     >>> motion = sh.periodic_motion(problem, 19.5)
     >>> motion.amplitude.values.round(8)
     array([0.0003079])

@@ -68,11 +68,11 @@ def recover(
     ...     M, 0.5 * M + 1e-5 * K, K, contacts=[(199,)],
     ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=0.5,
     ... )
-    >>> force = sh.PointForce(dof=99)
+    >>> force = sh.forces.PointForce(dof=99)
     >>> small = sh.condense(chain, force, frequency=(0.2, 1), dofs=[99])
     >>> problem = sh.HarmonicBalance(small, force)
     >>> response = sh.frf(problem, (0.2, 1))
-    >>> whole = sh.recover(problem, response.drop_dims("point").isel(peak=0))
+    >>> whole = sh.datasets.recover(problem, response.drop_dims("point").isel(peak=0))
     >>> whole.amplitude.sizes["dof"], bool(whole.residual_norm < 1e-8)
     (200, True)
     """

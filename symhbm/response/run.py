@@ -191,7 +191,7 @@ def resume(
     ...     mass=1, stiffness=1e4, damping=0.5,
     ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
     ... )
-    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> problem = sh.HarmonicBalance(blade, sh.forces.PointForce())
     >>> done = sh.frf(problem, (10, 30), over={"normal_load": [1, 3]}, archive="loads.nc")
     >>> sh.resume("loads.nc", progress=False).sizes["normal_load"]
     2

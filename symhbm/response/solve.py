@@ -67,7 +67,7 @@ def solve(
     ...     mass=1, stiffness=1e4, damping=0.5,
     ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
     ... )
-    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> problem = sh.HarmonicBalance(blade, sh.forces.PointForce())
     >>> sh.solve(problem, 19.5).amplitude.values.round(8)
     array([0.00030797])
     """

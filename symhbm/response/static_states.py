@@ -63,7 +63,7 @@ def static_states(
     ...     [[1.0]], [[2.0]], [[1e4]],
     ...     contacts={"stop": sh.Gap(normal=(0,), normal_stiffness=2e4, gap=1e-3)},
     ... )
-    >>> problem = sh.HarmonicBalance(blade, sh.PointForce() + sh.StaticLoad([40.0]))
+    >>> problem = sh.HarmonicBalance(blade, sh.forces.PointForce() + sh.forces.StaticLoad([40.0]))
     >>> sh.static_states(problem).static_displacement.values.round(6)
     array([[0.002]])
     """

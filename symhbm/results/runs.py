@@ -87,7 +87,7 @@ class Run(Sweeping, total=False):
     ...     mass=1, stiffness=1e4, damping=0.5,
     ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
     ... )
-    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> problem = sh.HarmonicBalance(blade, sh.forces.PointForce())
     >>> quiet: sh.Run = dict(progress=False, keep=["amplitude"])
     >>> sorted(sh.frf(problem, (10, 30), at=[15, 20], **quiet).data_vars)[0]
     'amplitude'

@@ -8,12 +8,12 @@ from symhbm.balance import check_each
 
 VALUES = dict(mass=1, stiffness=1e4, damping=0.5)
 FRICTION = dict(contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3.0)
-FORCE = sh.HarmonicForce(cosine={1: [10, 5, 0, 0]}, sine={1: [0, 0, 10, -5]})
+FORCE = sh.forces.HarmonicForce(cosine={1: [10, 5, 0, 0]}, sine={1: [0, 0, 10, -5]})
 
 
 def ring(harmonics=(1,), samples=None, **more):
     disk = sh.bladed_disk(4, **VALUES, **FRICTION, **more)
-    return sh.HarmonicBalance(disk, sh.EngineOrder(1), harmonics, samples)
+    return sh.HarmonicBalance(disk, sh.forces.EngineOrder(1), harmonics, samples)
 
 
 def of_one_sector():
@@ -34,7 +34,7 @@ def lifting():
 def condensed():
     stiffness = 1e4 * (2 * np.eye(6) - np.eye(6, k=1) - np.eye(6, k=-1))
     model = sh.Model(np.eye(6), 1e-4 * stiffness, stiffness, contacts=[(2,)], **FRICTION)
-    force = sh.PointForce(dof=5)
+    force = sh.forces.PointForce(dof=5)
     small = sh.condense(model, force, (5, 25), (1,), dofs=[5], progress=False)
     return sh.HarmonicBalance(small, force, (1,))
 

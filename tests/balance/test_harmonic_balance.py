@@ -30,7 +30,7 @@ def ring(n_blades=5, harmonics=(1, 3), **changes):
         normal_load=rng.uniform(5, 15, n_blades),
     )
     disk = sh.bladed_disk(n_blades, **(values | changes))
-    return sh.HarmonicBalance(disk, sh.EngineOrder(2, amplitude=1.3), harmonics)
+    return sh.HarmonicBalance(disk, sh.forces.EngineOrder(2, amplitude=1.3), harmonics)
 
 
 def unknowns_of(problem, size=1e-4, seed=2):

@@ -30,7 +30,7 @@ def ring(harmonics, springs=False):
         normal_load=3.0,
         cubic_stiffness=[1e8, 2e8, -1e8] if springs else 0.0,
     )
-    return sh.HarmonicBalance(model, sh.EngineOrder(1, amplitude=3.0), harmonics)
+    return sh.HarmonicBalance(model, sh.forces.EngineOrder(1, amplitude=3.0), harmonics)
 
 
 def with_limits(problem, unknowns, shares):
@@ -192,7 +192,7 @@ def test_contact_without_a_spring():
         normal_load=0.0,
         cubic_stiffness=0.1,
     )
-    problem = sh.HarmonicBalance(model, sh.PointForce(amplitude=3.0), (1, 3))
+    problem = sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=3.0), (1, 3))
     names = ("contact_stiffness", "normal_load", "cubic_stiffness", "force_amplitude")
     second_order = SecondOrder(problem, names)
     found = second_order(problem, np.array([1.0, 0.2, 0.1, 0.3]), 1.1, np.ones(4))

@@ -29,10 +29,10 @@ def structure(n_blades, harmonics):
     values = dict(mass=1, stiffness=1e4, damping=1, contact_stiffness=1e5)
     values |= dict(friction_coefficient=0.5, normal_load=1)
     if n_blades == 1:
-        problem = sh.HarmonicBalance(sh.single_blade(**values), sh.PointForce(), harmonics)
+        problem = sh.HarmonicBalance(sh.single_blade(**values), sh.forces.PointForce(), harmonics)
     else:
         disk = sh.bladed_disk(n_blades, **values)
-        problem = sh.HarmonicBalance(disk, sh.EngineOrder(1), harmonics)
+        problem = sh.HarmonicBalance(disk, sh.forces.EngineOrder(1), harmonics)
     return problem, SwitchingAngles(problem)
 
 

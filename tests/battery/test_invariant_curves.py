@@ -61,7 +61,7 @@ def test_parts_are_the_whole_and_archives_keep_it(name, tmp_path):
 def test_copies_give_the_same_response(name):
     given = problem(name)
     one = sh.solve(given, 24.0)
-    copies = [sh.rebuild(one, laws=OWN_LAWS)]
+    copies = [sh.datasets.rebuild(one, laws=OWN_LAWS)]
     if cell(name).law != "own":
         copies.append(pickle.loads(pickle.dumps(given)))
     for copy in copies:

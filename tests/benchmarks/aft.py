@@ -37,8 +37,8 @@ def system_of(problem: sh.HarmonicBalance, samples: int) -> System:
     (dofs, given), pressed = (
         _contacts(model, law, names)
         for law, names in (
-            (sh.Coulomb, ("contact_stiffness", "friction_coefficient", "normal_load")),
-            (sh.VariableLoadFriction, PRESSED),
+            (sh.laws.Coulomb, ("contact_stiffness", "friction_coefficient", "normal_load")),
+            (sh.laws.VariableLoadFriction, PRESSED),
         )
     )
     if len(given) + len(pressed[1]) != model.n_contacts or (len(given) and basis.order[0] == 0):

@@ -11,7 +11,7 @@ from tests.benchmarks.clock import repeated
 from tests.benchmarks.programs import MissingError, optional
 from tests.benchmarks.table import Table, ratio, seconds
 
-LAW = sh.VariableLoadFriction()
+LAW = sh.laws.VariableLoadFriction()
 NUMBERS, HIGHEST = (1, 13, 100), (1, 3, 5, 9)
 FEW, MANY, CONVERGED = 256, 4096, 2**16
 """Samples of a period: the usual number, one for an error of 1e-3, and what no longer counts."""

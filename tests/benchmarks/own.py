@@ -40,7 +40,7 @@ blade = sh.single_blade(
     mass=1, stiffness=1e4, damping=0.5, contact_stiffness=1e4, friction_coefficient=0.5,
     normal_load=3,
 )
-sh.frf(sh.HarmonicBalance(blade, sh.PointForce(amplitude=100.0)), (10, 30))
+sh.frf(sh.HarmonicBalance(blade, sh.forces.PointForce(amplitude=100.0)), (10, 30))
 print(imported - start, time.process_time() - imported)
 """
 

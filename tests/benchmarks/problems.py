@@ -24,7 +24,7 @@ def ring(harmonics, load: float, samples: int | None = None, n_blades: int = 13)
     """A ring of blades under a normal load [N] and engine order 3 of 13, or the like of others."""
     disk = sh.bladed_disk(n_blades, **RING, friction_coefficient=0.5, normal_load=load)
     order = round(3 * n_blades / 13)
-    return sh.HarmonicBalance(disk, sh.EngineOrder(order), harmonics, samples)
+    return sh.HarmonicBalance(disk, sh.forces.EngineOrder(order), harmonics, samples)
 
 
 def draws(problem: sh.HarmonicBalance, n_samples: int):
@@ -65,7 +65,7 @@ def shrouded(n_blades: int, load: float) -> sh.HarmonicBalance:
     lag = 2 * np.pi / n_blades * np.arange(n_blades)
     cosine = np.column_stack([np.cos(lag), 0.5 * np.sin(lag)]).ravel()
     sine = np.column_stack([np.sin(lag), -0.5 * np.cos(lag)]).ravel()
-    force = sh.HarmonicForce(cosine={1: cosine}, sine={1: sine}, amplitude=10.0)
+    force = sh.forces.HarmonicForce(cosine={1: cosine}, sine={1: sine}, amplitude=10.0)
     return sh.HarmonicBalance(sh.Model(*parts, contacts={"shroud": shroud}), force, (0, 1, 2, 3))
 
 
@@ -82,5 +82,5 @@ def mistuned_sectors(harmonics) -> sh.HarmonicBalance:
     return sh.HarmonicBalance(ring, _WAVE, harmonics)
 
 
-_WAVE = sh.EngineOrder(3, 5.0, pattern={3: 1.0})
+_WAVE = sh.forces.EngineOrder(3, 5.0, pattern={3: 1.0})
 """A force on the tips of blades."""

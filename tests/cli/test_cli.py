@@ -37,13 +37,14 @@ VALUES = dict(
     friction_coefficient=0.5,
     normal_load=3.0,
 )
-BLADE = sh.HarmonicBalance(sh.single_blade(**VALUES), sh.PointForce(), harmonics=(1, 3))
+BLADE = sh.HarmonicBalance(sh.single_blade(**VALUES), sh.forces.PointForce(), harmonics=(1, 3))
 RING = sh.HarmonicBalance(
-    sh.bladed_disk(5, **VALUES | {"contact_stiffness": 1e6, "normal_load": 10.0}), sh.EngineOrder(1)
+    sh.bladed_disk(5, **VALUES | {"contact_stiffness": 1e6, "normal_load": 10.0}),
+    sh.forces.EngineOrder(1),
 )
 DUFFING = sh.HarmonicBalance(
     sh.Model([[1.0]], [[0.05]], [[1.0]], contacts=[(0,)], cubic_stiffness=0.1),
-    sh.PointForce(amplitude=0.18),
+    sh.forces.PointForce(amplitude=0.18),
 )
 LOADS = xr.DataArray(
     np.random.default_rng(2013).uniform(7, 13, (3, 5)),
@@ -254,7 +255,9 @@ def test_info_of_a_run_that_computed_nothing(tmp_path):
 def test_modes_of_blades_in_words_and_tables(tmp_path):
     sector = sh.craig_bampton(chain_sector(3), 2, (1, 60), blade=[1, 2, 3], blade_modes=2)
     name, values = "frequency_deviation_1", np.array([[0.01, 0, -0.02], [0, 0.03, 0]])
-    problem = sh.HarmonicBalance(sh.mistuned_ring(sector), sh.EngineOrder(1, pattern={3: 1.0}))
+    problem = sh.HarmonicBalance(
+        sh.mistuned_ring(sector), sh.forces.EngineOrder(1, pattern={3: 1.0})
+    )
     over = {name: xr.DataArray(values, dims=("sample", "blade"))}
     path = sh.save(sh.frf(problem, (12, 25), at=[15.0], over=over), tmp_path / "ring.nc")
     said = told(path)
@@ -523,7 +526,7 @@ def test_info_of_sectors(tmp_path):
         friction_coefficient=0.5,
         normal_load=10,
     )
-    problem = sh.HarmonicBalance(disk, sh.EngineOrder(2))
+    problem = sh.HarmonicBalance(disk, sh.forces.EngineOrder(2))
     loads = xr.DataArray([[9.0] * 5, [9.0, 10.0, 9.0, 9.0, 9.0]], dims=("sample", "contact"))
     dataset = sh.frf(problem, (80, 90), at=[85.0], over={"normal_load": loads})
     said = told(sh.save(dataset, tmp_path / "x.nc"))
@@ -703,7 +706,7 @@ def test_info_names_places_and_forces_as_they_were_given(tmp_path):
     )
     unit = np.eye(6)
     model = sh.Model(unit, unit, 1e4 * unit, places=places, contacts={"rub": rub})
-    force = sh.HarmonicForce(cosine={1: {"tip:z": 20.0, "root:z": 1.0}}, amplitude=1.5)
+    force = sh.forces.HarmonicForce(cosine={1: {"tip:z": 20.0, "root:z": 1.0}}, amplitude=1.5)
     path = sh.save(sh.frf(sh.HarmonicBalance(model, force), (10, 30)), tmp_path / "blade.nc")
     said = told(path)
     assert said["excitation"].endswith("at most 30 N at tip:z")
@@ -711,7 +714,7 @@ def test_info_names_places_and_forces_as_they_were_given(tmp_path):
     assert said["contact_stiffness"] == (
         "1000 to 2000 N m-1, differing between contacts (mean 1500)"
     )
-    point = sh.PointForce("tip:z", 2.0)
+    point = sh.forces.PointForce("tip:z", 2.0)
     path = sh.save(sh.solve(sh.HarmonicBalance(model, point), 12.0), tmp_path / "point.nc")
     assert told(path)["excitation"] == "point force on tip:z"
 

@@ -27,7 +27,7 @@ def pair(force, coupling, difference=0.0, harmonics=(1,)):
     model = sh.Model(
         np.eye(2), DAMPING * np.eye(2), stiffness, contacts=[(0,), (1,)], cubic_stiffness=GAMMA
     )
-    return sh.HarmonicBalance(model, sh.HarmonicForce(cosine={1: [force, force]}), harmonics)
+    return sh.HarmonicBalance(model, sh.forces.HarmonicForce(cosine={1: [force, force]}), harmonics)
 
 
 def alike(omega, force):
@@ -183,7 +183,7 @@ def test_branch_points_next_to_folds(coupling):
     )
     force = np.zeros(n)
     force[[0, -1]] = 0.4
-    problem = sh.HarmonicBalance(model, sh.HarmonicForce(cosine={1: force}))
+    problem = sh.HarmonicBalance(model, sh.forces.HarmonicForce(cosine={1: force}))
     events = []
     for band in ((0.1, 0.4), (0.4, 0.1)):
         with pytest.warns(RuntimeWarning, match="other solutions branch off"):

@@ -35,7 +35,7 @@ def ring(load=10.0, harmonics=(1,)):
         friction_coefficient=0.5,
         normal_load=load,
     )
-    return sh.HarmonicBalance(disk, sh.EngineOrder(3, amplitude=1.0), harmonics)
+    return sh.HarmonicBalance(disk, sh.forces.EngineOrder(3, amplitude=1.0), harmonics)
 
 
 def mistuned(seed=1):
@@ -55,7 +55,7 @@ def mistuned(seed=1):
 def with_a_mean():
     """A blade that a constant force pushes aside."""
     blade = fig03.problem().model
-    force = sh.HarmonicForce({0: [30.0], 1: [100.0]})
+    force = sh.forces.HarmonicForce({0: [30.0], 1: [100.0]})
     return sh.HarmonicBalance(blade, force, (0, 1))
 
 
@@ -78,7 +78,7 @@ def condensed(harmonics=(1,)):
     cosine = {1: np.where(np.arange(size) == 20, 30.0, 0.0)}
     if 0 in harmonics:
         cosine[0] = np.where(np.arange(size) == 5, 3.0, 0.0)
-    force = sh.HarmonicForce(cosine=cosine)
+    force = sh.forces.HarmonicForce(cosine=cosine)
     small = sh.condense(model, force, (4.0, 8.0), harmonics, dofs=(20,))
     return sh.HarmonicBalance(small, force, harmonics)
 
@@ -195,7 +195,7 @@ def test_large_rings_are_compiled_in_an_order_that_stays_sparse():
         model = sh.Model(*parts, contacts={"friction": contact})
         cosine, sine = np.empty((2, n))
         cosine[numbers], sine[numbers] = np.cos(angle), np.sin(angle)
-        force = sh.HarmonicForce(cosine={1: cosine}, sine={1: sine}, amplitude=1.0)
+        force = sh.forces.HarmonicForce(cosine={1: cosine}, sine={1: sine}, amplitude=1.0)
         problem = sh.HarmonicBalance(model, force, (1,))
         corrector = corrector_of(FrequencyProblem(problem))
         assert isinstance(corrector, StepwiseCorrector) == (numbers is order)

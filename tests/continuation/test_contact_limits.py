@@ -19,7 +19,7 @@ def test_of_contacts_that_reach_their_limits_together_one_may_relieve_the_other(
         friction_coefficient=0.5,
         normal_load=[5, 5, 6],
     )
-    problem = sh.HarmonicBalance(ring, sh.EngineOrder(1))
+    problem = sh.HarmonicBalance(ring, sh.forces.EngineOrder(1))
     up, down = (sh.frf(problem, band, throw=True) for band in [(10, 40), (40, 10)])
     told = [*zip(up.event_kind.values, up.event_contact.values, strict=True)]
     begins, ends = "onset of slip", "end of slip"

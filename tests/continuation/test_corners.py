@@ -16,7 +16,7 @@ from tests.pressed_contact import TURN, structure
 def mass(stiffness, damping, cosine, sine, normal_stiffness, friction, load):
     """One mass of 1 kg on inclined springs, pressed to the ground; forces in both directions."""
     first, both, second = stiffness
-    force = sh.HarmonicForce(cosine={1: cosine}, sine={1: sine})
+    force = sh.forces.HarmonicForce(cosine={1: cosine}, sine={1: sine})
     parts = np.eye(2), damping * np.eye(2), np.array([[first, both], [both, second]])
     values = dict(contact_stiffness=1e4, normal_stiffness=normal_stiffness)
     values |= dict(friction_coefficient=friction, normal_load=load)

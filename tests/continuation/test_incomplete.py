@@ -15,7 +15,7 @@ TOO_FEW = "the largest number of points was reached"
 def duffing():
     """Its response is unique in this band for a force of 0.01 N, not for 0.18 N."""
     model = sh.Model([[1.0]], [[0.05]], [[1.0]], contacts=[(0,)], cubic_stiffness=0.1)
-    return sh.HarmonicBalance(model, sh.PointForce())
+    return sh.HarmonicBalance(model, sh.forces.PointForce())
 
 
 def with_warning(call):

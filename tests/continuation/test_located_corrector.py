@@ -20,7 +20,7 @@ def blade(**given):
 def rubbing():
     """Friction with the mean, odd and even harmonics."""
     model = blade(contact_stiffness=1e4, friction_coefficient=0.5, normal_load=200)
-    force = sh.PointForce(amplitude=100.0) + sh.StaticLoad((20.0,))
+    force = sh.forces.PointForce(amplitude=100.0) + sh.forces.StaticLoad((20.0,))
     return sh.HarmonicBalance(model, force, (0, 1, 2, 3)), (12, 30)
 
 
@@ -34,7 +34,7 @@ def mistuned():
         friction_coefficient=0.5,
         normal_load=10,
     )
-    return sh.HarmonicBalance(disk, sh.EngineOrder(1, amplitude=4.0), (1, 3)), (14, 60)
+    return sh.HarmonicBalance(disk, sh.forces.EngineOrder(1, amplitude=4.0), (1, 3)), (14, 60)
 
 
 def stiffening():
@@ -42,7 +42,7 @@ def stiffening():
     model = blade(
         cubic_stiffness=1e6, contact_stiffness=1e3, friction_coefficient=0.5, normal_load=10
     )
-    return sh.HarmonicBalance(model, sh.PointForce(amplitude=20.0), (1,)), (6, 40)
+    return sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=20.0), (1,)), (6, 40)
 
 
 def opening():
@@ -53,7 +53,7 @@ def opening():
     )  # fmt: skip
     matrices = np.eye(2), np.diag([2.0, 3.0]), np.array([[1e4, 1e3], [1e3, 2.25e4]])
     model = sh.Model(*matrices, contacts={"shroud": law})
-    force = sh.HarmonicForce(cosine={1: [1.0, 1.0]}, amplitude=15.0)
+    force = sh.forces.HarmonicForce(cosine={1: [1.0, 1.0]}, amplitude=15.0)
     return sh.HarmonicBalance(model, force, (0, 1, 2, 3)), (15, 45)
 
 

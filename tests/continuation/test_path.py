@@ -22,7 +22,9 @@ TURN = 2 * np.pi
 
 def duffing(**changes):
     model = sh.Model([[1.0]], [[0.05]], [[1.0]], contacts=[(0,)], cubic_stiffness=0.1)
-    return sh.HarmonicBalance(model, sh.PointForce(amplitude=0.18)).with_parameters(**changes)
+    return sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=0.18)).with_parameters(
+        **changes
+    )
 
 
 def path_from_start(curve, start, end, **options):
@@ -150,7 +152,7 @@ def test_a_mass_matrix_that_is_singular():
     mass = np.ones((2, 2))
     stiffness = np.array([[3.0, -1.0], [-1.0, 2.0]])
     model = sh.Model(mass, 0.02 * np.eye(2), stiffness)
-    curve = sh.frf(sh.HarmonicBalance(model, sh.PointForce()), (0.05, 0.3), throw=True)
+    curve = sh.frf(sh.HarmonicBalance(model, sh.forces.PointForce()), (0.05, 0.3), throw=True)
     for i, frequency in enumerate(curve.frequency.values):
         omega = TURN * frequency
         exact = np.linalg.solve(stiffness - omega**2 * mass + 0.02j * omega * np.eye(2), [1, 0])

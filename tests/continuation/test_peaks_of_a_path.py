@@ -40,7 +40,7 @@ def ring(seed):
         friction_coefficient=drawn(0.5, width),
         normal_load=drawn(load, width),
     )
-    problem = sh.HarmonicBalance(disk, sh.EngineOrder(engine_order, amplitude=1.0))
+    problem = sh.HarmonicBalance(disk, sh.forces.EngineOrder(engine_order, amplitude=1.0))
     top = 1.1 * np.sqrt(1e4 + 4 * stiff) / (2 * np.pi)
     return problem, (8.0 if rng.random() < 0.5 else 12.0, float(max(top, 20.0)))
 
@@ -65,7 +65,7 @@ def plate(seed):
         friction_coefficient=0.5,
         normal_load=10 ** rng.uniform(-1.5, 2, 2 * k),
     )
-    force = sh.PointForce(dof=int(rng.integers(0, n * n)), amplitude=10 ** rng.uniform(0, 3))
+    force = sh.forces.PointForce(dof=int(rng.integers(0, n * n)), amplitude=10 ** rng.uniform(0, 3))
     watched = [int(i) for i in rng.choice(n * n, 2, replace=False)]
     small = sh.condense(model, force, frequency=(5, 22), harmonics=(1,), dofs=watched)
     return sh.HarmonicBalance(small, force), (5.0, 22.0)
@@ -166,7 +166,7 @@ def test_a_peak_between_two_points_is_followed_again(band):
         friction_coefficient=0.5,
         normal_load=500.0,
     )
-    branch = followed(sh.HarmonicBalance(blade, sh.PointForce(amplitude=1.0)), band)
+    branch = followed(sh.HarmonicBalance(blade, sh.forces.PointForce(amplitude=1.0)), band)
     (peak,) = branch.peaks
     points = [p for p in branch.points if abs(p.value - peak.value) > RADIANS]
     branch = filled(replace(branch, points=points, peaks=[]))

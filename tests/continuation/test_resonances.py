@@ -88,7 +88,9 @@ def test_resonances_below_are_counted(size, harmonics):
     several = set()
     for _ in range(6):
         model = structure(rng, size)
-        problem = sh.HarmonicBalance(model, sh.PointForce(harmonic=max(harmonics)), harmonics)
+        problem = sh.HarmonicBalance(
+            model, sh.forces.PointForce(harmonic=max(harmonics)), harmonics
+        )
         mass, stiffness = model.mass_matrix.toarray(), model.stiffness_matrix.toarray()
         directions = model.directions.toarray()
         count = ResonanceCount(FrequencyProblem(problem))
@@ -114,7 +116,7 @@ def test_resonances_below_are_counted(size, harmonics):
 @pytest.mark.parametrize("harmonics", [(1,), (1, 3)])
 def test_a_structure_without_contacts(harmonics):
     model = sh.Model(np.eye(2), 0.1 * np.eye(2), np.diag([1.0, 4.0]))
-    curve = FrequencyProblem(sh.HarmonicBalance(model, sh.PointForce(), harmonics))
+    curve = FrequencyProblem(sh.HarmonicBalance(model, sh.forces.PointForce(), harmonics))
     count, unknowns = ResonanceCount(curve), np.ones(4 * len(harmonics))
     for omega in (0.2, 0.5, 1.5, 2.5):
         expected = tuple((n * omega > 1) + (n * omega > 2) for n in harmonics)
@@ -132,7 +134,7 @@ def test_motions_without_inertia_add_none():
         friction_coefficient=0.5,
         normal_load=1e9,
     )
-    curve = FrequencyProblem(sh.HarmonicBalance(model, sh.PointForce(), (1, 3)))
+    curve = FrequencyProblem(sh.HarmonicBalance(model, sh.forces.PointForce(), (1, 3)))
     count, unknowns = ResonanceCount(curve), np.full(8, 1e-3)
     friction = curve.problem.locate(unknowns, 1.0)
     natural = np.sqrt(2e4)
@@ -150,7 +152,7 @@ def ring(harmonics, load=10.0):
         friction_coefficient=0.5,
         normal_load=load,
     )
-    return sh.HarmonicBalance(disk, sh.EngineOrder(3, amplitude=1.0), harmonics)
+    return sh.HarmonicBalance(disk, sh.forces.EngineOrder(3, amplitude=1.0), harmonics)
 
 
 @pytest.mark.parametrize("harmonics", [(1,), (1, 3), (1, 3, 5, 7, 9)])
@@ -182,7 +184,9 @@ CURVES = {
     "sector": lambda: (FrequencyProblem(sector_of(ring((1, 3)))), (150, 280)),
     "ring": lambda: (FrequencyProblem(ring((1, 3)).with_parameters(mass=MASSES)), (150, 220)),
     "sampled": lambda: (
-        FrequencyProblem(sh.HarmonicBalance(fig03.problem().model, sh.PointForce(), (1, 3), 64)),
+        FrequencyProblem(
+            sh.HarmonicBalance(fig03.problem().model, sh.forces.PointForce(), (1, 3), 64)
+        ),
         (10, 30),
     ),
     "load": lambda: (ParameterProblem(fig03.problem((1, 3)), "normal_load", 20 * TURN), (1, 9)),

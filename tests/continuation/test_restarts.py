@@ -12,11 +12,13 @@ STEP = 19.1
 """Frequency [Hz] at which the stop of `problem` changes, so that no path leads across."""
 
 
-class TwoStops(sh.PolynomialLaw):
+class TwoStops(sh.laws.PolynomialLaw):
     """A cubic spring that is another one above a frequency."""
 
     directions = ("tangential",)
-    parameters: ClassVar = {"stop_stiffness": sh.Parameter("N m-3", "stiffness of the stop", "$a$")}
+    parameters: ClassVar = {
+        "stop_stiffness": sh.laws.Parameter("N m-3", "stiffness of the stop", "$a$")
+    }
     degree = 3
 
     def force_at(self, displacement, frequency, values):
@@ -28,7 +30,7 @@ def problem():
     stop = sh.Contacts(TwoStops(), [(0,)], stop_stiffness=1e8)
     masses, stiffness = np.eye(2), [[1.5e4, -5e3], [-5e3, 2.5e4]]
     model = sh.Model(masses, 4 * masses, stiffness, contacts={"stop": stop})
-    return sh.HarmonicBalance(model, sh.PointForce(amplitude=3.0), (1,))
+    return sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=3.0), (1,))
 
 
 def followed(*args, **options):
@@ -94,7 +96,7 @@ def pressed_lightly():
         [0, 0.1, 0.07, 1.44],
     ]
     model = sh.Model(np.eye(4), damping, stiffness, contacts={"pad": pad})
-    force = sh.HarmonicForce(
+    force = sh.forces.HarmonicForce(
         cosine={1: [0.389, 0.432, 0.2, -0.477]}, sine={1: [-0.417, -0.319, 0.086, -0.228]}
     )
     return sh.HarmonicBalance(model, force, (0, 1))

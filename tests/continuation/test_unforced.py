@@ -23,7 +23,7 @@ from symhbm.continuation.unforced.linear_modes import _modes_about
 ODD = tuple(range(1, 22, 2))
 
 
-class PressedBlade(sh.Coulomb):
+class PressedBlade(sh.laws.Coulomb):
     """Friction whose limit rises with the frequency, so that margins move with it."""
 
     def slip_limit(self, frequency, values):
@@ -32,7 +32,7 @@ class PressedBlade(sh.Coulomb):
 
 def friction(law=None, **values):
     given = dict(contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3.0)
-    return sh.Contacts(law or sh.Coulomb(), [(0,)], **given | values)
+    return sh.Contacts(law or sh.laws.Coulomb(), [(0,)], **given | values)
 
 
 def blade(contacts=None, damping=0.5):
@@ -52,7 +52,7 @@ def shroud():
 
 def sustained_problem(kind, harmonics):
     if kind == "shroud":
-        return sh.HarmonicBalance(shroud(), sh.StaticLoad([1.0, 2.0]), harmonics)
+        return sh.HarmonicBalance(shroud(), sh.forces.StaticLoad([1.0, 2.0]), harmonics)
     law = PressedBlade() if kind == "pressed" else None
     return sh.HarmonicBalance(blade({"rubs": friction(law)}), harmonics=harmonics)
 
@@ -129,7 +129,7 @@ def test_path_of_a_mode_follows_the_closed_form():
 
 def cycle_problem(damping, harmonics, amplitude, frequency):
     """A blade that negative damping drives and friction holds, and a motion near a cycle."""
-    air = sh.SmoothLaw(lambda y, v, p: p["c"] * v, {"c": (damping, "N s/m")}, [(0,)])
+    air = sh.laws.SmoothLaw(lambda y, v, p: p["c"] * v, {"c": (damping, "N s/m")}, [(0,)])
     model = blade({"rubs": friction(), "air": air}, damping=0.0)
     problem = unforced(sh.HarmonicBalance(model, harmonics=harmonics))
     start = np.zeros(problem.n_unknowns + 1)
@@ -242,7 +242,7 @@ def test_structures_without_a_mass_matrix_are_refused():
 
 def test_structure_that_turns_with_the_frequency_is_refused():
     rotor = sh.RotatingModel(blade(), stiffness={0: [[1e4]], 300: [[1.5e4]]})
-    problem = sh.HarmonicBalance(rotor, sh.EngineOrder(3))
+    problem = sh.HarmonicBalance(rotor, sh.forces.EngineOrder(3))
     with pytest.raises(ValueError, match=r"at\(speed\)"):
         NonlinearModeProblem(problem, 0)
 

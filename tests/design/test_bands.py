@@ -21,12 +21,12 @@ def random_structure(rng):
     contact = dict(contact_stiffness=stiffness, friction_coefficient=friction, normal_load=3.0)
     if kind == "blade":
         model = sh.single_blade(mass=1, stiffness=1e4, damping=rng.uniform(0.2, 4), **contact)
-        return sh.HarmonicBalance(model, sh.PointForce())
+        return sh.HarmonicBalance(model, sh.forces.PointForce())
     if kind == "ring":
         n = int(rng.choice([3, 5, 12]))
         order = int(rng.integers(1, (n - 1) // 2 + 1))
         model = sh.bladed_disk(n, mass=1, stiffness=1e4, damping=rng.uniform(0.3, 4), **contact)
-        return sh.HarmonicBalance(model, sh.EngineOrder(order))
+        return sh.HarmonicBalance(model, sh.forces.EngineOrder(order))
     n = int(rng.integers(2, 4))
     springs = 1e4 * rng.uniform(0.5, 2, n)
     diagonal = springs + np.append(springs[1:], 0)
@@ -36,7 +36,7 @@ def random_structure(rng):
     at = int(rng.integers(0, n))
     pairs = [(at,)] if rng.random() < 0.6 else [(0, 1)]
     model = sh.Model(masses, damping, matrix, pairs, **contact)
-    return sh.HarmonicBalance(model, sh.PointForce(dof=int(rng.integers(0, n))))
+    return sh.HarmonicBalance(model, sh.forces.PointForce(dof=int(rng.integers(0, n))))
 
 
 def random_design(seed):

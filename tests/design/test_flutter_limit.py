@@ -280,7 +280,7 @@ def test_archives_and_pictures(tmp_path):
     for name, dataset in (("limits", found), ("held", best), ("damped", damped)):
         sh.save(dataset, tmp_path / f"{name}.nc")
         assert sh.load(tmp_path / f"{name}.nc").identical(dataset)
-        assert sh.rebuild(dataset).parameters["normal_load"].tolist() == [3.0]
+        assert sh.datasets.rebuild(dataset).parameters["normal_load"].tolist() == [3.0]
     # Straight lines between values tell the limits.
     inside = np.linspace(1.3, 8.7, 7)
     exact = limits(

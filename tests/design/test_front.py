@@ -74,7 +74,7 @@ class TestOneBlade:
         assert front.peak_amplitude.max("peak").values == pytest.approx(
             front.front_aim.values[:, 0], rel=DIGITS
         )
-        problem = sh.rebuild(front.isel(front=2))
+        problem = sh.datasets.rebuild(front.isel(front=2))
         assert problem.parameters["normal_load"] == front.front_value[2].values
         assert sh.verify(front, progress=False).residual_stored.max() < 1e-9
 
@@ -281,7 +281,7 @@ class TestArchive:
         target = tmp_path / "front.nc"
         front_of(blade(), archive=target, n_points=2)
         for other in (dict(n_points=3), dict(bounds=(0.6, 20.0)), dict(frequency=(6.0, 40.0))):
-            with pytest.raises(sh.ArchiveError, match="it is of another one"):
+            with pytest.raises(sh.datasets.ArchiveError, match="it is of another one"):
                 front_of(blade(), archive=target, **other)
 
 

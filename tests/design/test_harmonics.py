@@ -16,17 +16,17 @@ def chain(harmonics):
     """Two masses, rubbing on each other."""
     matrix = np.array([[2.2e4, -1e4], [-1e4, 1e4]])
     model = sh.Model(np.eye(2), 2e-4 * matrix, matrix, [(0, 1)], 2e4, 0.5, 3.0)
-    return sh.HarmonicBalance(model, sh.PointForce(dof=1), harmonics)
+    return sh.HarmonicBalance(model, sh.forces.PointForce(dof=1), harmonics)
 
 
 def pressed(normal_stiffness, harmonics=(0, 1, 2, 3)):
     """Friction along one direction under a load that varies with the motion along another."""
     matrix = np.array([[1e4, -3e3], [-3e3, 2.5e4]])
     friction = dict(contact_stiffness=1e4, friction_coefficient=0.4, normal_load=4.0)
-    law = sh.VariableLoadFriction()
+    law = sh.laws.VariableLoadFriction()
     group = sh.Contacts(law, [(0,)], [(1,)], normal_stiffness=normal_stiffness, **friction)
     model = sh.Model(np.eye(2), 2 * np.eye(2), matrix, contacts={"damper": group})
-    return sh.HarmonicBalance(model, sh.PointForce(), harmonics)
+    return sh.HarmonicBalance(model, sh.forces.PointForce(), harmonics)
 
 
 CASES = {

@@ -305,7 +305,7 @@ class TestRing:
 def assert_lowest_peak(optimum, steps=(0.01, 0.05, 0.2)):
     """Full responses around: the peak is that of the design, and higher beside it."""
     problem, band = (
-        sh.rebuild(optimum),
+        sh.datasets.rebuild(optimum),
         (optimum.frequency.min().item(), optimum.frequency.max().item()),
     )
     factors = sorted([1 - step for step in steps] + [1.0] + [1 + step for step in steps])
@@ -325,7 +325,7 @@ class TestCertificate:
                 [np.linspace(*BAND, 300), BEST_FREQUENCY * (1 + np.geomspace(1e-9, 1e-2, 50))]
             )
         )
-        dense = sh.frf(sh.rebuild(best), BAND, at=grid, progress=False)
+        dense = sh.frf(sh.datasets.rebuild(best), BAND, at=grid, progress=False)
         # The nearest of these is a billionth beside the peak, where the response is the same.
         assert dense.amplitude.max() <= amplitude(best) * (1 + 1e-9)
         assert dense.amplitude.max() == pytest.approx(amplitude(best), rel=1e-9)
@@ -335,7 +335,11 @@ class TestCertificate:
 
     def test_no_response_of_any_case_is_higher(self, both):
         dense = sh.frf(
-            sh.rebuild(both), BAND, at=np.linspace(*BAND, 200), over=over(**CASES), progress=False
+            sh.datasets.rebuild(both),
+            BAND,
+            at=np.linspace(*BAND, 200),
+            over=over(**CASES),
+            progress=False,
         )
         assert dense.amplitude.max() <= amplitude(both) * (1 + 1e-9)
 
@@ -483,13 +487,13 @@ class TestArchive:
         assert sh.load(sh.save(both, tmp_path / "both.nc")).identical(both)
 
     def test_the_rebuilt_problem_is_the_optimal_one(self, best):
-        problem = sh.rebuild(best)
+        problem = sh.datasets.rebuild(best)
         assert problem.parameters["normal_load"] == pytest.approx(value(best), rel=1e-15)
         again = sh.frf(problem, BAND, progress=False)
         assert again.peak_amplitude.max() == pytest.approx(amplitude(best), rel=AMPLITUDE)
 
     def test_a_case_that_is_rebuilt_has_its_own_values(self, both):
-        problem = sh.rebuild(both.isel(case=1))
+        problem = sh.datasets.rebuild(both.isel(case=1))
         assert problem.parameters["contact_stiffness"] == 2e4
         assert problem.parameters["normal_load"] == pytest.approx(value(both), rel=1e-15)
         again = sh.frf(problem, BAND, progress=False)

@@ -107,7 +107,7 @@ class TestObjective:
     def test_it_comes_back_from_an_archive(self, tmp_path):
         optimum = design(blade(), bounds=NEAR, objective=weighted)
         assert sh.load(sh.save(optimum, tmp_path / "own.nc")).identical(optimum)
-        assert sh.rebuild(optimum).parameters["normal_load"] == optimum.design_value.values
+        assert sh.datasets.rebuild(optimum).parameters["normal_load"] == optimum.design_value.values
 
     def test_one_degree_of_freedom_of_a_ring(self):
         """The blade that counts is the one that is lowest, at its own best load."""

@@ -242,7 +242,7 @@ class TestBadInput:
     def test_a_structure_without_contacts_has_no_loads(self):
         free = sh.Model(np.eye(2), 0.5 * np.eye(2), 1e4 * np.eye(2))
         with pytest.raises(ValueError, match="parameters='normal_load': expected contacts"):
-            design(sh.HarmonicBalance(free, sh.PointForce(amplitude=1.0), (1,)))
+            design(sh.HarmonicBalance(free, sh.forces.PointForce(amplitude=1.0), (1,)))
 
     def test_no_problem(self):
         with pytest.raises(TypeError, match=r"problem=.*expected a HarmonicBalance"):

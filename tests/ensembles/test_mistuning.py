@@ -21,7 +21,7 @@ DISK = sh.bladed_disk(
     friction_coefficient=0.5,
     normal_load=10.0,
 )
-PROBLEM = sh.HarmonicBalance(DISK, sh.EngineOrder(3))
+PROBLEM = sh.HarmonicBalance(DISK, sh.forces.EngineOrder(3))
 SAMPLINGS = ("random", "sobol", "latin_hypercube")
 SPREADS = dict(friction_coefficient=0.1, contact_stiffness=0.2, normal_load=0.3)
 MARGINALS = {
@@ -180,7 +180,7 @@ def test_draws_go_into_a_response_and_its_archive(tmp_path):
     assert drawn["seed"] == 2013
     assert drawn["symhbm"] == sh.__version__
     assert json.loads(loaded.force_amplitude.attrs["drawn"])["distribution"] == "lognormal"
-    problem = sh.rebuild(loaded.isel(sample=1))
+    problem = sh.datasets.rebuild(loaded.isel(sample=1))
     np.testing.assert_array_equal(problem.parameters["stiffness"], draws.stiffness[1])
 
 
@@ -303,12 +303,12 @@ def test_explicit_rings_with_an_accuracy_agree_with_their_exact_motion():
         friction_coefficient=generator.uniform(0.3, 0.7, (2, 13)),
         normal_load=generator.uniform(7, 13, (2, 13)),
     )
-    problem = sh.HarmonicBalance(disk, sh.EngineOrder(3))
+    problem = sh.HarmonicBalance(disk, sh.forces.EngineOrder(3))
     accuracy, at = 1e-3, [197.0, 199.5, 201.0]
     response = sh.frf(problem, (196, 202), at=at, over=over, accuracy=accuracy)
     assert (response.contact_state == 1).sum() > 40
     for sample in over.sample.values:
-        mistuned = sh.rebuild(response.sel(sample=sample))
+        mistuned = sh.datasets.rebuild(response.sel(sample=sample))
         for frequency in at:
             exact = sh.periodic_motion(mistuned, frequency).amplitude
             amplitude = response.amplitude.sel(sample=sample, frequency=frequency)
@@ -327,10 +327,10 @@ def test_contacts_of_a_condensed_structure_are_drawn():
         friction_coefficient=0.5,
         normal_load=3,
     )
-    condensed = sh.condense(model, sh.PointForce(0), (5, 30), (1,))
+    condensed = sh.condense(model, sh.forces.PointForce(0), (5, 30), (1,))
     one, other = (
         sh.mistuning.uniform(of, 3, seed=1, normal_load=0.2)
-        for of in (condensed, sh.HarmonicBalance(condensed, sh.PointForce(0)))
+        for of in (condensed, sh.HarmonicBalance(condensed, sh.forces.PointForce(0)))
     )
     assert one.identical(other)
     assert one.normal_load.dims == ("sample", "contact")

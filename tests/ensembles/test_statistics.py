@@ -27,7 +27,7 @@ def ring(n_blades=BLADES, load=3.0, **values):
     return sh.bladed_disk(n_blades, mass=1.0, stiffness=1e4, friction_coefficient=0.5, **values)
 
 
-PROBLEM = sh.HarmonicBalance(ring(), sh.EngineOrder(1))
+PROBLEM = sh.HarmonicBalance(ring(), sh.forces.EngineOrder(1))
 
 
 @cache
@@ -68,7 +68,7 @@ def assert_explained_and_archived(result, tmp_path, problem=PROBLEM):
         sh.load(sh.save(result, tmp_path / "statistics.nc", overwrite=True)), result
     )
     if problem is not None:
-        rebuilt = sh.rebuild(result).parameters
+        rebuilt = sh.datasets.rebuild(result).parameters
         for name, value in problem.parameters.items():
             np.testing.assert_array_equal(rebuilt[name], value)
 
@@ -220,7 +220,7 @@ def test_the_worst_sample(tmp_path, by):
     assert int(worst.sample) == sample
     assert float(worst[f"largest_{by}"]) == float(factors[f"largest_{by}"].max())
     np.testing.assert_array_equal(worst.normal_load, draws().normal_load[sample])
-    problem = sh.rebuild(sh.load(sh.save(worst, tmp_path / "worst.nc")))
+    problem = sh.datasets.rebuild(sh.load(sh.save(worst, tmp_path / "worst.nc")))
     again = sh.frf(problem, BAND, at=GRID, progress=False)
     # The same curve: points are solved to 1e-9 and better.
     np.testing.assert_allclose(again.amplitude, worst.amplitude, rtol=1e-8)
@@ -547,7 +547,7 @@ def test_both_peaks_of_a_split_pair():
     n_blades, diameter, k_d = 5, 1, 4e3
     pattern = 0.05 * sh.mistuning.harmonic(n_blades, 2 * diameter, 1.0, phase=0.7) - 0.05
     model = stuck(k_d * (1 + pattern), n_blades, damping=0.01)
-    problem = sh.HarmonicBalance(model, sh.EngineOrder(diameter))
+    problem = sh.HarmonicBalance(model, sh.forces.EngineOrder(diameter))
     result = sh.frf(problem, (18.0, 22.0), progress=False)
     expected = np.sqrt(split_to_first_order(pattern, k_d, diameter)) / (2 * np.pi)
     exact = np.sqrt(squared_frequencies(model)[[1, 2]]) / (2 * np.pi)
@@ -557,7 +557,7 @@ def test_both_peaks_of_a_split_pair():
     assert np.diff(exact) > 100 * 0.01 / (2 * np.pi)
 
 
-PROBLEMS = {n: sh.HarmonicBalance(ring(n), sh.EngineOrder(1)) for n in (3, 5, 13)}
+PROBLEMS = {n: sh.HarmonicBalance(ring(n), sh.forces.EngineOrder(1)) for n in (3, 5, 13)}
 
 
 @settings(max_examples=30)
@@ -596,7 +596,7 @@ def test_no_contact_mistuning_exceeds_the_bound(
 def test_one_solution_at_each_value_is_no_choice():
     stop = sh.Gap(normal=[(0,), (1,)], normal_stiffness=1e3, gap=1e-3)
     pair = sh.Model(np.eye(2), np.eye(2), [[1.1e4, -1e3], [-1e3, 1.1e4]], contacts={"stop": stop})
-    problem = sh.HarmonicBalance(pair, sh.PointForce(amplitude=1.0), (0, 1, 2))
+    problem = sh.HarmonicBalance(pair, sh.forces.PointForce(amplitude=1.0), (0, 1, 2))
     over = sh.mistuning.uniform(problem, 2, seed=1, gap=0.2)
     grid = np.linspace(14.0, 20.0, 7)
     opening = sh.frf(problem, (14, 20), at=grid, over=over, progress=False)

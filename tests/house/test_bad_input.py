@@ -36,7 +36,7 @@ BAD_VALUES = [
 ]
 RING = sh.bladed_disk(3, **PARAMETERS)
 BLADE = sh.single_blade(**PARAMETERS)
-PROBLEM = sh.HarmonicBalance(RING, sh.EngineOrder(1))
+PROBLEM = sh.HarmonicBalance(RING, sh.forces.EngineOrder(1))
 BAND = (10.0, 11.0)
 GIVEN = dict(contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3.0)
 
@@ -234,9 +234,9 @@ def test_unknown_parameter(thing, name, nearest):
 
 def test_unknown_parameter_of_an_excitation():
     with refused("engine_ordr", "force_amplitude", "did you mean 'engine_order'", kind=KeyError):
-        sh.EngineOrder(1).with_parameters(engine_ordr=2)
+        sh.forces.EngineOrder(1).with_parameters(engine_ordr=2)
     with refused("engine_order", "force_amplitude", kind=KeyError):
-        sh.PointForce().with_parameters(engine_order=2)
+        sh.forces.PointForce().with_parameters(engine_order=2)
 
 
 def test_a_general_model_has_no_blades():
@@ -275,13 +275,13 @@ def test_bad_value_of_a_named_parameter(name, value):
 def test_point_force(name, values):
     for value in values:
         with refused(f"{name}={value!r}"):
-            sh.PointForce(**{name: value})
+            sh.forces.PointForce(**{name: value})
 
 
 @pytest.mark.parametrize("value", [1.5, -0.5, *NOT_NUMBERS, [1], True], ids=repr)
 def test_engine_order(value):
     with refused(f"order={value!r}"):
-        sh.EngineOrder(value)
+        sh.forces.EngineOrder(value)
 
 
 @pytest.mark.parametrize(
@@ -291,7 +291,7 @@ def test_engine_order(value):
 def test_number_of_an_engine_order(name, values):
     for value in values:
         with refused(f"{name}={value!r}"):
-            sh.EngineOrder(1, **{name: value})
+            sh.forces.EngineOrder(1, **{name: value})
 
 
 @pytest.mark.parametrize(
@@ -310,7 +310,7 @@ def test_number_of_an_engine_order(name, values):
 )
 def test_blades_of_an_engine_order(blades, word):
     with refused(f"blades={word}"):
-        sh.EngineOrder(1, blades=blades)
+        sh.forces.EngineOrder(1, blades=blades)
 
 
 @pytest.mark.parametrize(
@@ -334,20 +334,20 @@ def test_blades_of_an_engine_order(blades, word):
 )
 def test_harmonic_force(arguments, words):
     with refused(*words):
-        sh.HarmonicForce(**arguments)
+        sh.forces.HarmonicForce(**arguments)
 
 
 @pytest.mark.parametrize(
     ("excitation", "words"),
     [
-        (sh.PointForce(dof=3), ["dof=3", "0 to 2"]),
-        (sh.EngineOrder(1, blades=(0, 1, 3)), ["blades=3", "0 to 2"]),
-        (sh.HarmonicForce(cosine={1: [1.0, 2.0]}), ["cosine[1]", "3", "2"]),
-        (sh.HarmonicForce(sine={1: [1.0] * 4}), ["sine[1]", "3", "4"]),
-        (sh.PointForce(harmonic=3), ["harmonics=(1, 2)", "3"]),
-        (sh.EngineOrder(1, harmonic=3), ["harmonics=(1, 2)", "3"]),
-        (sh.HarmonicForce(cosine={0: [1.0] * 3}), ["harmonics=(1, 2)", "0"]),
-        (sh.HarmonicForce(sine={1: [1.0] * 3, 4: [1.0] * 3}), ["harmonics=(1, 2)", "4"]),
+        (sh.forces.PointForce(dof=3), ["dof=3", "0 to 2"]),
+        (sh.forces.EngineOrder(1, blades=(0, 1, 3)), ["blades=3", "0 to 2"]),
+        (sh.forces.HarmonicForce(cosine={1: [1.0, 2.0]}), ["cosine[1]", "3", "2"]),
+        (sh.forces.HarmonicForce(sine={1: [1.0] * 4}), ["sine[1]", "3", "4"]),
+        (sh.forces.PointForce(harmonic=3), ["harmonics=(1, 2)", "3"]),
+        (sh.forces.EngineOrder(1, harmonic=3), ["harmonics=(1, 2)", "3"]),
+        (sh.forces.HarmonicForce(cosine={0: [1.0] * 3}), ["harmonics=(1, 2)", "0"]),
+        (sh.forces.HarmonicForce(sine={1: [1.0] * 3, 4: [1.0] * 3}), ["harmonics=(1, 2)", "4"]),
     ],
     ids=str,
 )
@@ -366,17 +366,17 @@ def test_excitation_that_does_not_fit(excitation, words):
 )
 def test_harmonics(value):
     with refused(f"harmonics={value!r}"):
-        sh.HarmonicBalance(RING, sh.EngineOrder(1), harmonics=value)
+        sh.HarmonicBalance(RING, sh.forces.EngineOrder(1), harmonics=value)
 
 
 @pytest.mark.parametrize("value", [None, "ring", 1, PROBLEM, np.eye(3)], ids=lambda v: type(v))
 def test_model_of_the_wrong_type(value):
     with refused("model=", "Model"):
-        sh.HarmonicBalance(value, sh.PointForce())
+        sh.HarmonicBalance(value, sh.forces.PointForce())
 
 
 @pytest.mark.parametrize(
-    "value", ["force", 1.0, np.ones(3), RING, sh.PointForce], ids=lambda v: type(v)
+    "value", ["force", 1.0, np.ones(3), RING, sh.forces.PointForce], ids=lambda v: type(v)
 )
 def test_excitation_of_the_wrong_type(value):
     with refused("excitation=", "excitation"):
@@ -556,7 +556,7 @@ def test_over_a_shared_dimension_with_other_labels():
 
 @pytest.fixture(scope="module")
 def dataset():
-    problem = sh.HarmonicBalance(BLADE, sh.PointForce())
+    problem = sh.HarmonicBalance(BLADE, sh.forces.PointForce())
     return sh.frf(problem, (15, 25), over={"normal_load": [1.0, 3.0]}, progress=False)
 
 
@@ -579,7 +579,7 @@ def test_dataset_of_the_wrong_type(folder, value):
     with refused("dataset=", "Dataset", kind=TypeError):
         sh.save(value, "new.nc")
     with refused("dataset=", "Dataset", kind=TypeError):
-        sh.rebuild(value)
+        sh.datasets.rebuild(value)
     assert not Path("new.nc").exists()
 
 
@@ -593,7 +593,9 @@ def test_dataset_of_the_wrong_type(folder, value):
 )
 def test_path_that_cannot_be_written(folder, dataset, path):
     before = content(folder)
-    with refused("path=", path[:70], kind=sh.ArchiveError, allowed="expected|cannot be written"):
+    with refused(
+        "path=", path[:70], kind=sh.datasets.ArchiveError, allowed="expected|cannot be written"
+    ):
         sh.save(dataset, path, overwrite=True)
     assert content(folder) == before
 
@@ -619,7 +621,7 @@ def test_write_that_fails(folder, dataset, monkeypatch, name, error):
 
     before = content(folder)
     monkeypatch.setattr(xr.Dataset, "to_netcdf", fail)
-    with refused(f"path={name!r}", kind=sh.ArchiveError, allowed="cannot be written"):
+    with refused(f"path={name!r}", kind=sh.datasets.ArchiveError, allowed="cannot be written"):
         sh.save(dataset, name, overwrite=True)
     assert content(folder) == before
 
@@ -633,7 +635,7 @@ def test_full_disk(folder, dataset, name):
     limits = resource.getrlimit(resource.RLIMIT_FSIZE)
     resource.setrlimit(resource.RLIMIT_FSIZE, (100_000, limits[1]))
     try:
-        with refused(f"path={name!r}", kind=sh.ArchiveError, allowed="cannot be written"):
+        with refused(f"path={name!r}", kind=sh.datasets.ArchiveError, allowed="cannot be written"):
             sh.save(large, name, overwrite=True)
     finally:
         resource.setrlimit(resource.RLIMIT_FSIZE, limits)
@@ -676,7 +678,7 @@ def test_missing_file(folder):
 @pytest.mark.parametrize("size", [0, 1, 8, 5000])
 def test_file_of_random_bytes(folder, size):
     Path("random.nc").write_bytes(np.random.default_rng(size).bytes(size))
-    with refused("path='random.nc'", kind=sh.ArchiveError, allowed=DAMAGED):
+    with refused("path='random.nc'", kind=sh.datasets.ArchiveError, allowed=DAMAGED):
         sh.load("random.nc")
 
 
@@ -684,13 +686,13 @@ def test_file_of_random_bytes(folder, size):
 def test_truncated_archive(folder, share):
     whole = Path("archive.nc").read_bytes()
     Path("cut.nc").write_bytes(whole[: int(share * len(whole))])
-    with refused("path='cut.nc'", kind=sh.ArchiveError, allowed=DAMAGED):
+    with refused("path='cut.nc'", kind=sh.datasets.ArchiveError, allowed=DAMAGED):
         sh.load("cut.nc")
 
 
 def test_archive_without_its_last_byte(folder):
     Path("cut.nc").write_bytes(Path("archive.nc").read_bytes()[:-1])
-    with refused("path='cut.nc'", kind=sh.ArchiveError, allowed=DAMAGED):
+    with refused("path='cut.nc'", kind=sh.datasets.ArchiveError, allowed=DAMAGED):
         sh.load("cut.nc")
 
 
@@ -702,7 +704,7 @@ def test_archive_with_damaged_bytes(folder, n_bytes):
         damaged = whole.copy()
         damaged[rng.integers(0, whole.size, n_bytes)] ^= rng.integers(1, 256, n_bytes, np.uint8)
         Path("damaged.nc").write_bytes(damaged.tobytes())
-        with refused("path='damaged.nc'", kind=sh.ArchiveError, allowed=DAMAGED):
+        with refused("path='damaged.nc'", kind=sh.datasets.ArchiveError, allowed=DAMAGED):
             sh.load("damaged.nc")
 
 
@@ -718,26 +720,28 @@ def test_archive_that_another_program_changed(folder):
 
 @pytest.mark.parametrize("path", ["directory", "file", "."])
 def test_path_that_cannot_be_read(folder, path):
-    with refused(f"path={path!r}", kind=sh.ArchiveError, allowed=DAMAGED):
+    with refused(f"path={path!r}", kind=sh.datasets.ArchiveError, allowed=DAMAGED):
         sh.load(path)
 
 
 def test_foreign_file(folder, dataset):
     xr.Dataset({"a": ("x", [1.0, 2.0])}).to_netcdf("foreign.nc")
-    with refused("path='foreign.nc'", kind=sh.ArchiveError, allowed="not written by symhbm"):
+    with refused(
+        "path='foreign.nc'", kind=sh.datasets.ArchiveError, allowed="not written by symhbm"
+    ):
         sh.load("foreign.nc")
-    with refused("dataset", kind=sh.ArchiveError, allowed="not written by symhbm"):
-        sh.rebuild(xr.Dataset())
+    with refused("dataset", kind=sh.datasets.ArchiveError, allowed="not written by symhbm"):
+        sh.datasets.rebuild(xr.Dataset())
 
 
 @pytest.mark.parametrize("number", [99, 0, "banana"], ids=repr)
 def test_unknown_schema(folder, dataset, number):
     foreign = dataset.assign_attrs(symhbm_schema=number)
     foreign.to_netcdf("foreign.nc")
-    with refused("path='foreign.nc'", str(number), kind=sh.ArchiveError, allowed="schema"):
+    with refused("path='foreign.nc'", str(number), kind=sh.datasets.ArchiveError, allowed="schema"):
         sh.load("foreign.nc")
-    with refused("dataset", str(number), kind=sh.ArchiveError, allowed="schema"):
-        sh.rebuild(foreign)
+    with refused("dataset", str(number), kind=sh.datasets.ArchiveError, allowed="schema"):
+        sh.datasets.rebuild(foreign)
 
 
 @pytest.mark.parametrize("name", ["problem", "swept"])
@@ -747,14 +751,14 @@ def test_description_that_is_damaged(dataset, name, text):
     del broken.attrs[name]
     if text is not None:
         broken.attrs[name] = text
-    with refused("dataset", kind=sh.ArchiveError, allowed="description"):
-        sh.rebuild(broken)
+    with refused("dataset", kind=sh.datasets.ArchiveError, allowed="description"):
+        sh.datasets.rebuild(broken)
 
 
 @pytest.mark.parametrize("name", ["mass", "contact_stiffness", "normal_load_nominal"])
 def test_parameter_that_is_missing(dataset, name):
-    with refused("dataset", name, kind=sh.ArchiveError, allowed="description"):
-        sh.rebuild(dataset.drop_vars(name))
+    with refused("dataset", name, kind=sh.datasets.ArchiveError, allowed="description"):
+        sh.datasets.rebuild(dataset.drop_vars(name))
 
 
 @pytest.mark.parametrize("value", ["no", None, 1])
@@ -768,7 +772,7 @@ def test_stability_is_a_flag(value):
             friction_coefficient=0.5,
             normal_load=1,
         ),
-        sh.PointForce(amplitude=1.0),
+        sh.forces.PointForce(amplitude=1.0),
     )
     for call in (
         lambda: sh.frf(problem, (10, 20), stability=value),
@@ -812,23 +816,23 @@ def test_what_was_meant_is_told():
     with refused("bounds=", "scipy.optimize.Bounds"):
         names, bounds = ["normal_load", "stiffness"], [(1, 2), (1e4, 2e4)]
         sh.minimise_peak(PROBLEM, names, bounds, BAND)
-    stop = sh.SmoothLaw(lambda y, v, p: p["k"] * y, {"k": (1e3, "N/m")}, [(0,)])
+    stop = sh.laws.SmoothLaw(lambda y, v, p: p["k"] * y, {"k": (1e3, "N/m")}, [(0,)])
     model = sh.Model([[1.0]], [[1.0]], [[1e4]], contacts={"stop": stop})
     with refused("'k'", "designed=True"):
-        sh.minimise_peak(sh.HarmonicBalance(model, sh.PointForce()), "k", (1, 2), BAND)
+        sh.minimise_peak(sh.HarmonicBalance(model, sh.forces.PointForce()), "k", (1, 2), BAND)
     with refused("'c' is no parameter", "has k", allowed="has k"):
-        sh.SmoothLaw(lambda y, v, p: p["c"] * y, {"k": (1e3, "N/m")}, [(0,)])
+        sh.laws.SmoothLaw(lambda y, v, p: p["c"] * y, {"k": (1e3, "N/m")}, [(0,)])
 
-    class Worn(sh.Coulomb):
-        parameters = sh.Coulomb.parameters | {"wear": "1"}
+    class Worn(sh.laws.Coulomb):
+        parameters = sh.laws.Coulomb.parameters | {"wear": "1"}
 
-    with refused("parameters['wear']='1'", "symhbm.Parameter"):
+    with refused("parameters['wear']='1'", "symhbm.laws.Parameter"):
         sh.Contacts(
             Worn(), [(0,)], contact_stiffness=1, friction_coefficient=1, normal_load=1, wear=0
         )
     with pytest.raises(ValueError, match="in the place of math"):
-        sh.SmoothLaw(lambda y, v, p: p["k"] * math.tanh(y), {"k": (1e3, "N/m")}, [(0,)])
+        sh.laws.SmoothLaw(lambda y, v, p: p["k"] * math.tanh(y), {"k": (1e3, "N/m")}, [(0,)])
     point = [(dof,) for dof in range(3)]
     whole = sh.Model(np.eye(3), np.eye(3), 1e4 * np.eye(3), contacts=point, **GIVEN)
     with pytest.raises(ValueError, match=r"take all 3 degrees of freedom.*solve the structure"):
-        sh.condense(whole, sh.PointForce(), BAND)
+        sh.condense(whole, sh.forces.PointForce(), BAND)

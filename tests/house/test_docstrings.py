@@ -25,7 +25,7 @@ NO_UNITS = "", "1", "as given", "variable_units"
 PHYSICAL = {name for name, about in (VARIABLES | PARAMETERS).items() if about.units not in NO_UNITS}
 PHYSICAL |= {"speed", "speeds", "coordinates", "gap", "area", "angle", "length"}
 """Variables, parameters and arguments that are nothing without a unit."""
-WITHOUT_SIGNATURE = {"symhbm.ArchiveError", "symhbm.Run", "symhbm.Status"}
+WITHOUT_SIGNATURE = {"symhbm.response.datasets.ArchiveError", "symhbm.Run", "symhbm.Status"}
 WITH_EXAMPLES = [name for name, thing in PUBLIC.items() if ">>>" in (thing.__doc__ or "")]
 
 

@@ -86,7 +86,7 @@ def generated() -> str:
         (name, "dof, harmonic" if name in by_harmonic else "dof", units, words)
         for name, (units, words) in derived.items()
     ]
-    return "\n".join([*lines, "## What `sh.motion` gives", "", *table(rows)])
+    return "\n".join([*lines, "## What `sh.datasets.motion` gives", "", *table(rows)])
 
 
 def written() -> str:

@@ -59,7 +59,7 @@ def plate(damping, gyroscopic=False):
 
 
 def problems(damping="local", harmonics=(1,), force=None, **options):
-    model, force = plate(damping, **options), force or sh.PointForce(FORCED, amplitude=20.0)
+    model, force = plate(damping, **options), force or sh.forces.PointForce(FORCED, amplitude=20.0)
     condensed = sh.condense(model, force, BAND, harmonics, dofs=[FORCED - 9])
     return tuple(sh.HarmonicBalance(m, force, harmonics) for m in (model, condensed))
 
@@ -72,7 +72,7 @@ def pair():
 def distributed():
     """A force with a mean, on all degrees of freedom and several harmonics."""
     rng = np.random.default_rng(1)
-    return sh.HarmonicForce(
+    return sh.forces.HarmonicForce(
         cosine={0: rng.normal(size=64), 1: rng.normal(size=64)},
         sine={1: rng.normal(size=64), 2: 0.2 * rng.normal(size=64)},
         amplitude=4.0,
@@ -83,7 +83,7 @@ def distributed():
     ("damping", "force", "options"),
     [
         ("local", None, {}),
-        ("proportional", sh.PointForce(10, amplitude=6.0), {}),
+        ("proportional", sh.forces.PointForce(10, amplitude=6.0), {}),
         ("none", None, {}),
         ("local", None, {"gyroscopic": True}),
     ],
@@ -126,7 +126,7 @@ def test_several_harmonics_are_those_of_the_whole_structure(harmonics, force):
         np.testing.assert_allclose(
             other.coefficient / size, expected / size, atol=ROUND_OFF, rtol=0
         )
-        everywhere = sh.recover(condensed, other)
+        everywhere = sh.datasets.recover(condensed, other)
         np.testing.assert_allclose(
             everywhere.coefficient / size, one.coefficient / size, atol=ROUND_OFF, rtol=0
         )
@@ -199,7 +199,7 @@ def test_a_band_without_a_resonance_of_the_held_structure(harmonics):
         friction_coefficient=0.5,
         normal_load=1.0,
     )
-    force, band = sh.PointForce(n - 1), (4.9, 8.0)
+    force, band = sh.forces.PointForce(n - 1), (4.9, 8.0)
     condensed = sh.condense(model, force, band, harmonics, dofs=[n - 1])
     assert condensed.functions[1].poles.size == 0
     one, other = (
@@ -235,7 +235,7 @@ def test_recovered_responses_solve_the_equations_of_all(pair):
     response = sh.frf(problem, (9.2, 10.2), over={"normal_load": [0.4, 2.0]}, progress=False)
     for here in (response.isel(point=7), response.drop_dims("point").isel(peak=0)):
         for load in (0, 1):
-            found = sh.recover(problem, here.isel(normal_load=load))
+            found = sh.datasets.recover(problem, here.isel(normal_load=load))
             assert found.residual_norm < 1e-12
             unknowns = found.coefficient.transpose("dof", "harmonic", "component").values.ravel()
             loaded = whole.with_parameters(normal_load=response.normal_load.values[load])
@@ -269,7 +269,7 @@ def test_narrow_resonances_of_what_was_eliminated_are_seen(monkeypatch):
         friction_coefficient=0.5,
         normal_load=1.0,
     )
-    force = sh.PointForce(0, amplitude=2.0)
+    force = sh.forces.PointForce(0, amplitude=2.0)
     whole = sh.frf(sh.HarmonicBalance(model, force), (2, 8), peaks="each", progress=False)
     condensed = sh.HarmonicBalance(sh.condense(model, force, (2, 8)), force)
     response = sh.frf(condensed, (2, 8), progress=False)
@@ -318,7 +318,7 @@ def test_problems_pickle_and_archives_tell_structures_apart(pair, tmp_path):
     assert sh.load(path).equals(response)
     assert response.structure_dof.values.tolist() == problem.model.dofs.tolist()
     stiffer = sh.HarmonicBalance(problems("proportional")[1].model, problem.excitation)
-    with pytest.raises(sh.ArchiveError, match="different in structure"):
+    with pytest.raises(sh.datasets.ArchiveError, match="different in structure"):
         sh.frf(stiffer, (8, 9), over=over, archive=path, progress=False)
 
 
@@ -345,14 +345,22 @@ def test_problems_pickle_and_archives_tell_structures_apart(pair, tmp_path):
         (lambda p: sh.SwitchingAngles(p), TypeError, "no such CasADi function"),
         (lambda p: p.derivative("frequency"), TypeError, "use evaluate"),
         (lambda p: p.model.mass_matrix, TypeError, "attribute structure"),
-        (lambda p: sh.HarmonicBalance(p.model, sh.PointForce(3)), ValueError, "freedom 3.; give"),
+        (
+            lambda p: sh.HarmonicBalance(p.model, sh.forces.PointForce(3)),
+            ValueError,
+            "freedom 3.; give",
+        ),
         (
             lambda p: sh.HarmonicBalance(p.model, p.excitation, (1, 3)),
             ValueError,
             r"harmonics=\(1, 3\): .*condensed for, \(1,\)",
         ),
         (lambda p: sh.condense(p.model, p.excitation, BAND), TypeError, "not condensed"),
-        (lambda p: sh.recover(p, sh.solve(p, 8.0).drop_vars("coefficient")), ValueError, "point:"),
+        (
+            lambda p: sh.datasets.recover(p, sh.solve(p, 8.0).drop_vars("coefficient")),
+            ValueError,
+            "point:",
+        ),
     ],
 )
 def test_what_it_cannot_do_says_so(pair, call, error, message):
@@ -376,7 +384,7 @@ def test_what_it_cannot_do_says_so(pair, call, error, message):
     ],
 )
 def test_bad_input_names_its_argument(changes, error, message):
-    given = dict(model=plate("local"), excitation=sh.PointForce(FORCED), frequency=(8, 9))
+    given = dict(model=plate("local"), excitation=sh.forces.PointForce(FORCED), frequency=(8, 9))
     with pytest.raises(error, match=message):
         sh.condense(**given | changes)
 
@@ -386,8 +394,8 @@ def test_an_interior_that_floats_is_refused():
     none = dict(contact_stiffness=0, friction_coefficient=0, normal_load=0)
     model = sh.Model(np.eye(3), 0 * stiffness, stiffness, contacts=[(0,)], **none)
     with pytest.raises(ValueError, match="add to dofs one of each part"):
-        sh.condense(model, sh.PointForce(0), (0.1, 0.2))
-    assert sh.condense(model, sh.PointForce(0), (0.1, 0.2), dofs=[2]).n_dof == 2
+        sh.condense(model, sh.forces.PointForce(0), (0.1, 0.2))
+    assert sh.condense(model, sh.forces.PointForce(0), (0.1, 0.2), dofs=[2]).n_dof == 2
 
 
 @pytest.mark.slow
@@ -405,7 +413,7 @@ def test_a_hundred_thousand_degrees_of_freedom():
         friction_coefficient=0.5,
         normal_load=rng.uniform(0.2, 2, 20),
     )
-    force = sh.PointForce(5000, amplitude=2000.0)
+    force = sh.forces.PointForce(5000, amplitude=2000.0)
     condensed = sh.condense(model, force, (6, 16))
     assert condensed.n_dof == 30
     assert condensed.certificate.error < 1e-10
@@ -415,4 +423,4 @@ def test_a_hundred_thousand_degrees_of_freedom():
     assert response.status == "the end of the band was reached"
     assert response.n_events > 10
     for point in (10, int(response.n_points) // 2):
-        assert sh.recover(problem, response.isel(point=point)).residual_norm < 1e-11
+        assert sh.datasets.recover(problem, response.isel(point=point)).residual_norm < 1e-11

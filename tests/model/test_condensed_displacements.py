@@ -9,7 +9,11 @@ import scipy.sparse as sp
 import symhbm as sh
 
 N = 60
-FORCE = sh.PointForce(dof=20) + sh.PointForce(dof=40, amplitude=0.3) + sh.PointForce(dof=10)
+FORCE = (
+    sh.forces.PointForce(dof=20)
+    + sh.forces.PointForce(dof=40, amplitude=0.3)
+    + sh.forces.PointForce(dof=10)
+)
 BAND = (0.4, 1.6)
 HARMONICS = (0, 1, 3)
 EQUAL = 1e-10
@@ -45,7 +49,7 @@ def difference(problems, hertz):
     points = [sh.solve(problem, hertz) for problem in problems]
     assert (points[0].contact_state.values > 0).any()
     assert np.array_equal(*(point.contact_state for point in points))
-    whole = [sh.recover(*pair) for pair in zip(problems, points, strict=True)]
+    whole = [sh.datasets.recover(*pair) for pair in zip(problems, points, strict=True)]
     assert whole[1].residual_norm < 1e-11
     assert whole[1].condensation_error < EQUAL
     first, second = (each.coefficient.values for each in whole)
@@ -77,7 +81,7 @@ def test_displacements_that_others_tell(dofs):
 def test_peaks_and_stability_of_what_is_watched():
     """Resonances are counted, and perturbations oscillate, in the coordinates that there are."""
     model = chain([(10, 40), (25, 50)])
-    problems = both(model, sh.PointForce(dof=20), dofs=[20], stability=True)
+    problems = both(model, sh.forces.PointForce(dof=20), dofs=[20], stability=True)
     found = []
     for problem in problems:
         at = problem.model.kept.tolist().index(20)
@@ -92,7 +96,7 @@ def test_peaks_and_stability_of_what_is_watched():
 def test_places_name_displacements():
     places = sh.Places(np.arange(100, 100 + N), "x", np.outer(np.arange(N), [1.0, 0, 0]))
     model = chain([("110:x", "140:x"), ("125:x", "150:x")], places=places)
-    problem = both(model, sh.PointForce(dof=20), dofs=["105:x"])[1]
+    problem = both(model, sh.forces.PointForce(dof=20), dofs=["105:x"])[1]
     point = sh.solve(problem, 0.9)
     assert point.structure_dof.values.tolist() == [5, N, N + 1]
     names = [f"displacement of contact {j}" for j in range(2)]
@@ -100,8 +104,8 @@ def test_places_name_displacements():
     assert point.dof_x.values.tolist() == [5, 25, 37.5]
     told = f"1 degrees of freedom kept of {N} and 2 displacements of contacts"
     assert point.attrs["largest_of"] == told
-    assert sh.recover(problem, point).node.values.tolist() == list(range(100, 100 + N))
-    by_place = sh.HarmonicBalance(problem.model, sh.PointForce(dof="120:x"), HARMONICS)
+    assert sh.datasets.recover(problem, point).node.values.tolist() == list(range(100, 100 + N))
+    by_place = sh.HarmonicBalance(problem.model, sh.forces.PointForce(dof="120:x"), HARMONICS)
     assert np.array_equal(sh.solve(by_place, 0.9).coefficient, point.coefficient)
 
 
@@ -117,12 +121,12 @@ def test_copies_and_archives():
     point = sh.solve(problem, 0.9)
     again = sh.solve(pickle.loads(pickle.dumps(problem)), 0.9)
     assert np.array_equal(again.coefficient, point.coefficient)
-    with pytest.raises(sh.ArchiveError, match="do not hold displacements of contacts"):
-        sh.rebuild(point)
+    with pytest.raises(sh.datasets.ArchiveError, match="do not hold displacements of contacts"):
+        sh.datasets.rebuild(point)
     with pytest.raises(TypeError, match="has its structure"):
-        sh.recover(problem, point, structure=chain([(10, 40)]))
+        sh.datasets.recover(problem, point, structure=chain([(10, 40)]))
     varied = problem.with_parameters(normal_load=2.0)
-    whole = sh.recover(varied, sh.solve(varied, 0.9))
+    whole = sh.datasets.recover(varied, sh.solve(varied, 0.9))
     assert whole.residual_norm < 1e-11
 
 
@@ -139,4 +143,4 @@ def test_bad_keep():
     )  # fmt: skip
     disk = sh.Sector(blade, [1], [2], 6).with_contacts(shroud=shroud)
     with pytest.raises(ValueError, match="in the same way in all waves"):
-        sh.condense(disk, sh.EngineOrder(2, pattern={0: 1.0}), BAND, keep="displacements")
+        sh.condense(disk, sh.forces.EngineOrder(2, pattern={0: 1.0}), BAND, keep="displacements")

@@ -78,7 +78,7 @@ def blade(n_length, n_width, n_thick, thickness, force=10.0):
         friction_coefficient=0.5,
         normal_load=20.0,
     )
-    return model, sh.PointForce(tip, amplitude=force), tip, float(first)
+    return model, sh.forces.PointForce(tip, amplitude=force), tip, float(first)
 
 
 def check_blade(model, force, tip, first, harmonics, n_frequencies):
@@ -102,7 +102,7 @@ def check_blade(model, force, tip, first, harmonics, n_frequencies):
     assert error.max() < 10 * bound
     assert bound < 10 * EXACT
     for i in points[:: len(points) // 3]:
-        point = sh.recover(problem, response.isel(point=i))
+        point = sh.datasets.recover(problem, response.isel(point=i))
         assert point.residual_norm < 1e-15
         measured = error[list(points).index(i)]
         # Both are told by factorisations whose own round-off is of that size.
@@ -185,7 +185,7 @@ def random_case(seed):
     else:
         band = 0.9 * held[0], held[min(12, len(held) // 2)]
     harmonics = ((1,), (1, 3), (0, 1, 2, 3))[seed // 6 % 3]
-    force = sh.PointForce(forced, amplitude=100.0)
+    force = sh.forces.PointForce(forced, amplitude=100.0)
     model = sh.Model(
         mass,
         damping,
@@ -220,7 +220,7 @@ def check_random(seed):
     certificate = condensed.certificate
     assert error.max() < 10 * max(certificate.error, certificate.friction_bound) + 1e-11
     # The response of all, where it is converged further than to a residual.
-    here = sh.recover(problem, response.isel(point=points[-1]))
+    here = sh.datasets.recover(problem, response.isel(point=points[-1]))
     np.testing.assert_allclose(here.condensation_error, error[-1], rtol=0.5, atol=1e-11)
 
 
@@ -266,7 +266,7 @@ def light_case(seed):
 @pytest.mark.parametrize("seed", quick_first([1112, 1000, 1164], 1))
 def test_no_peak_is_lost_where_little_damps_it(seed):
     model, forced, band, watched = light_case(seed)
-    force = sh.PointForce(forced)
+    force = sh.forces.PointForce(forced)
     condensed = sh.condense(model, force, band, (1,), dofs=watched)
     response = sh.frf(sh.HarmonicBalance(condensed, force), band, progress=False)
     assert response.status == "the end of the band was reached"

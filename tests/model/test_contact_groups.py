@@ -10,20 +10,20 @@ import symhbm as sh
 from symhbm.plot.contact import loops_of
 
 
-class Quadratic(sh.PolynomialLaw):
+class Quadratic(sh.laws.PolynomialLaw):
     """A force that pushes one way."""
 
-    parameters = {"bend": sh.Parameter("N m-2", "quadratic stiffness", bound="any")}  # noqa: RUF012
+    parameters = {"bend": sh.laws.Parameter("N m-2", "quadratic stiffness", bound="any")}  # noqa: RUF012
     degree, odd = 2, False
 
     def force_at(self, displacement, frequency, values):
         return values["bend"] * displacement**2
 
 
-class Scaled(sh.PolynomialLaw):
+class Scaled(sh.laws.PolynomialLaw):
     """A law with an attribute."""
 
-    parameters = {"cube": sh.Parameter("N m-3", "cubic stiffness")}  # noqa: RUF012
+    parameters = {"cube": sh.laws.Parameter("N m-3", "cubic stiffness")}  # noqa: RUF012
     degree = 3
 
     def __init__(self, factor=1.0):
@@ -33,13 +33,13 @@ class Scaled(sh.PolynomialLaw):
         return self.factor * values["cube"] * displacement**3
 
 
-class Limited(sh.Coulomb):
+class Limited(sh.laws.Coulomb):
     """Friction whose limit is a parameter, less what rotation takes of it."""
 
     parameters = {  # noqa: RUF012
-        "contact_stiffness": sh.Coulomb.parameters["contact_stiffness"],
-        "limit_at_rest": sh.Parameter("N", "limit at rest", designed=True),
-        "loss": sh.Parameter("N s2", "limit lost by the frequency", bound="any"),
+        "contact_stiffness": sh.laws.Coulomb.parameters["contact_stiffness"],
+        "limit_at_rest": sh.laws.Parameter("N", "limit at rest", designed=True),
+        "loss": sh.laws.Parameter("N s2", "limit lost by the frequency", bound="any"),
     }
 
     def slip_limit(self, frequency, values):
@@ -50,9 +50,9 @@ def law_of(name, power=3, **attributes):
     """A smooth law with one parameter of a name."""
     kind = type(
         "Law",
-        (sh.PolynomialLaw,),
+        (sh.laws.PolynomialLaw,),
         {
-            "parameters": {name: sh.Parameter("1", "some")},
+            "parameters": {name: sh.laws.Parameter("1", "some")},
             "degree": 3,
             "force_at": lambda self, y, frequency, values: values[name] * y**power,
             **attributes,
@@ -64,7 +64,7 @@ def law_of(name, power=3, **attributes):
 def one(law, harmonics=(1, 3), **values):
     group = sh.Contacts(law, [(0,)], **values)
     model = sh.Model([[1]], [[2]], [[1e4]], contacts={"group": group})
-    return sh.HarmonicBalance(model, sh.PointForce(amplitude=2.0), harmonics)
+    return sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=2.0), harmonics)
 
 
 def limited(harmonics=(1,), limit=(1.5, 0.8), loss=(1e-4, -1e-5)):
@@ -73,7 +73,7 @@ def limited(harmonics=(1,), limit=(1.5, 0.8), loss=(1e-4, -1e-5)):
     )
     stiffness = [[1.2e4, -2e3], [-2e3, 1.3e4]]
     model = sh.Model(np.eye(2), 0.5 * np.eye(2), stiffness, contacts={"group": group})
-    return sh.HarmonicBalance(model, sh.PointForce(), harmonics)
+    return sh.HarmonicBalance(model, sh.forces.PointForce(), harmonics)
 
 
 @pytest.mark.parametrize("harmonics", [(1,), (1, 3)])
@@ -81,12 +81,12 @@ def test_events_tell_contacts_behind_those_without_switches(harmonics):
     """The contact of each event is the one whose state differs on both sides."""
     friction = dict(contact_stiffness=[3e3, 4e3], friction_coefficient=0.3, normal_load=[2, 3])
     groups = {
-        "springs": sh.Contacts(sh.CubicSpring(), [(0,), (1,), (0, 1)], cubic_stiffness=1e4),
-        "roots": sh.Contacts(sh.Coulomb(), [(0,), (1,)], **friction),
+        "springs": sh.Contacts(sh.laws.CubicSpring(), [(0,), (1,), (0, 1)], cubic_stiffness=1e4),
+        "roots": sh.Contacts(sh.laws.Coulomb(), [(0,), (1,)], **friction),
     }
     stiffness = [[1e4, -1e3], [-1e3, 1.2e4]]
     model = sh.Model(np.eye(2), 0.5 * np.eye(2), stiffness, contacts=groups)
-    problem = sh.HarmonicBalance(model, sh.PointForce(), harmonics)
+    problem = sh.HarmonicBalance(model, sh.forces.PointForce(), harmonics)
     response = sh.frf(problem, (12, 25), progress=False)
     contacts = response.event_contact.values
     assert {*contacts.tolist()} == {3, 4}
@@ -101,9 +101,9 @@ def test_events_of_sectors_behind_contacts_without_switches():
     """A tuned ring solved by one sector, against the whole ring."""
     dofs = range(6)
     groups = {
-        "off": sh.Contacts(sh.CubicSpring(), [(j,) for j in dofs], cubic_stiffness=0.0),
+        "off": sh.Contacts(sh.laws.CubicSpring(), [(j,) for j in dofs], cubic_stiffness=0.0),
         "shroud": sh.Contacts(
-            sh.Coulomb(),
+            sh.laws.Coulomb(),
             [(j, (j + 1) % 6) for j in dofs],
             contact_stiffness=1e4,
             friction_coefficient=0.5,
@@ -111,7 +111,7 @@ def test_events_of_sectors_behind_contacts_without_switches():
         ),
     }
     model = sh.Model(np.eye(6), 0.5 * np.eye(6), 1e4 * np.eye(6), contacts=groups)
-    problem = sh.HarmonicBalance(model, sh.EngineOrder(1))
+    problem = sh.HarmonicBalance(model, sh.forces.EngineOrder(1))
     sector = sh.frf(problem, (12, 30), progress=False)
     whole = sh.frf(problem, (12, 30), sector=False, progress=False)
     assert int(sector.n_sectors) == 6
@@ -126,9 +126,9 @@ def test_several_contacts_on_their_limits_are_named_as_contacts():
     ring = [(j, (j + 1) % 5) for j in range(5)]
     pairs = [*ring, *((a + 5, b + 5) for a, b in ring)]
     groups = {
-        "off": sh.Contacts(sh.CubicSpring(), [(0,), (1,), (0, 1)], cubic_stiffness=0.0),
+        "off": sh.Contacts(sh.laws.CubicSpring(), [(0,), (1,), (0, 1)], cubic_stiffness=0.0),
         "shroud": sh.Contacts(
-            sh.Coulomb(),
+            sh.laws.Coulomb(),
             pairs,
             contact_stiffness=3e3,
             friction_coefficient=0.3,
@@ -138,9 +138,9 @@ def test_several_contacts_on_their_limits_are_named_as_contacts():
     matrix = np.diag(np.tile(stiffness, 2))
     model = sh.Model(np.eye(10), 0.3 * np.eye(10), matrix, contacts=groups)
     angle = np.tile(2 * np.pi * np.arange(5) / 5, 2)
-    force = sh.HarmonicForce(cosine={1: np.cos(angle)}, sine={1: np.sin(angle)})
+    force = sh.forces.HarmonicForce(cosine={1: np.cos(angle)}, sine={1: np.sin(angle)})
     response = sh.frf(sh.HarmonicBalance(model, force), (12, 28), progress=False)
-    status = map(str, sh.sensitivity(response).sensitivity_status.values)
+    status = map(str, sh.datasets.sensitivity(response).sensitivity_status.values)
     named = [tuple(map(int, re.findall(r"\d+", text))) for text in status if "limits" in text]
     assert named
     for first, second in named:
@@ -225,19 +225,21 @@ def test_archives_tell_laws_of_one_class_apart(tmp_path):
         for dof, (name, factor) in enumerate({"soft": 2.0, "hard": 3.0}.items())
     }
     model = sh.Model(np.eye(2), np.eye(2), 1e4 * np.eye(2), contacts=groups)
-    problem = sh.HarmonicBalance(model, sh.PointForce(), (1, 3))
+    problem = sh.HarmonicBalance(model, sh.forces.PointForce(), (1, 3))
     sh.save(sh.solve(problem, 15.0), tmp_path / "laws.nc")
     loaded = sh.load(tmp_path / "laws.nc")
-    again = sh.rebuild(loaded, laws=[Scaled(3.0), Scaled(2.0)])
+    again = sh.datasets.rebuild(loaded, laws=[Scaled(3.0), Scaled(2.0)])
     assert [group.law.factor for group in again.model.groups] == [2.0, 3.0]
-    again = sh.rebuild(loaded)
+    again = sh.datasets.rebuild(loaded)
     assert [group.law.factor for group in again.model.groups] == [2.0, 3.0]
 
 
 def test_a_law_called_as_one_of_the_library_is_another_one():
-    own = type("Coulomb", (sh.Coulomb,), {"slip_limit": lambda self, f, v: 2 * v["normal_load"]})
+    own = type(
+        "Coulomb", (sh.laws.Coulomb,), {"slip_limit": lambda self, f, v: 2 * v["normal_load"]}
+    )
     problem = one(own(), contact_stiffness=1e4, friction_coefficient=0.3, normal_load=2.0)
-    assert type(sh.rebuild(sh.solve(problem, 15.0)).model.groups[0].law) is own
+    assert type(sh.datasets.rebuild(sh.solve(problem, 15.0)).model.groups[0].law) is own
 
 
 @pytest.mark.parametrize("harmonics", [(1,), (1, 3)])
@@ -245,14 +247,14 @@ def test_a_limit_without_a_friction_coefficient(harmonics):
     """The same numbers as plain friction of that limit."""
     problem = limited(harmonics, loss=0.0)
     plain = sh.Contacts(
-        sh.Coulomb(),
+        sh.laws.Coulomb(),
         [(0, 1), (1,)],
         contact_stiffness=[1e4, 8e3],
         friction_coefficient=0.5,
         normal_load=[3.0, 1.6],
     )
     model = sh.Model(*(getattr(problem.model, f"{m}_matrix") for m in MATRICES), {"group": plain})
-    other = sh.HarmonicBalance(model, sh.PointForce(), harmonics)
+    other = sh.HarmonicBalance(model, sh.forces.PointForce(), harmonics)
     one, two = (sh.frf(p, (10, 30), progress=False) for p in (problem, other))
     assert str(one.status.values) == "the end of the band was reached"
     np.testing.assert_allclose(one.peak_amplitude, two.peak_amplitude, rtol=1e-9)
@@ -283,12 +285,12 @@ def test_a_limit_that_the_frequency_takes_away_is_none(harmonics):
 def test_loops_have_the_parameters_of_their_group():
     friction = {"contact_stiffness": 3e3, "friction_coefficient": 0.3}
     groups = {
-        "spring": sh.Contacts(sh.CubicSpring(), [(0,)], cubic_stiffness=1e4),
-        "weak": sh.Contacts(sh.Coulomb(), [(0,)], normal_load=2, **friction),
-        "strong": sh.Contacts(sh.Coulomb(), [(0, 1), (1,)], normal_load=[3, 4], **friction),
+        "spring": sh.Contacts(sh.laws.CubicSpring(), [(0,)], cubic_stiffness=1e4),
+        "weak": sh.Contacts(sh.laws.Coulomb(), [(0,)], normal_load=2, **friction),
+        "strong": sh.Contacts(sh.laws.Coulomb(), [(0, 1), (1,)], normal_load=[3, 4], **friction),
     }
     model = sh.Model(np.eye(2), 0.5 * np.eye(2), np.diag([1e4, 1.2e4]), contacts=groups)
-    problem = sh.HarmonicBalance(model, sh.PointForce(amplitude=3.0), (1, 3, 5))
+    problem = sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=3.0), (1, 3, 5))
     solved, exact = sh.solve(problem, 17.0), sh.periodic_motion(problem, 17.0)
     for dataset in (solved, exact):
         for contact, limit in {1: 0.6, 2: 0.9, 3: 1.2}.items():
@@ -303,7 +305,7 @@ def test_loops_have_the_parameters_of_their_group():
 def test_loops_of_another_limit_are_those_of_the_law():
     """An archive names the class, which is defined here; plain friction slips at half of it."""
 
-    class Doubled(sh.Coulomb):
+    class Doubled(sh.laws.Coulomb):
         def slip_limit(self, frequency, values):
             return 2 * super().slip_limit(frequency, values)
 
@@ -318,9 +320,9 @@ def test_loops_of_another_limit_are_those_of_the_law():
 def test_exact_motion_tells_what_displacements_dissipate_together():
     """The energy of the force goes into damping, friction and a force without a potential."""
 
-    class Turning(sh.PolynomialLaw):
+    class Turning(sh.laws.PolynomialLaw):
         directions = ("first", "second")
-        parameters = {"cross": sh.Parameter("N m-1", "cross stiffness", bound="any")}  # noqa: RUF012
+        parameters = {"cross": sh.laws.Parameter("N m-1", "cross stiffness", bound="any")}  # noqa: RUF012
         degree = 3
 
         def force_at(self, displacement, frequency, values):
@@ -330,11 +332,11 @@ def test_exact_motion_tells_what_displacements_dissipate_together():
     friction = dict(contact_stiffness=4e3, friction_coefficient=0.3, normal_load=3.0)
     groups = {
         "turning": sh.Contacts(Turning(), [(0,)], [(1,)], cross=300.0),
-        "root": sh.Contacts(sh.Coulomb(), [(0,)], **friction),
+        "root": sh.Contacts(sh.laws.Coulomb(), [(0,)], **friction),
     }
     stiffness = [[1e4, 1e3], [1e3, 1.5e4]]
     model = sh.Model(np.eye(2), np.diag([6.0, 8.0]), stiffness, contacts=groups)
-    problem = sh.HarmonicBalance(model, sh.PointForce(amplitude=3.0), (1, 3, 5, 7, 9))
+    problem = sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=3.0), (1, 3, 5, 7, 9))
     exact, balanced = sh.periodic_motion(problem, 17.0), sh.solve(problem, 17.0)
     assert abs(float(balanced.dissipation[0])) > 1e-4
     np.testing.assert_allclose(exact.dissipation, balanced.dissipation, rtol=1e-4)
@@ -345,8 +347,8 @@ def test_exact_motion_tells_what_displacements_dissipate_together():
 def test_a_parameter_with_an_effect_of_its_own_raises_no_doubt(recwarn):
     """Without a normal load at rest, the load of rotation makes the friction."""
 
-    class Pressed(sh.Coulomb):
-        parameters = sh.Coulomb.parameters | {"damper_mass": sh.Parameter("kg", "mass")}
+    class Pressed(sh.laws.Coulomb):
+        parameters = sh.laws.Coulomb.parameters | {"damper_mass": sh.laws.Parameter("kg", "mass")}
 
         def slip_limit(self, frequency, values):
             load = values["normal_load"] + values["damper_mass"] * frequency**2
@@ -356,6 +358,6 @@ def test_a_parameter_with_an_effect_of_its_own_raises_no_doubt(recwarn):
     problem = one(Pressed(), damper_mass=1e-4, **values)
     sh.frf(problem, (10, 20), over={"friction_coefficient": [0.2, 0.3]}, progress=False)
     assert not recwarn.list
-    nothing = one(sh.Coulomb(), **values)
+    nothing = one(sh.laws.Coulomb(), **values)
     with pytest.warns(UserWarning, match="friction_coefficient has no effect, as normal_load is 0"):
         sh.frf(nothing, (10, 20), over={"friction_coefficient": [0.2, 0.3]}, progress=False)

@@ -14,22 +14,22 @@ from symhbm.numerics import RADIANS, FourierBasis
 from symhbm.results.archive import ArchiveError
 
 
-class SoftStop(sh.PolynomialLaw):
+class SoftStop(sh.laws.PolynomialLaw):
     """Two displacements in one potential, a / 4 (u^2 + v^2)^2: each stiffens the other."""
 
     directions = ("tangential", "normal")
-    parameters = {"stop_stiffness": sh.Parameter("N m-3", "stiffness of the stop")}  # noqa: RUF012
+    parameters = {"stop_stiffness": sh.laws.Parameter("N m-3", "stiffness of the stop")}  # noqa: RUF012
     degree = 3
 
     def force_at(self, displacement, frequency, values):
         return values["stop_stiffness"] * ca.sumsqr(displacement) * displacement
 
 
-class PressedDamper(sh.Coulomb):
+class PressedDamper(sh.laws.Coulomb):
     """A damper of engine order 3 that centrifugal force presses against its blades."""
 
-    parameters = sh.Coulomb.parameters | {
-        "damper_mass": sh.Parameter("kg", "mass of the damper", "$m_d$", designed=True)
+    parameters = sh.laws.Coulomb.parameters | {
+        "damper_mass": sh.laws.Parameter("kg", "mass of the damper", "$m_d$", designed=True)
     }
 
     variables = {"pressing_force": ("N", "force that presses the contact")}  # noqa: RUF012
@@ -51,7 +51,7 @@ def stopped(harmonics=(1, 3), stiffness=1e7, amplitude=2.0):
         np.array([[1e4, 1e3], [1e3, 1.5e4]]),
         contacts={"stop": sh.Contacts(SoftStop(), [(0,)], [(1,)], stop_stiffness=stiffness)},
     )
-    return sh.HarmonicBalance(model, sh.PointForce(amplitude=amplitude), harmonics)
+    return sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=amplitude), harmonics)
 
 
 def pressed(harmonics=(1, 3), mass=4e-3, load=1.0):
@@ -64,7 +64,7 @@ def pressed(harmonics=(1, 3), mass=4e-3, load=1.0):
         damper_mass=mass,
     )
     root = sh.Contacts(
-        sh.Coulomb(),
+        sh.laws.Coulomb(),
         [(0,), (1,)],
         contact_stiffness=4e3,
         friction_coefficient=0.4,
@@ -76,7 +76,7 @@ def pressed(harmonics=(1, 3), mass=4e-3, load=1.0):
         np.diag([1e4, 1.2e4]),
         contacts={"damper": damper, "root": root},
     )
-    return sh.HarmonicBalance(model, sh.PointForce(), harmonics)
+    return sh.HarmonicBalance(model, sh.forces.PointForce(), harmonics)
 
 
 PROBLEMS = {"stop": stopped, "damper": pressed}
@@ -151,7 +151,7 @@ def test_from_response_to_picture(kind, harmonics, tmp_path):
     assert {str(status) for status in response.status.values} == {"the end of the band was reached"}
     sh.save(response, tmp_path / "law.nc")
     loaded = sh.load(tmp_path / "law.nc")
-    again = sh.rebuild(loaded.isel({swept: 0}), laws=laws)
+    again = sh.datasets.rebuild(loaded.isel({swept: 0}), laws=laws)
     assert again.parameters[swept] == pytest.approx(values[0])
     point = loaded.isel({swept: 0, "peak": 0})
     solved = sh.solve(again, float(point.peak_frequency))
@@ -161,7 +161,7 @@ def test_from_response_to_picture(kind, harmonics, tmp_path):
     assert verified.residual_stored.max() < 1e-9
     assert verified.energy_error.max() < 1e-9
     assert float(verified.contact_mismatch.max()) < 1e-9
-    slopes = sh.sensitivity(loaded, laws=laws)
+    slopes = sh.datasets.sensitivity(loaded, laws=laws)
     name = {"stop": "stop_stiffness", "damper": "damper_mass"}[kind]
     value = values[0] if name == swept else float(problem.parameters[name][0])
     step = 1e-3 * value
@@ -218,9 +218,11 @@ def test_events_of_a_moving_limit():
 def test_contacts_that_do_nothing_change_nothing(n_idle):
     """Their displacements count among those of all contacts."""
     groups = {
-        "idle": sh.Contacts(sh.CubicSpring(), [(i,) for i in range(n_idle)], cubic_stiffness=0),
+        "idle": sh.Contacts(
+            sh.laws.CubicSpring(), [(i,) for i in range(n_idle)], cubic_stiffness=0
+        ),
         "damper": sh.Contacts(
-            sh.Coulomb(),
+            sh.laws.Coulomb(),
             [(0, 1), (1, 2)],
             contact_stiffness=2e4,
             friction_coefficient=0.5,
@@ -231,7 +233,7 @@ def test_contacts_that_do_nothing_change_nothing(n_idle):
     for contacts in (groups, {"damper": groups["damper"]}):
         matrices = np.eye(3), 0.5 * np.eye(3), np.diag([1e4, 1.2e4, 1.5e4])
         model = sh.Model(*matrices, contacts=contacts)
-        problem = sh.HarmonicBalance(model, sh.PointForce(), (1, 3))
+        problem = sh.HarmonicBalance(model, sh.forces.PointForce(), (1, 3))
         curves.append(sh.frf(problem, (12, 30), progress=False))
     one, other = curves
     assert int(one.linear_solves) == int(other.linear_solves)
@@ -239,16 +241,16 @@ def test_contacts_that_do_nothing_change_nothing(n_idle):
     np.testing.assert_array_equal(one.event_contact, other.event_contact + n_idle)
 
 
-class WithoutCurvature(sh.Coulomb):
+class WithoutCurvature(sh.laws.Coulomb):
     """A law that does not tell how its events move."""
 
-    moving = sh.ContactLaw.moving
+    moving = sh.laws.ContactLaw.moving
 
 
 def stop_of_the_docs():
     """The law that the page on extending writes, an event for each touch."""
     page = (Path(__file__).parents[2] / "docs" / "extending.md").read_text()
-    place = page.index("class Stop(sh.ContactLaw)")
+    place = page.index("class Stop(sh.laws.ContactLaw)")
     first, last = page.rindex("```python", 0, place), page.index("blade = ", place)
     names = {}
     exec(page[first + len("```python") : last], names)
@@ -264,10 +266,12 @@ def test_a_law_of_the_user_has_second_derivatives(name):
         moved = values | {name: values[name] * (1 + step)}
         stop = sh.Contacts(law, [(0,)], **moved)
         blade = sh.Model([[1.0]], [[5.0]], [[1e4]], contacts={"stop": stop})
-        problem = sh.HarmonicBalance(blade, sh.PointForce(amplitude=1.0), harmonics=(1, 3, 5))
+        problem = sh.HarmonicBalance(
+            blade, sh.forces.PointForce(amplitude=1.0), harmonics=(1, 3, 5)
+        )
         return sh.frf(problem, (10, 30), progress=False)
 
-    found = sh.sensitivity(peak(0.0), laws=[law])
+    found = sh.datasets.sensitivity(peak(0.0), laws=[law])
     up, down = (peak(step) for step in (1e-4, -1e-4))
     for of in ("frequency", "amplitude"):
         change = (up[f"peak_{of}"].item() - down[f"peak_{of}"].item()) / 2e-4 / values[name]
@@ -280,10 +284,10 @@ def test_second_derivatives_say_what_a_law_does_not_tell():
         WithoutCurvature(), [(0,)], contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3
     )
     blade = sh.Model([[1]], [[0.5]], [[1e4]], contacts={"damper": group})
-    response = sh.frf(sh.HarmonicBalance(blade, sh.PointForce()), (10, 30), progress=False)
+    response = sh.frf(sh.HarmonicBalance(blade, sh.forces.PointForce()), (10, 30), progress=False)
     message = r"WithoutCurvature\(\): expected a method moving, second derivatives of its force"
     with pytest.raises(NotImplementedError, match=message):
-        sh.sensitivity(response, laws=[WithoutCurvature()])
+        sh.datasets.sensitivity(response, laws=[WithoutCurvature()])
 
 
 @pytest.mark.parametrize("harmonics", [(1,), (1, 3)])
@@ -341,11 +345,13 @@ def test_groups_are_the_short_form_with_names():
     groups = {}
     for name, part in {"even": slice(0, 6, 2), "odd": slice(1, 6, 2)}.items():
         chosen = {k: v[part] if np.ndim(v) else v for k, v in values.items()}
-        groups[name] = sh.Contacts(sh.Coulomb(), pairs[part], **chosen)
+        groups[name] = sh.Contacts(sh.laws.Coulomb(), pairs[part], **chosen)
     split = sh.Model(mass, damping, matrix, contacts=groups)
     order = [0, 2, 4, 1, 3, 5]
     for harmonics in ((1,), (1, 3)):
-        problems = [sh.HarmonicBalance(m, sh.EngineOrder(1), harmonics) for m in (whole, split)]
+        problems = [
+            sh.HarmonicBalance(m, sh.forces.EngineOrder(1), harmonics) for m in (whole, split)
+        ]
         one, two = (sh.frf(problem, (12, 30), progress=False) for problem in problems)
         assert int(one.linear_solves) == int(two.linear_solves)
         # Points of a path lie where its predictions do, to the digits of their residuals.
@@ -413,29 +419,33 @@ def test_an_archive_names_the_law_it_lacks(tmp_path):
     response = sh.frf(stopped((1,)), (14, 15), progress=False)
     sh.save(response, tmp_path / "law.nc")
     loaded = sh.load(tmp_path / "law.nc")
-    assert sh.rebuild(loaded).model.groups[0].law == SoftStop()  # it is defined here
+    assert sh.datasets.rebuild(loaded).model.groups[0].law == SoftStop()  # it is defined here
     elsewhere = loaded.attrs["problem"].replace('"SoftStop"', '"HardStop"')
     elsewhere = loaded.assign_attrs(problem=elsewhere)
-    for call in (sh.rebuild, sh.sensitivity, lambda d: sh.verify(d, progress=False)):
+    for call in (
+        sh.datasets.rebuild,
+        sh.datasets.sensitivity,
+        lambda d: sh.verify(d, progress=False),
+    ):
         with pytest.raises(ArchiveError, match=r"computed with HardStop \(group 'stop'\)"):
             call(elsewhere)
 
     class Other(SoftStop):
-        parameters = {"else": sh.Parameter("N", "something else")}  # noqa: RUF012
+        parameters = {"else": sh.laws.Parameter("N", "something else")}  # noqa: RUF012
 
     Other.__name__ = "SoftStop"
     with pytest.raises(ArchiveError, match="expected SoftStop with the parameters stop_stiffness"):
-        sh.rebuild(loaded, laws=[Other()])
+        sh.datasets.rebuild(loaded, laws=[Other()])
     with pytest.raises(TypeError, match="laws: expected contact laws, got"):
-        sh.rebuild(loaded, laws=[SoftStop])
+        sh.datasets.rebuild(loaded, laws=[SoftStop])
 
 
 def test_laws_are_equal_by_class_and_pickle():
     problem = pressed()
     again = pickle.loads(pickle.dumps(problem))
     assert again.model.groups[0].law == problem.model.groups[0].law
-    assert sh.Coulomb() == sh.Coulomb()
-    assert sh.Coulomb() != PressedDamper()
+    assert sh.laws.Coulomb() == sh.laws.Coulomb()
+    assert sh.laws.Coulomb() != PressedDamper()
     unknowns = 1e-3 * np.ones(problem.n_unknowns)
     one, two = (p.evaluate(unknowns, 100.0).residual for p in (problem, again))
     np.testing.assert_array_equal(one, two)
@@ -450,7 +460,7 @@ def test_laws_are_equal_by_class_and_pickle():
             "law='Coulomb': expected a",
         ),
         (lambda: sh.Contacts(SoftStop(), [(0,)]), ValueError, "tangential, normal, got 1"),
-        (lambda: sh.Contacts(sh.Coulomb(), [(0,)]), ValueError, "expected a value"),
+        (lambda: sh.Contacts(sh.laws.Coulomb(), [(0,)]), ValueError, "expected a value"),
         (
             lambda: sh.Contacts(SoftStop(), [(0,)], [(0,)], stiffness=1.0),
             KeyError,
@@ -507,8 +517,8 @@ def test_bad_groups_say_what_is_expected(make, error, text):
 def test_events_name_the_contact_and_what_it_does():
     """A group without switches comes first: contacts are numbered among all of them."""
 
-    class Pair(sh.Coulomb):
-        switches = (sh.Switch("slip", "begins to rub", "rests"),)
+    class Pair(sh.laws.Coulomb):
+        switches = (sh.laws.Switch("slip", "begins to rub", "rests"),)
 
     stop = sh.Contacts(SoftStop(), [(0,)], [(1,)], stop_stiffness=0.0)
     rub = sh.Contacts(
@@ -517,7 +527,7 @@ def test_events_name_the_contact_and_what_it_does():
     matrices = np.eye(2), 0.5 * np.eye(2), np.diag([1e4, 1.2e4])
     plain = dict(contact_stiffness=1e4, friction_coefficient=0.3, normal_load=2.0)
     responses = [
-        sh.frf(sh.HarmonicBalance(model, sh.PointForce(), (1, 3)), (12, 30), progress=False)
+        sh.frf(sh.HarmonicBalance(model, sh.forces.PointForce(), (1, 3)), (12, 30), progress=False)
         for model in (
             sh.Model(*matrices, contacts={"stop": stop, "rub": rub}),
             sh.Model(*matrices, contacts=[(0, 1)], **plain),
@@ -535,11 +545,11 @@ def test_events_name_the_contact_and_what_it_does():
     assert np.all(named.contact_state.values[:, 0] == -1)
 
 
-class Twisted(sh.PolynomialLaw):
+class Twisted(sh.laws.PolynomialLaw):
     """Each displacement pushes the other, differently."""
 
     directions = ("first", "second")
-    parameters = {"cross": sh.Parameter("N m-1", "cross stiffness", bound="any")}  # noqa: RUF012
+    parameters = {"cross": sh.laws.Parameter("N m-1", "cross stiffness", bound="any")}  # noqa: RUF012
     degree, odd = 4, False
 
     def force_at(self, displacement, frequency, values):
@@ -564,14 +574,14 @@ def test_slopes_from_series_are_the_derivative(harmonics):
 def test_many_harmonics_of_a_polynomial_take_few_operations():
     """Products of waves would be 62 x 62 x 125 multiplications."""
     basis = FourierBasis(tuple(range(32)))
-    assert graph_of(sh.CubicSpring(), basis).force.n_instructions() < 120_000
+    assert graph_of(sh.laws.CubicSpring(), basis).force.n_instructions() < 120_000
 
 
-class Fifth(sh.PolynomialLaw):
+class Fifth(sh.laws.PolynomialLaw):
     """A bush of the fifth power."""
 
     directions = ("bend",)
-    parameters = {"bush_stiffness": sh.Parameter("N m-5", "stiffness of the bush")}  # noqa: RUF012
+    parameters = {"bush_stiffness": sh.laws.Parameter("N m-5", "stiffness of the bush")}  # noqa: RUF012
     degree = 5
 
     def force_at(self, displacement, frequency, values):
@@ -581,7 +591,7 @@ class Fifth(sh.PolynomialLaw):
 def test_pictures_draw_a_law_of_the_user_without_memory():
     bush = sh.Contacts(Fifth(), [(0,)], bush_stiffness=1e12)
     blade = sh.Model([[1.0]], [[5.0]], [[1e4]], contacts={"bush": bush})
-    problem = sh.HarmonicBalance(blade, sh.PointForce(), (1, 3))
+    problem = sh.HarmonicBalance(blade, sh.forces.PointForce(), (1, 3))
     for result in (sh.solve(problem, 15.0), sh.periodic_motion(problem, 15.0)):
         line = max(sh.plot.hysteresis(result).axes[0].lines, key=lambda one: len(one.get_xdata()))
         power = np.polyfit(*np.log(np.abs([line.get_xdata(), line.get_ydata()]) + 1e-300), 1)[0]

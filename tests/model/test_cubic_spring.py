@@ -39,7 +39,7 @@ class Duffing:
             contacts=[(0,)],
             cubic_stiffness=self.cubic,
         )
-        return sh.HarmonicBalance(model, sh.PointForce(amplitude=self.force), harmonics)
+        return sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=self.force), harmonics)
 
     def by_square(self, omega):
         """Coefficients of the cubic in ``z`` without its last, highest power first."""
@@ -470,7 +470,7 @@ def test_force_coefficients_against_quadrature(harmonics):
         np.eye(2), 0.1 * np.eye(2), np.eye(2), contacts=[(0, 1), (1,)], cubic_stiffness=[2.0, -5.0]
     )
     first = max(1, harmonics[0]) if harmonics[0] else harmonics[1]
-    problem = sh.HarmonicBalance(model, sh.PointForce(harmonic=first), harmonics)
+    problem = sh.HarmonicBalance(model, sh.forces.PointForce(harmonic=first), harmonics)
     for _ in range(5):
         coefficient = rng.normal(size=(2, size, 2))
         if harmonics[0] == 0:
@@ -500,7 +500,7 @@ def test_derivatives_against_differences(harmonics):
         friction_coefficient=0.5,
         normal_load=0.3,
     )
-    problem = sh.HarmonicBalance(model, sh.PointForce(), harmonics)
+    problem = sh.HarmonicBalance(model, sh.forces.PointForce(), harmonics)
     unknowns = rng.normal(size=problem.n_unknowns)
     spring = problem.derivative("cubic_stiffness")(**problem.arguments(unknowns, 1.3))
     spring = spring["jacobian"].toarray()
@@ -584,7 +584,7 @@ def coefficients_of(result):
 def test_springs_and_friction_together(harmonics, contacts, values):
     """Every point returned balances the forces, by sums and quadrature that know no library."""
     model = sh.Model(**TWO_MASSES, contacts=contacts, **values)
-    problem = sh.HarmonicBalance(model, sh.PointForce(amplitude=0.3), harmonics)
+    problem = sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=0.3), harmonics)
     grid = np.linspace(0.08, 0.5, 11)
     result = sh.frf(problem, (0.07, 0.55), at=grid, throw=True)
     assert (result.n_solutions > 0).all()
@@ -621,7 +621,7 @@ def test_friction_and_spring_of_one_blade_against_a_closed_form():
         normal_load=limit / 0.5,
         cubic_stiffness=cubic,
     )
-    problem = sh.HarmonicBalance(blade, sh.PointForce(amplitude=force))
+    problem = sh.HarmonicBalance(blade, sh.forces.PointForce(amplitude=force))
 
     def unbalance(amplitude, omega):
         in_phase, quadrature = kd * amplitude, 0.0
@@ -671,7 +671,7 @@ def test_builders_take_cubic_stiffness():
         normal_load=0,
         cubic_stiffness=cubic,
     )
-    problem = sh.HarmonicBalance(ring, sh.EngineOrder(order, amplitude=0.18))
+    problem = sh.HarmonicBalance(ring, sh.forces.EngineOrder(order, amplitude=0.18))
     equal = Duffing(cubic=cubic * ratio**4)
     curve = sh.frf(problem, BAND, throw=True)
     # Blades that move apart take energy from the wave before it folds.
@@ -701,6 +701,6 @@ def test_archives_keep_springs_and_solutions(tmp_path):
     result = sh.frf(NOMINAL.problem(), BAND, at=grid)
     loaded = sh.load(sh.save(result, tmp_path / "duffing.nc"))
     assert loaded.identical(result)
-    problem = sh.rebuild(loaded)
+    problem = sh.datasets.rebuild(loaded)
     assert problem.parameters["cubic_stiffness"].tolist() == [0.1]
     assert sh.frf(problem, BAND, at=grid).identical(result)

@@ -19,7 +19,7 @@ CONTACTS = dict(
     contacts=[(N - 1,), (3, 5)], contact_stiffness=1e4, friction_coefficient=0.5, normal_load=0.5
 )
 RATIOS = np.linspace(0.01, 0.05, 12)
-FORCE = sh.PointForce(dof=20)
+FORCE = sh.forces.PointForce(dof=20)
 RAD = 2 * np.pi * 1.3
 
 
@@ -118,7 +118,7 @@ def test_condensed_factors_agree_with_the_full_matrix(in_factors):
         found = small.dynamic_stiffness(harmonic, RAD)[0]
         assert np.abs(found - exact).max() < 1e-10 * np.abs(exact).max()
     problem = sh.HarmonicBalance(small, FORCE, (1, 3))
-    point = sh.recover(problem, sh.solve(problem, 1.3))
+    point = sh.datasets.recover(problem, sh.solve(problem, 1.3))
     truth = sh.solve(sh.HarmonicBalance(full, FORCE, (1, 3)), 1.3)
     difference = np.abs(point.coefficient - truth.coefficient.values).max()
     assert difference < 1e-9 * np.abs(truth.coefficient).max()
@@ -132,7 +132,7 @@ def test_a_loss_factor_condensed_agrees_with_the_whole():
     whole, point = (sh.solve(each, 1.3) for each in (problem, condensed))
     difference = np.abs(point.coefficient - whole.coefficient.values[small.dofs]).max()
     assert difference < 1e-10 * np.abs(whole.coefficient).max()
-    assert float(sh.recover(condensed, point).residual_norm) < 1e-12
+    assert float(sh.datasets.recover(condensed, point).residual_norm) < 1e-12
 
 
 def test_a_loss_factor_is_complex_stiffness():
@@ -164,7 +164,7 @@ def test_a_sector_has_the_modes_of_each_nodal_diameter_damped(wave):
 
 def test_the_ring_has_the_same_modal_damping(monkeypatch):
     disk = sector(sh.ModalDamping([0.01, 0.02]))
-    force = sh.EngineOrder(2, pattern={1: 1.0, 2: 0.5j})
+    force = sh.forces.EngineOrder(2, pattern={1: 1.0, 2: 0.5j})
     alone = sh.solve(sh.HarmonicBalance(disk, force, (1,)), 20.0)
     ring = sh.mistuned_ring(disk)
     whole = sh.solve(sh.HarmonicBalance(ring, force, (1,)), 20.0)

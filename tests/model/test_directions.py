@@ -20,11 +20,11 @@ from symhbm.results.telling import as_text as describe
 FRICTION = dict(contact_stiffness=8e3, friction_coefficient=0.4, normal_load=2.0)
 
 
-class Corner(sh.PolynomialLaw):
+class Corner(sh.laws.PolynomialLaw):
     """Two displacements that stiffen together."""
 
     directions = ("tangential", "normal")
-    parameters: ClassVar = {"cube": sh.Parameter("N m-3", "stiffness of the corner")}
+    parameters: ClassVar = {"cube": sh.laws.Parameter("N m-3", "stiffness of the corner")}
     degree = 3
 
     def force_at(self, displacement, frequency, values):
@@ -53,7 +53,7 @@ SAME = {
 def test_pairs_and_weights_are_the_same_contact(given):
     """To the bit: directions, residual, Jacobian."""
     one, other = (
-        sh.Model(*matrices(4), contacts={"a": sh.Contacts(sh.Coulomb(), each, **FRICTION)})
+        sh.Model(*matrices(4), contacts={"a": sh.Contacts(sh.laws.Coulomb(), each, **FRICTION)})
         for each in (PAIRS, given)
     )
     short = sh.Model(*matrices(4), contacts=given, **FRICTION)
@@ -62,7 +62,7 @@ def test_pairs_and_weights_are_the_same_contact(given):
         assert model.touched == {0, 2, 3}
         np.testing.assert_array_equal(model.directions.toarray(), one.directions.toarray())
         found, expected = (
-            sh.HarmonicBalance(m, sh.PointForce(), (0, 1)).evaluate(unknowns, 90.0)
+            sh.HarmonicBalance(m, sh.forces.PointForce(), (0, 1)).evaluate(unknowns, 90.0)
             for m in (model, one)
         )
         np.testing.assert_array_equal(found.residual, expected.residual)
@@ -81,17 +81,17 @@ def test_pairs_stay_as_they_were():
 
 def test_one_contact_may_stand_alone():
     for alone in ((0, 2), (1,), {0: 0.5}, {0: 0.3, 1: -2.0, 3: 1.0}):
-        group = sh.Contacts(sh.Coulomb(), alone, **FRICTION)
+        group = sh.Contacts(sh.laws.Coulomb(), alone, **FRICTION)
         assert len(group) == 1
         model, listed = (
-            sh.Model(*matrices(4), contacts={"a": sh.Contacts(sh.Coulomb(), each, **FRICTION)})
+            sh.Model(*matrices(4), contacts={"a": sh.Contacts(sh.laws.Coulomb(), each, **FRICTION)})
             for each in (alone, [alone])
         )
         assert model.contacts == listed.contacts
     weighted = model.contacts[0]
     assert (weighted.dofs, weighted.weights) == ((0, 1, 3), (0.3, -2.0, 1.0))
     assert repr(weighted) == "{0: 0.3, 1: -2.0, 3: 1.0}"
-    again = sh.Contacts(sh.Coulomb(), weighted, **FRICTION)
+    again = sh.Contacts(sh.laws.Coulomb(), weighted, **FRICTION)
     assert again.directions["tangential"].ends == (weighted,)
 
 
@@ -119,19 +119,19 @@ def test_scaled_weights_are_scaled_contacts(factor):
     def model(scale):
         groups = {
             "rub": sh.Contacts(
-                sh.Coulomb(),
+                sh.laws.Coulomb(),
                 [{0: scale, 2: -scale}, {1: 0.6 * scale, 3: 0.8 * scale}],
                 contact_stiffness=8e3 / scale**2,
                 friction_coefficient=0.4,
                 normal_load=2.0 / abs(scale),
             ),
             "stiff": sh.Contacts(
-                sh.CubicSpring(), {1: scale, 2: 0.5 * scale}, cubic_stiffness=1e9 / scale**4
+                sh.laws.CubicSpring(), {1: scale, 2: 0.5 * scale}, cubic_stiffness=1e9 / scale**4
             ),
         }
         return sh.Model(*matrices(4), contacts=groups)
 
-    force = sh.PointForce(dof=1, amplitude=3.0)
+    force = sh.forces.PointForce(dof=1, amplitude=3.0)
     one, other = (
         sh.solve(sh.HarmonicBalance(model(scale), force, (0, 1, 2, 3)), 13.0, throw=True)
         for scale in (1.0, factor)
@@ -152,7 +152,7 @@ def turned(seed=3):
         "stiff": [[(2, 3)]],
         "corner": [[(0,), (5,)], [(1,), (2, 4)]],
     }
-    laws = {"rub": sh.Coulomb(), "stiff": sh.CubicSpring(), "corner": Corner()}
+    laws = {"rub": sh.laws.Coulomb(), "stiff": sh.laws.CubicSpring(), "corner": Corner()}
     values = {"rub": FRICTION, "stiff": dict(cubic_stiffness=2e8), "corner": dict(cube=1e8)}
     plain = {
         name: sh.Contacts(laws[name], *directions[name], **values[name]) for name in directions
@@ -175,8 +175,8 @@ def turned(seed=3):
     )
     push = rng.normal(size=(2, n))
     forces = [
-        sh.HarmonicForce(cosine={1: 4 * t @ push[0]}, sine={2: 2 * t @ push[1]})
-        + sh.StaticLoad(10 * t @ push[1])
+        sh.forces.HarmonicForce(cosine={1: 4 * t @ push[0]}, sine={2: 2 * t @ push[1]})
+        + sh.forces.StaticLoad(10 * t @ push[1])
         for t in (np.eye(n), q)
     ]
     return q, models, forces
@@ -222,13 +222,13 @@ def test_turned_coordinates_leave_exact_motions_as_they_are():
 def test_several_laws_on_one_place():
     """Named groups side by side against the short form, and all of them stuck against springs."""
     place, weights = (0, 2), {0: 0.5, 1: 0.25, 3: -1.0}
-    force = sh.PointForce(dof=1, amplitude=5.0)
+    force = sh.forces.PointForce(dof=1, amplitude=5.0)
     short = sh.Model(*matrices(4), contacts=[place], cubic_stiffness=3e8, **FRICTION)
     named = sh.Model(
         *matrices(4),
         contacts={
-            "rub": sh.Contacts(sh.Coulomb(), place, **FRICTION),
-            "stiff": sh.Contacts(sh.CubicSpring(), place, cubic_stiffness=3e8),
+            "rub": sh.Contacts(sh.laws.Coulomb(), place, **FRICTION),
+            "stiff": sh.Contacts(sh.laws.CubicSpring(), place, cubic_stiffness=3e8),
         },
     )
     one, other = (
@@ -238,9 +238,9 @@ def test_several_laws_on_one_place():
 
     stuck = dict(friction_coefficient=0.4, normal_load=1e9)
     groups = {
-        "first": sh.Contacts(sh.Coulomb(), weights, contact_stiffness=4e3, **stuck),
+        "first": sh.Contacts(sh.laws.Coulomb(), weights, contact_stiffness=4e3, **stuck),
         "second": sh.Contacts(
-            sh.Coulomb(), [weights, place], contact_stiffness=[5e3, 2e3], **stuck
+            sh.laws.Coulomb(), [weights, place], contact_stiffness=[5e3, 2e3], **stuck
         ),
     }
     mass, damping, stiffness = matrices(4)
@@ -268,16 +268,18 @@ def weighted_ring(n_sectors=5, other=1.0):
         return dict(zip(at, [0.8, 0.6, -0.8, -0.6 * (other if j == 2 else 1.0)], strict=True))
 
     contacts = {
-        "shroud": sh.Contacts(sh.Coulomb(), [ends(j) for j in range(n_sectors)], **FRICTION),
+        "shroud": sh.Contacts(sh.laws.Coulomb(), [ends(j) for j in range(n_sectors)], **FRICTION),
         "root": sh.Contacts(
-            sh.Coulomb(), [{2 * j: 0.5, 2 * j + 1: 0.1} for j in range(n_sectors)], **FRICTION
+            sh.laws.Coulomb(), [{2 * j: 0.5, 2 * j + 1: 0.1} for j in range(n_sectors)], **FRICTION
         ),
     }
     return sh.Model(np.eye(size), 0.6 * np.eye(size), stiffness, contacts=contacts)
 
 
 def test_sectors_of_weighted_contacts():
-    force = sh.EngineOrder(2, 3.0, blades=range(0, 10, 2)) + sh.StaticLoad([5.0, -3.0] * 5)
+    force = sh.forces.EngineOrder(2, 3.0, blades=range(0, 10, 2)) + sh.forces.StaticLoad(
+        [5.0, -3.0] * 5
+    )
     problem = sh.HarmonicBalance(weighted_ring(), force, (0, 1, 2, 3))
     of_sector, whole = (
         sh.frf(problem, (15, 30), at=[19, 22], sector=sector, progress=False)
@@ -297,11 +299,13 @@ def test_condensed_structures_keep_what_weights_touch():
     model = sh.Model(
         *matrices(n),
         contacts={
-            "rub": sh.Contacts(sh.Coulomb(), [weights, (30,)], **FRICTION),
+            "rub": sh.Contacts(sh.laws.Coulomb(), [weights, (30,)], **FRICTION),
             "corner": sh.Contacts(Corner(), (3,), {17: 0.5, 30: 0.5}, cube=1e8),
         },
     )
-    force = sh.PointForce(dof=10, amplitude=20.0) + sh.StaticLoad({20: 50.0, 3: -20.0})
+    force = sh.forces.PointForce(dof=10, amplitude=20.0) + sh.forces.StaticLoad(
+        {20: 50.0, 3: -20.0}
+    )
     small = sh.condense(model, force, (5, 20), (0, 1, 2))
     assert small.dofs.tolist() == [3, 17, 30]
     assert small.row_ends[0] == Weights((0, 1, 2), (0.7, -1.3, 0.2))
@@ -311,24 +315,24 @@ def test_condensed_structures_keep_what_weights_touch():
     point = sh.solve(condensed, 11.0, throw=True)
     level = np.abs(expected).max()
     np.testing.assert_allclose(point.coefficient, expected[small.dofs], rtol=0, atol=1e-8 * level)
-    recovered = sh.recover(condensed, point)
+    recovered = sh.datasets.recover(condensed, point)
     np.testing.assert_allclose(recovered.coefficient, expected, rtol=0, atol=1e-8 * level)
     assert recovered.residual_norm < 1e-9
 
 
 def test_archives_keep_weights(tmp_path):
     groups = {
-        "rub": sh.Contacts(sh.Coulomb(), [{0: 0.1, 1: -1 / 3}, (2, 3)], **FRICTION),
+        "rub": sh.Contacts(sh.laws.Coulomb(), [{0: 0.1, 1: -1 / 3}, (2, 3)], **FRICTION),
         "corner": sh.Contacts(Corner(), {0: 2.5}, (3,), cube=1e8),
     }
     short = sh.Model(*matrices(4), contacts=[{0: 0.1, 1: -1 / 3}, (2, 3)], **FRICTION)
-    force = sh.PointForce(dof=1, amplitude=3.0)
+    force = sh.forces.PointForce(dof=1, amplitude=3.0)
     for name, model in {"named": sh.Model(*matrices(4), contacts=groups), "short": short}.items():
         problem = sh.HarmonicBalance(model, force, (1, 3))
         response = sh.frf(problem, (10, 16), at=[11, 13, 15], progress=False)
         path = sh.save(response, tmp_path / f"{name}.nc")
         loaded = sh.load(path)
-        again = sh.rebuild(loaded, laws=[Corner()])
+        again = sh.datasets.rebuild(loaded, laws=[Corner()])
         assert again.model.contacts == model.contacts
         np.testing.assert_array_equal(again.model.directions.toarray(), model.directions.toarray())
         report = json.loads(sh.verify(loaded, laws=[Corner()], exact="none").verification)
@@ -339,9 +343,9 @@ def test_archives_keep_weights(tmp_path):
 def test_archives_of_pairs_are_read(tmp_path):
     """Descriptions of pairs are lists of lists, as they always were."""
     model = sh.Model(*matrices(4), contacts=PAIRS, **FRICTION)
-    response = sh.solve(sh.HarmonicBalance(model, sh.PointForce()), 12.0)
+    response = sh.solve(sh.HarmonicBalance(model, sh.forces.PointForce()), 12.0)
     assert json.loads(response.problem)["contacts"] == [[0, 2], [3]]
-    assert sh.rebuild(response).model.contacts == tuple(PAIRS)
+    assert sh.datasets.rebuild(response).model.contacts == tuple(PAIRS)
 
 
 def test_loops_are_of_the_weighted_displacement():
@@ -356,7 +360,7 @@ def test_loops_are_of_the_weighted_displacement():
                     friction_coefficient=0.4,
                     normal_load=2 / s,
                 ),
-                sh.PointForce(dof=1, amplitude=9.0),
+                sh.forces.PointForce(dof=1, amplitude=9.0),
                 (1, 3),
             ),
             12.0,
@@ -372,7 +376,9 @@ def test_loops_are_of_the_weighted_displacement():
 
 @pytest.mark.parametrize("n", [4, 30])
 def test_pictures_draw_weighted_contacts(n):
-    contacts = {"rub": sh.Contacts(sh.Coulomb(), [{0: 0.2, 1: -0.9, 3: 0.4}, {2: 0.5}], **FRICTION)}
+    contacts = {
+        "rub": sh.Contacts(sh.laws.Coulomb(), [{0: 0.2, 1: -0.9, 3: 0.4}, {2: 0.5}], **FRICTION)
+    }
     figure = sh.plot.model(sh.Model(*matrices(n), contacts=contacts))
     (ax,) = figure.axes
     assert "weights of 2 displacements of contacts" in ax.get_xlabel().replace("\n", " ")
@@ -386,9 +392,9 @@ def test_small_weights_hold_as_well_as_large_ones():
     """Cubic springs that alone hold the second of two bodies."""
 
     def held(weight):
-        contacts = {"a": sh.Contacts(sh.CubicSpring(), {1: weight}, cubic_stiffness=1e9)}
+        contacts = {"a": sh.Contacts(sh.laws.CubicSpring(), {1: weight}, cubic_stiffness=1e9)}
         model = sh.Model(np.eye(2), np.eye(2), np.diag([1e4, 0.0]), contacts=contacts)
-        return is_held(sh.HarmonicBalance(model, sh.PointForce(), (0, 1)))
+        return is_held(sh.HarmonicBalance(model, sh.forces.PointForce(), (0, 1)))
 
     assert held(1.0)
     assert held(1e-8)
@@ -398,11 +404,15 @@ def test_bands_are_judged_by_the_squares_of_weights():
     """A spring of 1e8 N/m that acts with a weight of 0.01 makes 1e4 N/m, about 16 Hz."""
     contacts = {
         "a": sh.Contacts(
-            sh.Coulomb(), {0: 0.01}, contact_stiffness=1e8, friction_coefficient=1, normal_load=1e9
+            sh.laws.Coulomb(),
+            {0: 0.01},
+            contact_stiffness=1e8,
+            friction_coefficient=1,
+            normal_load=1e9,
         )
     }
     model = sh.Model([[1.0]], [[0.5]], [[1e2]], contacts=contacts)
-    problem = sh.HarmonicBalance(model, sh.PointForce())
+    problem = sh.HarmonicBalance(model, sh.forces.PointForce())
     with pytest.warns(UserWarning, match="nearest natural frequency, 15.9"):
         sh.solve(problem, 1.5e3)
     with warnings.catch_warnings():
@@ -441,7 +451,7 @@ BAD = {
 @pytest.mark.parametrize(("given", "error", "text"), BAD.values(), ids=BAD)
 def test_wrong_directions_say_what_is_expected(given, error, text):
     with pytest.raises(error, match=text) as caught:
-        sh.Contacts(sh.Coulomb(), given, **FRICTION)
+        sh.Contacts(sh.laws.Coulomb(), given, **FRICTION)
     assert "\n" not in str(caught.value)
 
 
@@ -455,7 +465,7 @@ def test_wrong_directions_say_what_is_expected(given, error, text):
     ids=["weights", "pair", "array"],
 )
 def test_directions_outside_a_model(given, text):
-    group = sh.Contacts(sh.Coulomb(), given, **FRICTION)
+    group = sh.Contacts(sh.laws.Coulomb(), given, **FRICTION)
     with pytest.raises(ValueError, match=text):
         sh.Model(*matrices(4), contacts={"a": group})
 
@@ -468,10 +478,10 @@ def test_directions_by_name_are_given_once():
     with pytest.raises(ValueError, match="tangential, normal, got 3"):
         sh.Contacts(Corner(), [(0,)], [(1,)], [(2,)], cube=1.0)
     with pytest.raises(KeyError, match="'radial' is no parameter"):
-        sh.Contacts(sh.Coulomb(), [(0,)], radial=[(1,)], **FRICTION)
+        sh.Contacts(sh.laws.Coulomb(), [(0,)], radial=[(1,)], **FRICTION)
 
     class Clash(Corner):
-        parameters: ClassVar = {"normal": sh.Parameter("N", "a load")}
+        parameters: ClassVar = {"normal": sh.laws.Parameter("N", "a load")}
 
         def force_at(self, displacement, frequency, values):
             return values["normal"] * displacement

@@ -26,48 +26,48 @@ def force(excitation, n_dof, basis=BASIS, tau=TAU):
 @pytest.mark.parametrize("harmonic", [1, 3])
 def test_engine_order_is_a_travelling_wave(n_blades, order, harmonic):
     """F_i = f0 cos(omega t - 2 pi EO i / N), Eq. (12)."""
-    found = force(sh.EngineOrder(order, amplitude=2.5, harmonic=harmonic), n_blades)
+    found = force(sh.forces.EngineOrder(order, amplitude=2.5, harmonic=harmonic), n_blades)
     lag = 2 * np.pi * order * np.arange(n_blades) / n_blades
     expected = 2.5 * np.cos(harmonic * TAU - lag[:, None])
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12)
 
 
 def test_engine_order_on_chosen_degrees_of_freedom():
-    found = force(sh.EngineOrder(1, blades=(4, 0, 2)), 5)
-    whole = force(sh.EngineOrder(1), 3)
+    found = force(sh.forces.EngineOrder(1, blades=(4, 0, 2)), 5)
+    whole = force(sh.forces.EngineOrder(1), 3)
     np.testing.assert_array_equal(found[[4, 0, 2]], whole)
     assert not found[[1, 3]].any()
 
 
 @given(n=st.integers(1, 40), order=st.integers(-1000, 1000), turns=st.integers(-1000, 1000))
 def test_aliased_orders_are_the_same_force_to_the_bit(n, order, turns):
-    wave, alias = (sh.EngineOrder(eo).shape(n, BASIS) for eo in (order, order + turns * n))
+    wave, alias = (sh.forces.EngineOrder(eo).shape(n, BASIS) for eo in (order, order + turns * n))
     np.testing.assert_array_equal(wave, alias)
 
 
 @pytest.mark.parametrize("turns", [10**6, 10**17, 10**18, 10**30, -(10**18)])
 def test_large_orders_are_aliases_too(turns):
-    wave, alias = (sh.EngineOrder(eo).shape(13, BASIS) for eo in (3, 3 + 13 * turns))
+    wave, alias = (sh.forces.EngineOrder(eo).shape(13, BASIS) for eo in (3, 3 + 13 * turns))
     np.testing.assert_array_equal(wave, alias)
 
 
 @given(n=st.integers(1, 40), order=st.integers(-1000, 1000))
 def test_complementary_orders_mirror_the_blades(n, order):
-    wave, mirrored = (sh.EngineOrder(eo).shape(n, BASIS) for eo in (order, n - order))
+    wave, mirrored = (sh.forces.EngineOrder(eo).shape(n, BASIS) for eo in (order, n - order))
     np.testing.assert_array_equal(mirrored, wave[-np.arange(n) % n])
 
 
 @pytest.mark.parametrize("phase", [0.0, 0.7, np.pi / 2, -2.0])
 @pytest.mark.parametrize("harmonic", [1, 2])
 def test_point_force(phase, harmonic):
-    found = force(sh.PointForce(dof=1, amplitude=3.0, phase=phase, harmonic=harmonic), 3)
+    found = force(sh.forces.PointForce(dof=1, amplitude=3.0, phase=phase, harmonic=harmonic), 3)
     expected = 3.0 * np.cos(harmonic * TAU + phase)
     np.testing.assert_allclose(found[1], expected, rtol=0, atol=1e-14)
     assert not found[[0, 2]].any()
 
 
 def test_harmonic_force():
-    excitation = sh.HarmonicForce(
+    excitation = sh.forces.HarmonicForce(
         cosine={0: [1.0, 2.0], 2: [0.5, 0.0]}, sine={1: [0.0, 4.0]}, amplitude=10.0
     )
     found = force(excitation, 2)
@@ -76,18 +76,26 @@ def test_harmonic_force():
 
 
 def test_harmonic_force_says_what_the_others_say():
-    point = sh.PointForce(dof=0, phase=0.3)
-    same = sh.HarmonicForce(cosine={1: [np.cos(0.3), 0]}, sine={1: [-np.sin(0.3), 0]})
+    point = sh.forces.PointForce(dof=0, phase=0.3)
+    same = sh.forces.HarmonicForce(cosine={1: [np.cos(0.3), 0]}, sine={1: [-np.sin(0.3), 0]})
     np.testing.assert_array_equal(point.shape(2, BASIS), same.shape(2, BASIS))
-    assert sh.HarmonicForce(sine={1: 2.0}).shape(1, BASIS)[0].tolist() == [0, 0, 2, 0, 0, 0, 0]
+    assert sh.forces.HarmonicForce(sine={1: 2.0}).shape(1, BASIS)[0].tolist() == [
+        0,
+        0,
+        2,
+        0,
+        0,
+        0,
+        0,
+    ]
 
 
 @pytest.mark.parametrize(
     ("excitation", "parameters"),
     [
-        (sh.PointForce(amplitude=2.0), {"force_amplitude": 2.0}),
-        (sh.EngineOrder(3, amplitude=2.0), {"force_amplitude": 2.0, "engine_order": 3}),
-        (sh.HarmonicForce(cosine={1: [1.0]}, amplitude=2.0), {"force_amplitude": 2.0}),
+        (sh.forces.PointForce(amplitude=2.0), {"force_amplitude": 2.0}),
+        (sh.forces.EngineOrder(3, amplitude=2.0), {"force_amplitude": 2.0, "engine_order": 3}),
+        (sh.forces.HarmonicForce(cosine={1: [1.0]}, amplitude=2.0), {"force_amplitude": 2.0}),
     ],
     ids=lambda value: type(value).__name__,
 )
@@ -108,7 +116,7 @@ def linear_response(stiffness, omega):
 @pytest.mark.parametrize("phase", [0.0, 1.1])
 def test_response_to_a_point_force_is_linear_without_friction(phase):
     blade = sh.single_blade(**VALUES, normal_load=0.0)
-    problem = sh.HarmonicBalance(blade, sh.PointForce(amplitude=2.0, phase=phase))
+    problem = sh.HarmonicBalance(blade, sh.forces.PointForce(amplitude=2.0, phase=phase))
     cosine, sine = sh.solve(problem, 15.0, throw=True).coefficient.values.ravel()
     expected = 2 * np.exp(1j * phase) * linear_response(1e4, 2 * np.pi * 15.0)
     assert cosine - 1j * sine == pytest.approx(expected, rel=1e-9)
@@ -118,7 +126,7 @@ def test_response_to_a_point_force_is_linear_without_friction(phase):
 def test_response_to_an_engine_order_travels_with_it(order):
     """The stuck ring: k + 4 k_d sin^2(pi EO / N), blade i lags by 2 pi EO i / N."""
     ring = sh.bladed_disk(5, **VALUES, normal_load=1e6)
-    found = sh.solve(sh.HarmonicBalance(ring, sh.EngineOrder(order)), 20.0, throw=True)
+    found = sh.solve(sh.HarmonicBalance(ring, sh.forces.EngineOrder(order)), 20.0, throw=True)
     cosine, sine = found.coefficient.isel(harmonic=0).values.T
     stiffness = 1e4 + 4e4 * np.sin(np.pi * order / 5) ** 2
     lag = 2 * np.pi * order * np.arange(5) / 5

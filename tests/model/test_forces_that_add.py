@@ -18,7 +18,7 @@ from symhbm.results.telling import as_text as describe
 BASIS = FourierBasis((0, 1, 2, 3))
 VALUES = dict(mass=1.0, stiffness=1e4, damping=0.5, contact_stiffness=5e3, friction_coefficient=0.5)
 RING = sh.bladed_disk(6, **VALUES, normal_load=2.0)
-WAVE = sh.EngineOrder(2, 1.5)
+WAVE = sh.forces.EngineOrder(2, 1.5)
 
 
 def all_of(force, n_dof):
@@ -28,17 +28,17 @@ def all_of(force, n_dof):
 def test_a_sum_is_the_force_of_all_parts():
     """Against one pattern with every coefficient written out."""
     parts = (
-        sh.PointForce(dof=1, amplitude=2.0, phase=0.4),
-        sh.PointForce(dof=0, amplitude=-0.5, phase=-1.0, harmonic=3),
-        sh.EngineOrder(1, 0.25, harmonic=2),
-        sh.StaticLoad([4.0, 0.0, -1.0]),
-        sh.StaticLoad({2: 3.0}),
+        sh.forces.PointForce(dof=1, amplitude=2.0, phase=0.4),
+        sh.forces.PointForce(dof=0, amplitude=-0.5, phase=-1.0, harmonic=3),
+        sh.forces.EngineOrder(1, 0.25, harmonic=2),
+        sh.forces.StaticLoad([4.0, 0.0, -1.0]),
+        sh.forces.StaticLoad({2: 3.0}),
     )
     turn = 2 * np.pi * np.arange(3) / 3
     first, third = np.zeros((2, 2, 3))
     first[:, 1] = 2 * np.cos(0.4), -2 * np.sin(0.4)
     third[:, 0] = -0.5 * np.cos(1.0), -0.5 * np.sin(1.0)
-    pattern = sh.HarmonicForce(
+    pattern = sh.forces.HarmonicForce(
         cosine={0: [4, 0, 2], 1: first[0], 2: 0.25 * np.cos(turn), 3: third[0]},
         sine={1: first[1], 2: 0.25 * np.sin(turn), 3: third[1]},
     )
@@ -61,27 +61,27 @@ def test_a_sum_is_the_force_of_all_parts():
 
 
 def test_one_oscillating_part_is_that_force_to_the_bit():
-    force = WAVE + sh.StaticLoad([0.0] * 6)
+    force = WAVE + sh.forces.StaticLoad([0.0] * 6)
     np.testing.assert_array_equal(force.shape(6, BASIS), WAVE.shape(6, BASIS))
     assert force.amplitude == WAVE.amplitude
     assert force.parameters == WAVE.parameters
 
 
 def test_force_amplitude_is_common_to_what_oscillates():
-    one, other = sh.PointForce(0, 2.0), sh.PointForce(1, 0.3, harmonic=3)
-    force = one + sh.StaticLoad([7.0, 0.0]) + other
+    one, other = sh.forces.PointForce(0, 2.0), sh.forces.PointForce(1, 0.3, harmonic=3)
+    force = one + sh.forces.StaticLoad([7.0, 0.0]) + other
     assert force.parameters == {"force_amplitude": 2.0}
     larger = force.with_parameters(force_amplitude=5)
     np.testing.assert_allclose(larger.shape(2, BASIS), force.shape(2, BASIS))
     np.testing.assert_allclose(
         all_of(larger, 2),
-        all_of(sh.PointForce(0, 5.0) + sh.PointForce(1, 0.75, harmonic=3), 2)
-        + all_of(sh.StaticLoad([7, 0]), 2),
+        all_of(sh.forces.PointForce(0, 5.0) + sh.forces.PointForce(1, 0.75, harmonic=3), 2)
+        + all_of(sh.forces.StaticLoad([7, 0]), 2),
     )
     # A sum of sums has the forces that its parts have.
-    nested = larger + sh.PointForce(1, 1.0)
+    nested = larger + sh.forces.PointForce(1, 1.0)
     np.testing.assert_allclose(
-        all_of(nested, 2), all_of(larger, 2) + all_of(sh.PointForce(1, 1.0), 2)
+        all_of(nested, 2), all_of(larger, 2) + all_of(sh.forces.PointForce(1, 1.0), 2)
     )
     off = force.with_parameters(force_amplitude=0)
     np.testing.assert_array_equal(all_of(off, 2)[:, 0], [7.0, 0.0])
@@ -92,42 +92,46 @@ def test_force_amplitude_is_common_to_what_oscillates():
 
 def test_amplitudes_of_zero():
     """The first part that is not 0 tells the amplitude; where all are 0 they are alike."""
-    first = sh.PointForce(0, 0.0) + sh.PointForce(1, 0.5)
+    first = sh.forces.PointForce(0, 0.0) + sh.forces.PointForce(1, 0.5)
     assert first.amplitude == 0.5
     assert not first.with_parameters(force_amplitude=3.0).shape(2, BASIS)[0].any()
-    alone = (sh.PointForce(0, 0.0) + sh.StaticLoad([1.0])).with_parameters(force_amplitude=3.0)
+    alone = (sh.forces.PointForce(0, 0.0) + sh.forces.StaticLoad([1.0])).with_parameters(
+        force_amplitude=3.0
+    )
     np.testing.assert_array_equal(all_of(alone, 1), [[1, 3, 0, 0, 0, 0, 0]])
 
 
 def test_parameters_that_one_part_has():
-    force = WAVE + sh.StaticLoad([3.0] * 6)
+    force = WAVE + sh.forces.StaticLoad([3.0] * 6)
     other = force.with_parameters(engine_order=3, force_amplitude=2.0)
     assert other.parameters == {"force_amplitude": 2.0, "engine_order": 3}
     np.testing.assert_array_equal(
-        all_of(other, 6), all_of(sh.EngineOrder(3, 2.0) + sh.StaticLoad([3.0] * 6), 6)
+        all_of(other, 6), all_of(sh.forces.EngineOrder(3, 2.0) + sh.forces.StaticLoad([3.0] * 6), 6)
     )
-    two = WAVE + sh.EngineOrder(1, 0.1, harmonic=3)
+    two = WAVE + sh.forces.EngineOrder(1, 0.1, harmonic=3)
     assert two.parameters == {"force_amplitude": 1.5}
     with pytest.raises(KeyError, match="'engine_order' is no parameter of this excitation"):
         two.with_parameters(engine_order=1)
-    assert sh.StaticLoad([1.0]).parameters == {}
+    assert sh.forces.StaticLoad([1.0]).parameters == {}
     with pytest.raises(KeyError, match="'force_amplitude' is no parameter"):
-        sh.StaticLoad([1.0]).with_parameters(force_amplitude=1.0)
+        sh.forces.StaticLoad([1.0]).with_parameters(force_amplitude=1.0)
 
 
 def test_the_mean_of_a_pattern_does_not_scale():
-    force = sh.HarmonicForce(cosine={0: [1.0, 2.0], 1: [1.0, 0.0]}, amplitude=10.0)
+    force = sh.forces.HarmonicForce(cosine={0: [1.0, 2.0], 1: [1.0, 0.0]}, amplitude=10.0)
     np.testing.assert_array_equal(force.static(2), [10.0, 20.0])
     for amplitude in (0.0, 2.0):
         other = force.with_parameters(force_amplitude=amplitude)
         np.testing.assert_array_equal(other.static(2), [10.0, 20.0])
         np.testing.assert_array_equal(all_of(other, 2)[:, 1], [amplitude, 0.0])
-    assert force == sh.HarmonicForce(cosine={1: [1.0, 0.0]}, amplitude=10.0, mean=[10.0, 20.0])
+    assert force == sh.forces.HarmonicForce(
+        cosine={1: [1.0, 0.0]}, amplitude=10.0, mean=[10.0, 20.0]
+    )
 
 
 def test_representations_make_the_same_force():
-    force = (WAVE + sh.StaticLoad({0: 2.0, 3: -1.0})).with_parameters(force_amplitude=0.7)
-    names = {kind.__name__: kind for kind in (sh.EngineOrder, sh.StaticLoad)}
+    force = (WAVE + sh.forces.StaticLoad({0: 2.0, 3: -1.0})).with_parameters(force_amplitude=0.7)
+    names = {kind.__name__: kind for kind in (sh.forces.EngineOrder, sh.forces.StaticLoad)}
     again = eval(repr(force), names)
     np.testing.assert_array_equal(all_of(again, 6), all_of(force, 6))
     assert "amplitude=0.7" in repr(force)
@@ -140,7 +144,7 @@ def test_friction_does_not_feel_a_static_load():
     """Displacements shift by K^-1 F, and nothing else changes: contacts, peaks, exact motions."""
     load = np.array([20.0, -3.0, 7.0, 0.0, 11.0, 2.0])
     bare = sh.HarmonicBalance(RING, WAVE, (1, 3))
-    loaded = sh.HarmonicBalance(RING, WAVE + sh.StaticLoad(load), (0, 1, 3))
+    loaded = sh.HarmonicBalance(RING, WAVE + sh.forces.StaticLoad(load), (0, 1, 3))
     shift = load / 1e4  # blades on ground springs, with contacts that hold no static force
     one, other = (sh.frf(p, (12, 28), at=[21, 24], progress=False) for p in (bare, loaded))
     assert (one.contact_state == 1).any()
@@ -177,13 +181,13 @@ def mean_of(load, vibration=0.0, stiffness=1e4, gamma=1e9):
 @pytest.mark.parametrize("load", [-2.0, 20.0, 3e3])
 def test_a_cubic_spring_yields_to_a_static_load(load):
     """At rest k x + gamma x^3 = F; with one harmonic of amplitude A the spring feels 3/2 A^2 x."""
-    alone = sh.solve(cubic(sh.StaticLoad([load])), 9.0, throw=True)
-    still = sh.PointForce(amplitude=0.0) + sh.StaticLoad([load])
+    alone = sh.solve(cubic(sh.forces.StaticLoad([load])), 9.0, throw=True)
+    still = sh.forces.PointForce(amplitude=0.0) + sh.forces.StaticLoad([load])
     for point in (alone, sh.solve(cubic(still), 9.0, throw=True)):
         mean, vibration = point.coefficient.values[0]
         assert mean[0] == pytest.approx(mean_of(load), rel=1e-9)
         assert np.abs(vibration).max() < 1e-15 * abs(mean[0])
-    moving = sh.PointForce(amplitude=20.0) + sh.StaticLoad([load])
+    moving = sh.forces.PointForce(amplitude=20.0) + sh.forces.StaticLoad([load])
     (mean, _), vibration = sh.solve(cubic(moving), 9.0, throw=True).coefficient.values[0]
     amplitude = np.hypot(*vibration)
     assert amplitude > 1e-5
@@ -199,13 +203,16 @@ def test_a_cubic_spring_yields_to_a_static_load(load):
 def test_a_static_load_presses_a_stop(load, weight):
     """k x + w k_n max(w x - gap, 0) = F, closed where w F > k gap."""
     load = load * np.sign(weight)
-    law = sh.UnilateralSpring("gap")
+    law = sh.laws.UnilateralSpring("gap")
     stop = sh.Contacts(law, normal={0: weight}, normal_stiffness=2e4, gap=1e-3)
     model = sh.Model([[1.0]], [[0.5]], [[1e4]], contacts={"stop": stop})
     expected = load / 1e4
     if weight * expected > 1e-3:
         expected = (load + weight * 2e4 * 1e-3) / (1e4 + 2e4 * weight**2)
-    for force in (sh.StaticLoad([load]), sh.PointForce(amplitude=0.0) + sh.StaticLoad([load])):
+    for force in (
+        sh.forces.StaticLoad([load]),
+        sh.forces.PointForce(amplitude=0.0) + sh.forces.StaticLoad([load]),
+    ):
         point = sh.solve(sh.HarmonicBalance(model, force, (0, 1, 2)), 9.0, throw=True)
         assert point.coefficient.values[0, 0, 0] == pytest.approx(expected, rel=1e-9)
         assert np.abs(point.coefficient.values[0, 1:]).max() < 1e-12
@@ -213,7 +220,7 @@ def test_a_static_load_presses_a_stop(load, weight):
 
 @pytest.mark.parametrize("load", [20.0, 3e4])
 def test_static_loads_stay_while_the_amplitude_is_followed(load):
-    force = sh.PointForce(amplitude=1.0) + sh.StaticLoad([load])
+    force = sh.forces.PointForce(amplitude=1.0) + sh.forces.StaticLoad([load])
     problem = cubic(force, (0, 1, 2, 3))
     up, down = (
         sh.follow(problem, "force_amplitude", band, frequency=5.0, progress=False, throw=True)
@@ -236,7 +243,7 @@ def test_static_loads_stay_while_the_amplitude_is_followed(load):
 
 def test_exact_motions_under_a_static_load():
     """Many harmonics against a motion integrated in time."""
-    force = sh.PointForce(amplitude=6.0, phase=0.3) + sh.StaticLoad([60.0])
+    force = sh.forces.PointForce(amplitude=6.0, phase=0.3) + sh.forces.StaticLoad([60.0])
     problem = cubic(force, tuple(range(13)), gamma=3e8)
     motion = sh.periodic_motion(problem, 12.0, throw=True)
     point = sh.solve(problem, 12.0, throw=True)
@@ -250,7 +257,7 @@ def test_exact_motions_under_a_static_load():
 
 def test_responses_grow_about_the_static_one():
     """What starts without a guess: the vibration grows where the load holds the structure."""
-    problem = cubic(sh.PointForce(amplitude=2.0) + sh.StaticLoad([300.0]), (0, 1, 2))
+    problem = cubic(sh.forces.PointForce(amplitude=2.0) + sh.forces.StaticLoad([300.0]), (0, 1, 2))
     omega = 2 * np.pi * 12.0
     grown = _grow_force(problem, linear_response(problem, omega), omega)
     assert problem.evaluate(grown, omega).norm < 1e-9
@@ -259,7 +266,7 @@ def test_responses_grow_about_the_static_one():
 
 
 def test_derivatives_by_the_amplitude_leave_the_load():
-    problem = cubic(sh.PointForce(amplitude=1.0) + sh.StaticLoad([20.0]))
+    problem = cubic(sh.forces.PointForce(amplitude=1.0) + sh.forces.StaticLoad([20.0]))
     unknowns, omega = np.array([1e-3, 2e-4, -1e-4]), 60.0
     inputs = problem.arguments(unknowns, omega)
     found = problem.derivative("force_amplitude")(**inputs)["jacobian"].full().ravel()
@@ -280,7 +287,7 @@ def test_derivatives_by_the_amplitude_leave_the_load():
 )
 def test_sectors_that_a_static_load_leaves_alike(load, n_sectors):
     ring = sh.bladed_disk(6, **VALUES, normal_load=2.0, cubic_stiffness=0.0)
-    force = WAVE + sh.StaticLoad(load)
+    force = WAVE + sh.forces.StaticLoad(load)
     problem = sh.HarmonicBalance(ring, force, (0, 1, 2, 3))
     symmetry = find_symmetry(ring, force, problem.basis)
     assert (symmetry.n_sectors if symmetry else 1) == n_sectors
@@ -310,7 +317,7 @@ class Springs(sh.Structure):
 def test_structures_without_matrices(harmonics):
     friction = dict(contact_stiffness=5e3, friction_coefficient=0.5, normal_load=2.0)
     stiffness = [[3e4, -1e4], [-1e4, 2e4]]
-    force = sh.PointForce(0, 2.0) + sh.StaticLoad([30.0, -10.0])
+    force = sh.forces.PointForce(0, 2.0) + sh.forces.StaticLoad([30.0, -10.0])
     found, expected = (
         sh.solve(sh.HarmonicBalance(model, force, harmonics), 18.0, throw=True).coefficient
         for model in (
@@ -336,7 +343,7 @@ def test_condensed_structures_know_static_loads_inside():
         friction_coefficient=0.5,
         normal_load=2.0,
     )
-    force = sh.PointForce(10, 20.0) + sh.StaticLoad({15: 50.0, 4: -3.0})
+    force = sh.forces.PointForce(10, 20.0) + sh.forces.StaticLoad({15: 50.0, 4: -3.0})
     small = sh.condense(model, force, (5, 16), (0, 1, 2))
     shift = np.linalg.solve(chain, force.static(n))
     for harmonics in ((0, 1), (0, 1, 2)):
@@ -349,9 +356,9 @@ def test_condensed_structures_know_static_loads_inside():
                 response.coefficient.isel(frequency=k), expected[[4, 20]], rtol=0, atol=1e-9
             )
             np.testing.assert_allclose(expected[:, 0, 0], shift, rtol=1e-8)
-        again = sh.recover(problem, sh.solve(problem, 11.0))
+        again = sh.datasets.recover(problem, sh.solve(problem, 11.0))
         np.testing.assert_allclose(again.coefficient, expected, rtol=0, atol=1e-9)
-    only = sh.condense(model, sh.PointForce(10), (5, 16), (0, 1, 2))
+    only = sh.condense(model, sh.forces.PointForce(10), (5, 16), (0, 1, 2))
     with pytest.raises(ValueError, match="does not know this force"):
         sh.HarmonicBalance(only, force, (0, 1))
 
@@ -360,13 +367,15 @@ def test_condensed_structures_know_static_loads_inside():
 
 
 def test_archives_keep_sums(tmp_path):
-    force = WAVE + sh.StaticLoad({0: 20.0, 4: -3.0}) + sh.PointForce(2, 0.1, harmonic=3)
+    force = (
+        WAVE + sh.forces.StaticLoad({0: 20.0, 4: -3.0}) + sh.forces.PointForce(2, 0.1, harmonic=3)
+    )
     problem = sh.HarmonicBalance(RING, force, (0, 1, 3))
     sweep = {"engine_order": [1, 2], "force_amplitude": [0.5, 2.0]}
     response = sh.frf(problem, (12, 20), at=[14, 16.5], over=sweep, progress=False)
     loaded = sh.load(sh.save(response, tmp_path / "sum.nc"))
-    assert sh.rebuild(loaded).excitation == force
-    chosen = sh.rebuild(loaded.isel(engine_order=0, force_amplitude=1)).excitation
+    assert sh.datasets.rebuild(loaded).excitation == force
+    chosen = sh.datasets.rebuild(loaded.isel(engine_order=0, force_amplitude=1)).excitation
     expected = force.with_parameters(engine_order=1, force_amplitude=2.0)
     assert chosen == expected
     report = json.loads(sh.verify(loaded, exact=1, progress=False).verification)
@@ -376,14 +385,14 @@ def test_archives_keep_sums(tmp_path):
 
 
 def test_problems_go_to_workers():
-    problem = cubic(sh.PointForce(amplitude=2.0) + sh.StaticLoad([300.0]), (0, 1, 2))
+    problem = cubic(sh.forces.PointForce(amplitude=2.0) + sh.forces.StaticLoad([300.0]), (0, 1, 2))
     again = pickle.loads(pickle.dumps(problem))
     assert again.excitation == problem.excitation
     assert sh.solve(again, 12.0).identical(sh.solve(problem, 12.0))
 
 
 def test_pictures_name_every_force():
-    force = WAVE + sh.StaticLoad({0: 20.0})
+    force = WAVE + sh.forces.StaticLoad({0: 20.0})
     figure = sh.plot.model(RING, force=force)
     text = figure.axes[0].get_xlabel().replace("\n", " ")
     assert "force of engine order 2 on 6 blades, $f_0$ = 1.5 N" in text
@@ -394,7 +403,7 @@ def test_pictures_name_every_force():
 # Wrong input
 
 
-@pytest.mark.parametrize("other", [3, None, "force", sh.StaticLoad, np.ones(6)], ids=str)
+@pytest.mark.parametrize("other", [3, None, "force", sh.forces.StaticLoad, np.ones(6)], ids=str)
 def test_sums_with_something_else(other):
     for add in (lambda: WAVE + other, lambda: other + WAVE):
         with pytest.raises(TypeError, match="expected an excitation to add") as caught:
@@ -422,18 +431,30 @@ def test_sums_with_something_else(other):
 )
 def test_bad_static_loads(values, error, text):
     with pytest.raises(error, match=text):
-        sh.StaticLoad(values)
+        sh.forces.StaticLoad(values)
 
 
 @pytest.mark.parametrize(
     ("force", "harmonics", "text"),
     [
-        (sh.StaticLoad([1.0] * 5), (0, 1), r"values: expected 6 values \(one per DOF\), got 5"),
-        (WAVE + sh.StaticLoad({6: 1.0}), (0, 1), "degree of freedom of values=6: .* from 0 to 5"),
-        (WAVE + sh.StaticLoad({0: 1.0}), (1, 3), r"harmonics=\(1, 3\): .* on harmonic 0"),
-        (WAVE + sh.EngineOrder(1, harmonic=2), (0, 1), r"harmonics=\(0, 1\): .* on harmonic 2"),
         (
-            sh.HarmonicForce(cosine={1: [1.0] * 6}, mean=[1.0]),
+            sh.forces.StaticLoad([1.0] * 5),
+            (0, 1),
+            r"values: expected 6 values \(one per DOF\), got 5",
+        ),
+        (
+            WAVE + sh.forces.StaticLoad({6: 1.0}),
+            (0, 1),
+            "degree of freedom of values=6: .* from 0 to 5",
+        ),
+        (WAVE + sh.forces.StaticLoad({0: 1.0}), (1, 3), r"harmonics=\(1, 3\): .* on harmonic 0"),
+        (
+            WAVE + sh.forces.EngineOrder(1, harmonic=2),
+            (0, 1),
+            r"harmonics=\(0, 1\): .* on harmonic 2",
+        ),
+        (
+            sh.forces.HarmonicForce(cosine={1: [1.0] * 6}, mean=[1.0]),
             (0, 1),
             "mean: expected 6 values",
         ),
@@ -447,18 +468,18 @@ def test_forces_that_do_not_fit(force, harmonics, text):
 
 def test_static_loads_choose_harmonics():
     assert HarmonicBalance(RING, WAVE).harmonics == (1,)
-    assert HarmonicBalance(RING, WAVE + sh.StaticLoad({0: 1.0})).harmonics == (0, 1)
+    assert HarmonicBalance(RING, WAVE + sh.forces.StaticLoad({0: 1.0})).harmonics == (0, 1)
 
 
 def test_a_mean_is_given_once():
     with pytest.raises(ValueError, match=r"mean=\[1.0\]: expected None beside cosine\[0\]"):
-        sh.HarmonicForce(cosine={0: [1.0]}, mean=[1.0])
+        sh.forces.HarmonicForce(cosine={0: [1.0]}, mean=[1.0])
     with pytest.raises(ValueError, match="mean="):
-        sh.HarmonicForce(mean=[np.nan])
+        sh.forces.HarmonicForce(mean=[np.nan])
     with pytest.raises(ValueError, match="harmonic 0"):
         sh.condense(
             sh.Model(np.eye(3), np.eye(3), 1e4 * np.eye(3), contacts=[(0,)], cubic_stiffness=1.0),
-            sh.StaticLoad([0, 1.0, 0]),
+            sh.forces.StaticLoad([0, 1.0, 0]),
             (1, 5),
             dofs=[1],
         )

@@ -45,7 +45,7 @@ def effort(call):
 @pytest.mark.parametrize("harmonics", [(1,), (1, 3)])
 def test_compiling_traces_no_matrix(harmonics):
     # By rule 5 to 10; traced symbolically, the Jacobian alone took 30 to 50.
-    force, model = sh.PointForce(0), banded(250, 40)
+    force, model = sh.forces.PointForce(0), banded(250, 40)
     sh.HarmonicBalance(banded(20, 4), force, harmonics)
     assert effort(lambda: sh.HarmonicBalance(model, force, harmonics)) < 20
 
@@ -53,8 +53,8 @@ def test_compiling_traces_no_matrix(harmonics):
 def test_a_curve_of_a_sparse_structure_takes_little():
     # Its first correction took as long to compile as many factorisations of it.
     model = banded(300, 25)
-    problem = sh.HarmonicBalance(model, sh.PointForce(0, amplitude=10.0))
-    sh.frf(sh.HarmonicBalance(banded(20, 4), sh.PointForce(0)), (4, 5), progress=False)
+    problem = sh.HarmonicBalance(model, sh.forces.PointForce(0, amplitude=10.0))
+    sh.frf(sh.HarmonicBalance(banded(20, 4), sh.forces.PointForce(0)), (4, 5), progress=False)
     found = []
     assert effort(lambda: found.append(sh.frf(problem, (4, 5), progress=False))) < 40
     assert found[0].status == "the end of the band was reached"
@@ -62,7 +62,7 @@ def test_a_curve_of_a_sparse_structure_takes_little():
 
 
 def test_what_takes_minutes_is_told_of_condense(monkeypatch):
-    problem = sh.HarmonicBalance(banded(60, 2), sh.PointForce(0, amplitude=10.0))
+    problem = sh.HarmonicBalance(banded(60, 2), sh.forces.PointForce(0, amplitude=10.0))
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         sh.solve(problem, 4.5, stability=True)
@@ -81,7 +81,7 @@ def test_what_takes_minutes_is_told_of_condense(monkeypatch):
 
 def test_exact_motions_of_large_structures_name_the_other_reduction(monkeypatch):
     monkeypatch.setattr(linear_motion, "_MOST", 30)
-    problem = sh.HarmonicBalance(banded(31, 2), sh.PointForce(0))
+    problem = sh.HarmonicBalance(banded(31, 2), sh.forces.PointForce(0))
     with pytest.raises(ValueError, match=r"at most 30 degrees of freedom.*symhbm\.craig_bampton"):
         sh.periodic_motion(problem, 4.5)
 
@@ -89,11 +89,11 @@ def test_exact_motions_of_large_structures_name_the_other_reduction(monkeypatch)
 def test_a_large_structure_is_told_of_condense(monkeypatch):
     monkeypatch.setattr(harmonic_balance, "LARGE", 1000)
     with pytest.warns(UserWarning, match=r"60 degrees of freedom.*touch 2,.*symhbm.condense\("):
-        sh.HarmonicBalance(banded(60, 20), sh.PointForce(0))
+        sh.HarmonicBalance(banded(60, 20), sh.forces.PointForce(0))
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        sh.HarmonicBalance(banded(60, 20, n_contacts=30), sh.PointForce(0))
-        sh.HarmonicBalance(banded(60, 4), sh.PointForce(0))
-        force = sh.PointForce(0)
+        sh.HarmonicBalance(banded(60, 20, n_contacts=30), sh.forces.PointForce(0))
+        sh.HarmonicBalance(banded(60, 4), sh.forces.PointForce(0))
+        force = sh.forces.PointForce(0)
         small = sh.condense(banded(60, 20), force, (4, 8))
         sh.HarmonicBalance(small, force)

@@ -198,8 +198,10 @@ def test_sparse_and_dense_matrices_give_the_same_model(form):
     options: dict[str, Any] = dict(contacts=[(0, 2)], **FREE | {"normal_load": 2.0})
     model = sh.Model(*given, **options)
     assert_same(model, sh.Model(mass, damping, stiffness, **options))
-    problem = sh.HarmonicBalance(model, sh.PointForce())
-    reference = sh.HarmonicBalance(sh.Model(mass, damping, stiffness, **options), sh.PointForce())
+    problem = sh.HarmonicBalance(model, sh.forces.PointForce())
+    reference = sh.HarmonicBalance(
+        sh.Model(mass, damping, stiffness, **options), sh.forces.PointForce()
+    )
     x = np.arange(6.0)
     np.testing.assert_array_equal(
         problem.evaluate(x, 2.0).residual, reference.evaluate(x, 2.0).residual
@@ -249,7 +251,9 @@ def test_semidefinite_masses_are_let_pass_where_no_inertia_is_needed():
     contact = dict(contact_stiffness=1e4, friction_coefficient=0.5, normal_load=1.0)
     rod = sh.Model(np.diag([1.0, 0.0]), 0 * np.eye(2), stiffness, [(0,)], **contact)
     mass = sh.Model([[1.0]], [[0.0]], [[1.5e4]], [(0,)], **contact)
-    rod, mass = (sh.HarmonicBalance(m, sh.PointForce(amplitude=1.0), (1, 3)) for m in (rod, mass))
+    rod, mass = (
+        sh.HarmonicBalance(m, sh.forces.PointForce(amplitude=1.0), (1, 3)) for m in (rod, mass)
+    )
     found, expected = (sh.frf(p, (10, 18), at=[10.0, 15.0], throw=True) for p in (rod, mass))
     amplitude = found.amplitude.isel(dof=0)
     np.testing.assert_allclose(amplitude, expected.amplitude.isel(dof=0), rtol=1e-9)
@@ -275,4 +279,4 @@ def test_masses_that_only_round_off_keeps_definite(share):
         return
     singular = sh.Model(np.array(model) / 3 + 1e-17 * np.eye(2), np.eye(2), 1e3 * np.eye(2))
     with pytest.raises(ValueError, match="mass_matrix: expected a positive definite"):
-        sh.periodic_motion(sh.HarmonicBalance(singular, sh.PointForce()), 1.0)
+        sh.periodic_motion(sh.HarmonicBalance(singular, sh.forces.PointForce()), 1.0)

@@ -13,7 +13,7 @@ GIVEN = ("displacement", "velocity", "acceleration")
 
 
 def moved(displacement, **options):
-    return sh.BaseMotion(displacement=displacement, **options)
+    return sh.forces.BaseMotion(displacement=displacement, **options)
 
 
 def chain(n=4, places=None, **friction):
@@ -35,18 +35,20 @@ def test_an_oscillator_moves_as_its_transmissibility_tells(order, motion, harmon
     hertz = np.array([2.0, 6.0, 19.0, 25.0])
     s = 1j * harmonic * RADIANS * hertz
     amplitude = 2e-3 * np.exp(0.7j)
-    base = sh.BaseMotion(**{GIVEN[order]: amplitude}, motion=motion, harmonic=harmonic)
+    base = sh.forces.BaseMotion(**{GIVEN[order]: amplitude}, motion=motion, harmonic=harmonic)
     problem = sh.HarmonicBalance(sh.Model([[M]], [[C]], [[K]]), base, harmonics)
     response = sh.frf(problem, (1, 30), at=hertz, progress=False)
     moved = amplitude / s**order
     both = {"absolute": (K + s * C), "relative": -M * s**2}
     for seen, where in (("relative", "base"), ("absolute", "ground")):
-        found = sh.motion(sh.seen_from(response, where)).complex_amplitude
+        found = sh.datasets.motion(sh.datasets.seen_from(response, where)).complex_amplitude
         found = found.sel(harmonic=harmonic).values[:, 0]
         exact = both[seen] * moved / (K + s * C + M * s**2)
         np.testing.assert_allclose(found, exact, rtol=1e-12)
         if seen == motion:
-            solved = sh.motion(response).complex_amplitude.sel(harmonic=harmonic).values[:, 0]
+            solved = (
+                sh.datasets.motion(response).complex_amplitude.sel(harmonic=harmonic).values[:, 0]
+            )
             np.testing.assert_allclose(solved, exact, rtol=1e-12)
             assert response.attrs["displacements"].startswith(seen)
 
@@ -66,8 +68,8 @@ def test_peaks_of_transmissibilities_are_where_closed_forms_have_them():
 
 def test_a_blade_with_friction_on_a_shaker_is_one_under_its_inertia_force():
     blade = sh.single_blade(mass=2, stiffness=1e4, damping=0.5, **FRICTION)
-    moving = sh.HarmonicBalance(blade, sh.BaseMotion(acceleration=0.5), (1, 3))
-    forced = sh.HarmonicBalance(blade, sh.PointForce(amplitude=1.0, phase=np.pi), (1, 3))
+    moving = sh.HarmonicBalance(blade, sh.forces.BaseMotion(acceleration=0.5), (1, 3))
+    forced = sh.HarmonicBalance(blade, sh.forces.PointForce(amplitude=1.0, phase=np.pi), (1, 3))
     found, exact = (sh.frf(each, (8, 20), progress=False) for each in (moving, forced))
     np.testing.assert_allclose(found.peak_amplitude, exact.peak_amplitude, rtol=1e-12)
     np.testing.assert_allclose(found.peak_frequency, exact.peak_frequency, rtol=1e-12)
@@ -90,21 +92,21 @@ def test_contacts_to_a_moving_ground_see_relative_displacements():
     )
     points = [sh.solve(problem, 11.0) for problem in (relative, absolute)]
     assert {point.contact_state.item() for point in points} == {1}
-    gone = [sh.seen_from(point, "ground").amplitude.values for point in points]
+    gone = [sh.datasets.seen_from(point, "ground").amplitude.values for point in points]
     assert np.abs(gone[0] / gone[1] - 1).max() > 1e-4  # the ground of the contact moves, or not
     free = held.with_parameters(normal_load=0.0)
     points = [
         sh.solve(problem.with_parameters(normal_load=0.0), 11.0) for problem in (relative, absolute)
     ]
     assert free.normal_load == 0
-    gone = [sh.seen_from(point, "ground").amplitude.values for point in points]
+    gone = [sh.datasets.seen_from(point, "ground").amplitude.values for point in points]
     np.testing.assert_allclose(gone[0], gone[1], rtol=1e-12)
 
 
 @pytest.mark.parametrize("motion", ["relative", "absolute"])
 @pytest.mark.parametrize("order", range(3))
 def test_derivatives_by_frequency_and_amplitude_are_exact(order, motion):
-    base = sh.BaseMotion(**{GIVEN[order]: 1e-2}, motion=motion)
+    base = sh.forces.BaseMotion(**{GIVEN[order]: 1e-2}, motion=motion)
     problem = sh.HarmonicBalance(chain(**FRICTION), base, (1, 3))
     omega, step = 60.0, 1e-4
     unknowns = 1e-3 * np.random.default_rng(1).normal(size=problem.n_unknowns)
@@ -114,7 +116,7 @@ def test_derivatives_by_frequency_and_amplitude_are_exact(order, motion):
     exact = problem.evaluate(unknowns, omega).by_parameter
     np.testing.assert_allclose(exact, slope, atol=1e-7 * np.abs(slope).max())
     response = sh.frf(problem, (8, 20), progress=False)
-    gained = sh.sensitivity(response)
+    gained = sh.datasets.sensitivity(response)
     assert {*gained.sensitivity_status.values.tolist()} == {"exact"}
     by = gained.peak_amplitude_by_force_amplitude.max("peaking_dof").values
     more = sh.frf(problem.with_parameters(force_amplitude=1e-2 * (1 + 1e-5)), (8, 20))
@@ -125,15 +127,15 @@ def test_derivatives_by_frequency_and_amplitude_are_exact(order, motion):
 def test_translations_follow_the_directions_of_places():
     places = sh.Places(node=[1, 1, 2, 2], direction=["x", "y", "x", "y"])
     model, basis = chain(places=places), FourierBasis((1,))
-    (shape,) = sh.BaseMotion(acceleration=1.0, direction="y").shapes(model, basis).values()
+    (shape,) = sh.forces.BaseMotion(acceleration=1.0, direction="y").shapes(model, basis).values()
     np.testing.assert_array_equal(shape[:, 0], [0, -2, 0, -4])
-    named = sh.BaseMotion(acceleration=1.0, influence={"1:y": 1.0, "2:y": 1.0})
+    named = sh.forces.BaseMotion(acceleration=1.0, influence={"1:y": 1.0, "2:y": 1.0})
     problem = sh.HarmonicBalance(model, named)
     np.testing.assert_array_equal(problem.force(1.0)[:, 0], [0, -2, 0, -4])
     with pytest.raises(ValueError, match="direction=None: expected that of the base"):
-        sh.HarmonicBalance(model, sh.BaseMotion(acceleration=1.0))
+        sh.HarmonicBalance(model, sh.forces.BaseMotion(acceleration=1.0))
     with pytest.raises(ValueError, match=r"direction='z': expected one of the structure.*x, y"):
-        sh.HarmonicBalance(model, sh.BaseMotion(acceleration=1.0, direction="z"))
+        sh.HarmonicBalance(model, sh.forces.BaseMotion(acceleration=1.0, direction="z"))
 
 
 def test_reduced_structures_take_the_force_made_with_the_whole_one():
@@ -145,9 +147,9 @@ def test_reduced_structures_take_the_force_made_with_the_whole_one():
     for force in (base, base.on(whole)):
         found = sh.frf(sh.HarmonicBalance(condensed, force), band, at=[6, 9, 12], progress=False)
         np.testing.assert_allclose(found.amplitude[:, 0], exact.amplitude[:, watched], rtol=1e-9)
-        seen = sh.seen_from(found, "ground").amplitude[:, 0]
+        seen = sh.datasets.seen_from(found, "ground").amplitude[:, 0]
         np.testing.assert_allclose(
-            seen, sh.seen_from(exact, "ground").amplitude[:, watched], rtol=1e-9
+            seen, sh.datasets.seen_from(exact, "ground").amplitude[:, watched], rtol=1e-9
         )
     each = [
         sh.frf(sh.HarmonicBalance(model, base), band, peaks="each", progress=False)
@@ -170,12 +172,14 @@ def test_reduced_structures_take_the_force_made_with_the_whole_one():
 def test_influence_by_numbers_is_of_the_whole_structure(influence):
     """A condensed structure numbers anew what it keeps; the base does not."""
     whole = chain(6, **FRICTION)
-    base = sh.BaseMotion(acceleration=1.2, influence=influence)
+    base = sh.forces.BaseMotion(acceleration=1.2, influence=influence)
     small = sh.condense(whole, base, (4, 14), dofs=[2], progress=False)
     kept = small.dofs
     for force in (base, base.on(whole)):
         found, exact = (
-            sh.seen_from(sh.solve(sh.HarmonicBalance(model, each), 9.0), "ground").coefficient
+            sh.datasets.seen_from(
+                sh.solve(sh.HarmonicBalance(model, each), 9.0), "ground"
+            ).coefficient
             for model, each in ((small, force), (whole, base))
         )
         np.testing.assert_allclose(found.values, exact.values[kept], rtol=1e-9, atol=1e-15)
@@ -183,12 +187,12 @@ def test_influence_by_numbers_is_of_the_whole_structure(influence):
 
 def test_archives_of_moving_bases_come_back(tmp_path):
     whole = chain(6, **FRICTION)
-    base = sh.BaseMotion(velocity=1e-2j, motion="absolute")
+    base = sh.forces.BaseMotion(velocity=1e-2j, motion="absolute")
     condensed = sh.condense(whole, base, (4, 14), dofs=[2], progress=False)
     reduced = sh.craig_bampton(whole, 3, (4, 14))
     for i, problem in enumerate(
         [
-            sh.HarmonicBalance(whole, base + sh.PointForce(amplitude=0.2, phase=1.0)),
+            sh.HarmonicBalance(whole, base + sh.forces.PointForce(amplitude=0.2, phase=1.0)),
             sh.HarmonicBalance(condensed, base),
             sh.HarmonicBalance(reduced, base.on(whole)),
         ]
@@ -197,9 +201,9 @@ def test_archives_of_moving_bases_come_back(tmp_path):
         assert response.force_amplitude.attrs["units"] == "m s-1"
         sh.save(response, tmp_path / f"{i}.nc")
         stored = sh.load(tmp_path / f"{i}.nc")
-        again = sh.frf(sh.rebuild(stored), (5, 12), at=[6, 9], progress=False)
+        again = sh.frf(sh.datasets.rebuild(stored), (5, 12), at=[6, 9], progress=False)
         np.testing.assert_allclose(again.coefficient, response.coefficient, rtol=1e-12)
-        both = [sh.seen_from(each, "base").amplitude for each in (response, stored, again)]
+        both = [sh.datasets.seen_from(each, "base").amplitude for each in (response, stored, again)]
         np.testing.assert_allclose(both[1], both[0], rtol=1e-14)
         np.testing.assert_allclose(both[2], both[0], rtol=1e-12)
 
@@ -209,7 +213,7 @@ def test_masses_of_samples_move_with_their_base():
         3, mass=1, stiffness=1e4, damping=0.5,
         contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
     )  # fmt: skip
-    problem = sh.HarmonicBalance(ring, sh.BaseMotion(acceleration=1.0))
+    problem = sh.HarmonicBalance(ring, sh.forces.BaseMotion(acceleration=1.0))
     heavy = problem.with_parameters(mass=[1, 2, 3])
     np.testing.assert_array_equal(heavy.force(5.0)[:, 0], [-1, -2, -3])
     assert sh.frf(problem, (10, 30), progress=False).n_sectors.item() == 3
@@ -218,7 +222,7 @@ def test_masses_of_samples_move_with_their_base():
 def test_a_base_moves_sectors_along_their_axis():
     blade = sh.Model([[1.0, 0], [0, 0]], [[2.0, 0], [0, 0]], [[3e4, -2e4], [-2e4, 2e4]])
     disk = sh.Sector(blade, left=[0], right=[1], n_sectors=6)
-    base = sh.BaseMotion(acceleration=1.0)
+    base = sh.forces.BaseMotion(acceleration=1.0)
     with pytest.raises(ValueError, match=r"expected symhbm\.EngineOrder"):
         sh.HarmonicBalance(disk, base)
     problem = sh.HarmonicBalance(disk, base.on(disk))
@@ -229,7 +233,9 @@ def test_a_base_moves_sectors_along_their_axis():
 
 
 def test_an_unbalance_grows_with_the_square_of_the_frequency():
-    force = sh.FrequencyForce({2: sh.PointForce(phase=0.3), 0: sh.PointForce(amplitude=0.0)}, 2e-3)
+    force = sh.forces.FrequencyForce(
+        {2: sh.forces.PointForce(phase=0.3), 0: sh.forces.PointForce(amplitude=0.0)}, 2e-3
+    )
     problem = sh.HarmonicBalance(sh.Model([[M]], [[C]], [[K]]), force)
     for hertz in (3.0, 25.0):
         omega = RADIANS * hertz
@@ -250,48 +256,64 @@ def test_fields_are_forces_by_any_way_to_tell_them():
         coords={"node": [7, 9], "direction": ["x", "y"]},
     )  # fmt: skip
     named = {"tip:x": 1.0, "7:y": 0.5j, "9:y": 2.0 - 1.0j}
-    pairs = sh.nodal_field([9, 7], row.reshape(2, 2)[::-1], ("x", "y"))
-    each = [sh.FieldForce(given) for given in (row, labelled, named, pairs, {1: labelled})]
-    each.append(sh.HarmonicForce({1: {"tip:x": 1.0, "9:y": 2.0}}, {1: {"7:y": -0.5, "9:y": 1.0}}))
+    pairs = sh.forces.nodal_field([9, 7], row.reshape(2, 2)[::-1], ("x", "y"))
+    each = [sh.forces.FieldForce(given) for given in (row, labelled, named, pairs, {1: labelled})]
+    each.append(
+        sh.forces.HarmonicForce({1: {"tip:x": 1.0, "9:y": 2.0}}, {1: {"7:y": -0.5, "9:y": 1.0}})
+    )
     forces = [sh.HarmonicBalance(model, force).force(1.0) for force in each]
     for force in forces:
         np.testing.assert_array_equal(force, np.column_stack([row.real, -row.imag]))
 
 
 def test_fields_come_back_from_archives(tmp_path):
-    problem = sh.HarmonicBalance(chain(places=PLACES), sh.FieldForce({2: {"tip:y": 1.5j}}), (1, 2))
-    other = sh.HarmonicBalance(chain(places=PLACES), sh.HarmonicForce({1: {"tip:y": 2.0}}), (1, 2))
+    problem = sh.HarmonicBalance(
+        chain(places=PLACES), sh.forces.FieldForce({2: {"tip:y": 1.5j}}), (1, 2)
+    )
+    other = sh.HarmonicBalance(
+        chain(places=PLACES), sh.forces.HarmonicForce({1: {"tip:y": 2.0}}), (1, 2)
+    )
     for i, each in enumerate((problem, other)):
         sh.save(sh.solve(each, 5.0), tmp_path / f"{i}.nc")
-        again = sh.rebuild(sh.load(tmp_path / f"{i}.nc"))
+        again = sh.datasets.rebuild(sh.load(tmp_path / f"{i}.nc"))
         np.testing.assert_array_equal(again.force(1.0), each.force(1.0))
 
 
 @pytest.mark.parametrize(
     ("make", "error", "words"),
     [
-        (lambda: sh.FieldForce([1.0, np.nan, 0, 0]), ValueError, "pattern=.*finite"),
-        (lambda: sh.FieldForce([1.0, 2.0]), ValueError, r"pattern: expected 4 values.*got 2"),
-        (lambda: sh.FieldForce({"8:x": 1.0}), KeyError, "pattern: 8 is no node.*7"),
-        (lambda: sh.FieldForce({"7:z": 1.0}), KeyError, "pattern: '7:z' is no place; 7 has x, y"),
-        (lambda: sh.FieldForce({"tip:x": 1, "7:x": 1}), ValueError, "each degree of freedom once"),
-        (lambda: sh.nodal_field([7], [[1.0, np.inf]], ("x", "y")), ValueError, r"node 7.*'y'"),
-        (lambda: sh.nodal_field([7], [1.0, 2.0]), ValueError, r"values: expected shape \(1, 3\)"),
-        (lambda: sh.nodal_field([7, 7], np.ones((2, 3))), ValueError, "each node once"),
-        (lambda: sh.HarmonicForce({1: {"tip:z": 1.0}}), KeyError, r"cosine\[1\]: 'tip:z' is no"),
-        (lambda: sh.HarmonicForce({1: {}}), ValueError, r"cosine\[1\]=\{\}: expected at least"),
-        (lambda: sh.HarmonicForce({0: {0: 1.0}}), TypeError, r"cosine\[0\].*StaticLoad"),
-        (lambda: sh.BaseMotion(), ValueError, "expected one of them, got 0"),
-        (lambda: sh.BaseMotion(9.81), TypeError, "positional"),  # of what would not be said
+        (lambda: sh.forces.FieldForce([1.0, np.nan, 0, 0]), ValueError, "pattern=.*finite"),
+        (lambda: sh.forces.FieldForce([1.0, 2.0]),
+         ValueError, r"pattern: expected 4 values.*got 2"),
+        (lambda: sh.forces.FieldForce({"8:x": 1.0}), KeyError, "pattern: 8 is no node.*7"),
+        (lambda: sh.forces.FieldForce({"7:z": 1.0}),
+         KeyError, "pattern: '7:z' is no place; 7 has x, y"),
+        (lambda: sh.forces.FieldForce({"tip:x": 1, "7:x": 1}),
+         ValueError, "each degree of freedom once"),
+        (lambda: sh.forces.nodal_field([7], [[1.0, np.inf]], ("x", "y")),
+         ValueError, r"node 7.*'y'"),
+        (lambda: sh.forces.nodal_field([7], [1.0, 2.0]),
+         ValueError, r"values: expected shape \(1, 3\)"),
+        (lambda: sh.forces.nodal_field([7, 7], np.ones((2, 3))), ValueError, "each node once"),
+        (lambda: sh.forces.HarmonicForce({1: {"tip:z": 1.0}}),
+         KeyError, r"cosine\[1\]: 'tip:z' is no"),
+        (lambda: sh.forces.HarmonicForce({1: {}}),
+         ValueError, r"cosine\[1\]=\{\}: expected at least"),
+        (lambda: sh.forces.HarmonicForce({0: {0: 1.0}}), TypeError, r"cosine\[0\].*StaticLoad"),
+        (lambda: sh.forces.BaseMotion(), ValueError, "expected one of them, got 0"),
+        (lambda: sh.forces.BaseMotion(9.81), TypeError, "positional"),  # of what would not be said
         (lambda: moved(1.0, velocity=2.0), ValueError, "expected one of them, got 2"),
         (lambda: moved("a"), TypeError, "displacement='a': expected a complex number"),
         (lambda: moved(np.inf), ValueError, "displacement=inf: expected a finite"),
         (lambda: moved(1.0, motion="moving"), ValueError, "motion='moving'.*relative"),
         (lambda: moved(1.0, influence=[1.0]), ValueError, r"expected 4 values.*got 1"),
         (lambda: moved(1.0, influence=[0.0] * 4), ValueError, "expected a motion"),
-        (lambda: sh.FrequencyForce({}), TypeError, r"forces=\{\}: expected \{power: force\}"),
-        (lambda: sh.FrequencyForce({1: sh.StaticLoad([1.0])}), ValueError, "oscillates alone"),
-        (lambda: sh.FrequencyForce({0.5: sh.PointForce()}), ValueError, "power of forces=0.5"),
+        (lambda: sh.forces.FrequencyForce({}),
+         TypeError, r"forces=\{\}: expected \{power: force\}"),
+        (lambda: sh.forces.FrequencyForce({1: sh.forces.StaticLoad([1.0])}),
+         ValueError, "oscillates alone"),
+        (lambda: sh.forces.FrequencyForce({0.5: sh.forces.PointForce()}),
+         ValueError, "power of forces=0.5"),
     ],
 )  # fmt: skip
 def test_mistakes_are_named(make, error, words):
@@ -301,12 +323,14 @@ def test_mistakes_are_named(make, error, words):
 
 def test_seen_from_needs_a_base():
     with pytest.raises(ValueError, match=r"expected a response to a symhbm\.BaseMotion"):
-        sh.seen_from(sh.solve(sh.HarmonicBalance(chain(), sh.PointForce()), 5.0), "ground")
+        sh.datasets.seen_from(
+            sh.solve(sh.HarmonicBalance(chain(), sh.forces.PointForce()), 5.0), "ground"
+        )
 
 
 @pytest.mark.parametrize("motion", ["relative", "absolute"])
 def test_second_derivatives_of_condensed_structures_are_exact(motion):
-    whole, base = chain(8, **FRICTION), sh.BaseMotion(velocity=1e-2, motion=motion)
+    whole, base = chain(8, **FRICTION), sh.forces.BaseMotion(velocity=1e-2, motion=motion)
     condensed = sh.condense(whole, base, (4, 14), dofs=[2], progress=False)
     problem = sh.HarmonicBalance(condensed, base)
     rng, omega, step = np.random.default_rng(2), 55.0, 1e-3
@@ -325,7 +349,7 @@ def test_second_derivatives_of_condensed_structures_are_exact(motion):
     mixed = slope(2e-2, omega) - slope(1e-2, omega)
     assert hessian[n, n + 1] == pytest.approx(mixed / 1e-2, rel=1e-9)
     both = [sh.HarmonicBalance(model, base) for model in (condensed, whole)]
-    gained = [sh.sensitivity(sh.frf(each, (5, 7.5), peaks="each")) for each in both]
+    gained = [sh.datasets.sensitivity(sh.frf(each, (5, 7.5), peaks="each")) for each in both]
     rates = [
         each.peak_frequency_by_normal_load.values[each.peak_dof.values == dof]
         for each, dof in zip(gained, (0, 2), strict=True)
@@ -340,12 +364,12 @@ def test_no_derivative_leaves_out_that_the_force_changes(motion, made_of):
     """The force of a base is one of matrices: derivatives by these are not told at all."""
     contact = dict(contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3)
     blade = sh.single_blade(mass=1, stiffness=1e4, damping=0.5, **contact)
-    problem = sh.HarmonicBalance(blade, sh.BaseMotion(acceleration=1.0, motion=motion))
+    problem = sh.HarmonicBalance(blade, sh.forces.BaseMotion(acceleration=1.0, motion=motion))
     assert {"mass", "stiffness", "damping"} - {*problem.differentiable} == made_of
     for name in made_of:
         with pytest.raises(ValueError, match=f"{name}: expected a parameter that the force"):
             sh.follow(problem, name, (0.9, 1.1), frequency=15)
-        loaded = problem.with_excitation(sh.PointForce())
+        loaded = problem.with_excitation(sh.forces.PointForce())
         assert name in loaded.differentiable
 
 
@@ -362,10 +386,10 @@ def test_outputs_are_seen_from_the_ground_by_their_weights():
     model = chain().with_outputs(weights, units={"sensor": "m", "strain": "1"})
     for base in (moved(1e-3 + 5e-4j, influence=[1.0, 2, 3, 4]), moved(1e-3)):
         point = sh.solve(sh.HarmonicBalance(model, base), 17.0)
-        ground = sh.seen_from(point, "ground")
+        ground = sh.datasets.seen_from(point, "ground")
         for name, row in weights.items():
             expected = sum(w * complex_motion(ground, dof) for dof, w in row.items())
-            found = sh.seen_from(sh.output(point, name), "ground")
+            found = sh.datasets.seen_from(sh.datasets.output(point, name), "ground")
             np.testing.assert_allclose(complex_motion(found, 0), expected, rtol=1e-12)
             np.testing.assert_allclose(found.amplitude, abs(expected), rtol=1e-9)
 
@@ -375,23 +399,23 @@ def test_reduced_structures_under_several_bases_are_seen_from_the_ground(modes):
     """Whatever stands first in the sum, and also where all modes are kept."""
     model = chain(**FRICTION).with_outputs({"sensor": {2: 1.0}}, units="m")
     bases = moved(1e-4), moved(3e-5j, influence=[1.0, 0, 0, 2])
-    force = bases[0].on(model) + sh.PointForce(2, 3.0) + bases[1].on(model)
-    force = sh.PointForce(1, 2.0) + force
+    force = bases[0].on(model) + sh.forces.PointForce(2, 3.0) + bases[1].on(model)
+    force = sh.forces.PointForce(1, 2.0) + force
     small = sh.craig_bampton(model, modes, (5, 30), dofs=[2])
     found = sh.solve(sh.HarmonicBalance(small, force), 12.0)
     whole = sh.solve(sh.HarmonicBalance(model, force), 12.0)
     near = 1e-11 if modes == 2 else 2e-2
-    for result in (found, sh.solve(sh.rebuild(found), 12.0)):
-        ground, exact = (sh.seen_from(each, "ground") for each in (result, whole))
+    for result in (found, sh.solve(sh.datasets.rebuild(found), 12.0)):
+        ground, exact = (sh.datasets.seen_from(each, "ground") for each in (result, whole))
         for place in (2, 3):
             own = [*found.structure_dof.values].index(place)
             expected = complex_motion(exact, place)
             np.testing.assert_allclose(complex_motion(ground, own), expected, rtol=near)
-    sensor = sh.output(found, "sensor")
+    sensor = sh.datasets.output(found, "sensor")
     np.testing.assert_allclose(complex_motion(sensor, 0), complex_motion(whole, 2), rtol=near)
     np.testing.assert_allclose(
-        complex_motion(sh.seen_from(sensor, "ground"), 0),
-        complex_motion(sh.seen_from(whole, "ground"), 2),
+        complex_motion(sh.datasets.seen_from(sensor, "ground"), 0),
+        complex_motion(sh.datasets.seen_from(whole, "ground"), 2),
         rtol=near,
     )
 
@@ -422,7 +446,7 @@ def test_bases_of_sectors_and_their_rings(damping, motion):
     found = np.array([complex_motion(own, dof) for dof in (0, 1)])
     np.testing.assert_allclose(found, exact, rtol=1e-11)
     ring = sh.solve(sh.HarmonicBalance(sh.mistuned_ring(sector), base), 19.0)
-    seen = sh.seen_from(ring, "ground" if motion == "relative" else "base")
+    seen = sh.datasets.seen_from(ring, "ground" if motion == "relative" else "base")
     other = exact + moves if motion == "relative" else exact - moves
     for sector_number in range(5):
         dofs = 2 * sector_number, 2 * sector_number + 1

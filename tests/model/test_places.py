@@ -147,7 +147,7 @@ def test_contacts_that_are_none(tangential, error, words):
 
 def test_other_contacts_replace_those_there_were():
     first = pair(shroud=shroud())
-    root = sh.Contacts(sh.CubicSpring(), [("9:x",)], cubic_stiffness=1e7)
+    root = sh.Contacts(sh.laws.CubicSpring(), [("9:x",)], cubic_stiffness=1e7)
     second = first.with_contacts(root=root)
     assert second.parameters.keys() == {"cubic_stiffness"}
     assert second.contacts == ((2,),)
@@ -160,12 +160,15 @@ def test_other_contacts_replace_those_there_were():
 @pytest.mark.parametrize(
     ("named", "numbered"),
     [
-        (sh.PointForce("tip:y", 3.0), sh.PointForce(1, 3.0)),
-        (sh.StaticLoad({"tip:x": 5.0, 2: 1.0}), sh.StaticLoad({0: 5.0, 2: 1.0})),
-        (sh.EngineOrder(1, blades=["tip:x", "9:x"]), sh.EngineOrder(1, blades=[0, 2])),
+        (sh.forces.PointForce("tip:y", 3.0), sh.forces.PointForce(1, 3.0)),
+        (sh.forces.StaticLoad({"tip:x": 5.0, 2: 1.0}), sh.forces.StaticLoad({0: 5.0, 2: 1.0})),
         (
-            sh.PointForce("tip:x") + sh.StaticLoad({"9:y": 2.0}),
-            sh.PointForce(0) + sh.StaticLoad({3: 2.0}),
+            sh.forces.EngineOrder(1, blades=["tip:x", "9:x"]),
+            sh.forces.EngineOrder(1, blades=[0, 2]),
+        ),
+        (
+            sh.forces.PointForce("tip:x") + sh.forces.StaticLoad({"9:y": 2.0}),
+            sh.forces.PointForce(0) + sh.forces.StaticLoad({3: 2.0}),
         ),
     ],
 )
@@ -175,15 +178,15 @@ def test_forces_by_name_are_those_by_number(named, numbered):
 
 
 def test_forces_on_unknown_places():
-    for force in (sh.PointForce("tpi:x"), sh.StaticLoad({"tpi:x": 1.0})):
+    for force in (sh.forces.PointForce("tpi:x"), sh.forces.StaticLoad({"tpi:x": 1.0})):
         with pytest.raises(KeyError, match="nearest are 'tip'"):
             sh.HarmonicBalance(pair(), force, (0, 1))
     with pytest.raises(ValueError, match="each place once"):
-        sh.HarmonicBalance(pair(), sh.StaticLoad({"tip:x": 1.0, 0: 1.0}), (0, 1))
+        sh.HarmonicBalance(pair(), sh.forces.StaticLoad({"tip:x": 1.0, 0: 1.0}), (0, 1))
 
 
 def test_results_have_places_and_problems_are_rebuilt_with_them(tmp_path):
-    problem = sh.HarmonicBalance(pair(shroud=shroud()), sh.PointForce("tip:x", 3.0), (0, 1))
+    problem = sh.HarmonicBalance(pair(shroud=shroud()), sh.forces.PointForce("tip:x", 3.0), (0, 1))
     response = sh.frf(problem, (14, 18), progress=False, archive=tmp_path / "pair.nc")
     assert response.node.values.tolist() == NODES
     assert response.direction.values.tolist() == DIRECTIONS
@@ -193,7 +196,7 @@ def test_results_have_places_and_problems_are_rebuilt_with_them(tmp_path):
     assert middle == [0.5, 0.0, 1.0]
     loaded = sh.load(tmp_path / "pair.nc")
     assert loaded.identical(response)
-    again = sh.rebuild(loaded)
+    again = sh.datasets.rebuild(loaded)
     for column in ("node", "direction", "coordinates", "label"):
         expected = getattr(places(), column)
         np.testing.assert_array_equal(getattr(again.model.places, column), expected)
@@ -218,7 +221,7 @@ def test_condensed_structures_know_places():
         normal_load=0.5,
         places=sh.Places(np.arange(100, 100 + n), "x").labelled({"end": 129, "middle": 115}),
     )
-    force = sh.PointForce("110:x")
+    force = sh.forces.PointForce("110:x")
     small = sh.condense(chain, force, (1, 4), dofs=["middle:x"])
     assert small.dofs.tolist() == [15, 29]
     assert small.number_of("110:x") == 10
@@ -226,7 +229,7 @@ def test_condensed_structures_know_places():
     response = sh.frf(problem, (1, 4), progress=False)
     assert response.node.values.tolist() == [115, 129]
     assert response.label.values.tolist() == ["middle", "end"]
-    whole = sh.recover(problem, response.isel(point=3))
+    whole = sh.datasets.recover(problem, response.isel(point=3))
     assert whole.label.values[15] == "middle"
     with pytest.raises(TypeError, match="condense the structure"):
         small.with_contacts()

@@ -17,9 +17,9 @@ from tests.stored.problems import case
 # Every first use compiles the loops for a minute; the examples of a property are not to blame.
 QUIET = settings(max_examples=30, derandomize=True)
 KINDS = {
-    "constant": sh.PlanarFriction("constant"),
-    "load": sh.PlanarFriction(),
-    "gap": sh.PlanarFriction("gap"),
+    "constant": sh.laws.PlanarFriction("constant"),
+    "load": sh.laws.PlanarFriction(),
+    "gap": sh.laws.PlanarFriction("gap"),
 }
 MOST = "constant", "load", pytest.param("gap", marks=pytest.mark.slow)
 
@@ -76,7 +76,7 @@ def returned(law, basis, motion, values, samples, periods=10):
 
 @pytest.mark.slow
 def test_explicit_motion():
-    basis, law = FourierBasis((0, 1, 2)), sh.PlanarFriction()
+    basis, law = FourierBasis((0, 1, 2)), sh.laws.PlanarFriction()
     motion = [[0, 2, 0, 0, 0.3], [0, 0, 1.2, 0.2, 0], [0, 0.3, 0.2, 0, 0]]
     force, located = force_of(law, basis, motion, values_of(law))
     expected = [
@@ -114,7 +114,7 @@ def test_circle(kind, size, harmonics):
 
 @pytest.mark.parametrize("turn", [0.0, 0.7, np.pi / 2, 2.5])
 def test_along_a_line_it_is_friction_of_one_direction(turn):
-    rng, law, plain = np.random.default_rng(0), KINDS["constant"], sh.Coulomb()
+    rng, law, plain = np.random.default_rng(0), KINDS["constant"], sh.laws.Coulomb()
     axis, slips = np.array([np.cos(turn), np.sin(turn)]), []
     for harmonics in ((1,), (0, 1, 2), (1, 3), (0, 1, 2, 3, 4)):
         basis = FourierBasis(harmonics)
@@ -167,8 +167,8 @@ def test_along_a_line_under_a_variable_load(load):
 def test_along_a_line_it_is_the_law_of_one_direction(given):
     rng, law, plain = (
         np.random.default_rng(4),
-        sh.PlanarFriction(given),
-        sh.VariableLoadFriction(given),
+        sh.laws.PlanarFriction(given),
+        sh.laws.VariableLoadFriction(given),
     )
     basis, axis, states = FourierBasis((0, 1, 2, 3)), np.array([0.8, -0.6]), set()
     for load in (4.0, 2.5, 1.5, 0.8, 0.3, -0.2, -0.5):
@@ -503,14 +503,14 @@ def test_imposed_stick_is_linear():
 
 def test_words():
     with pytest.raises(ValueError, match="given='force': expected one of"):
-        sh.PlanarFriction("force")
+        sh.laws.PlanarFriction("force")
     with pytest.raises(ValueError, match="preload='none': expected one of"):
-        sh.PlanarFriction(preload="none")
-    assert repr(sh.PlanarFriction("gap", preload="coupled")) == (
+        sh.laws.PlanarFriction(preload="none")
+    assert repr(sh.laws.PlanarFriction("gap", preload="coupled")) == (
         "PlanarFriction('gap', preload='coupled')"
     )
-    assert sh.PlanarFriction() == sh.PlanarFriction("normal_load")
-    assert sh.PlanarFriction() != sh.PlanarFriction("gap")
+    assert sh.laws.PlanarFriction() == sh.laws.PlanarFriction("normal_load")
+    assert sh.laws.PlanarFriction() != sh.laws.PlanarFriction("gap")
 
 
 def problem_of(law, harmonics=(0, 1, 2, 3), **changed):
@@ -522,7 +522,7 @@ def problem_of(law, harmonics=(0, 1, 2, 3), **changed):
     stiffness = [[1e4, 500, 800], [500, 1.3e4, 300], [800, 300, 2e4]]
     damping = np.diag([3.0, 4.0, 5.0])
     body = sh.Model(np.eye(3), damping, stiffness, contacts={"pad": pad})
-    force = sh.HarmonicForce({1: [5, 0, 3]}, {1: [0, 3, 0]})
+    force = sh.forces.HarmonicForce({1: [5, 0, 3]}, {1: [0, 3, 0]})
     return sh.HarmonicBalance(body, force, harmonics)
 
 
@@ -536,7 +536,7 @@ def test_from_response_to_archive(kind, tmp_path):
     assert words[kind] in response.event_kind.values
     sh.save(response, tmp_path / "planar.nc")
     loaded = sh.load(tmp_path / "planar.nc")
-    again = sh.rebuild(loaded, laws=[law])
+    again = sh.datasets.rebuild(loaded, laws=[law])
     assert again.model.groups[0].law == law
     point = loaded.isel(peak=0)
     solved = sh.solve(again, float(point.peak_frequency))
@@ -589,7 +589,7 @@ def test_path_in_a_parameter():
 @pytest.mark.parametrize("kind", MOST)
 def test_sensitivities_of_peaks(kind):
     problem = problem_of(KINDS[kind], (0, 1, 2))
-    found = sh.sensitivity(sh.frf(problem, (13, 24), progress=False))
+    found = sh.datasets.sensitivity(sh.frf(problem, (13, 24), progress=False))
     assert {*found.sensitivity_status.values.ravel().tolist()} == {"exact"}
     largest = int(np.nanargmax(found.peak_amplitude.values))
     at = found.peak_frequency.values[largest]

@@ -26,7 +26,7 @@ def two_masses(mass=ONE, damping=DAMPING, stiffness=STIFFNESS, **contact):
 
 
 def blade(harmonics=(1,), **values):
-    force = sh.PointForce(amplitude=1.0)
+    force = sh.forces.PointForce(amplitude=1.0)
     return sh.HarmonicBalance(sh.single_blade(**BLADE | values), force, harmonics)
 
 
@@ -88,7 +88,7 @@ def test_a_contact_that_is_to_slide_freely(name):
     """An explicit 0 is asked for; nothing is asked of a structure without contacts."""
     free = two_masses(**{name: 0.0})
     alone = sh.Model(ONE, DAMPING, STIFFNESS)
-    force = sh.PointForce(amplitude=1.0)
+    force = sh.forces.PointForce(amplitude=1.0)
     values = [sh.solve(sh.HarmonicBalance(m, force), 20.0).amplitude for m in (free, alone)]
     np.testing.assert_allclose(*values, rtol=1e-12)
     assert pickle.loads(pickle.dumps(free)).parameters[name].tolist() == [0.0]
@@ -106,7 +106,7 @@ def test_cubic_springs_alone_stay_so():
 
 def test_matrices_in_another_order():
     wrong = two_masses(damping=STIFFNESS, stiffness=DAMPING)
-    problem = sh.HarmonicBalance(wrong, sh.PointForce(amplitude=1.0))
+    problem = sh.HarmonicBalance(wrong, sh.forces.PointForce(amplitude=1.0))
     calls = {
         "frf": lambda: frf(problem, (10, 30)),
         "solve": lambda: sh.solve(problem, 20.0),
@@ -124,25 +124,27 @@ def test_matrices_in_another_order():
 def test_order_of_a_structure_in_other_units(damping):
     meant = sh.Model([[1.0]], [[damping]], [[1.0]])
     wrong = sh.Model([[1.0]], [[1.0]], [[damping]])
-    values = [sh.HarmonicBalance(model, sh.PointForce()) for model in (meant, wrong)]
+    values = [sh.HarmonicBalance(model, sh.forces.PointForce()) for model in (meant, wrong)]
     assert not said(lambda: sh.solve(values[0], 0.1))
     assert "order mass, damping, stiffness" in said(lambda: sh.solve(values[1], 0.1))
 
 
 def test_a_stiffness_matrix_that_is_not_symmetric():
     skew = two_masses(stiffness=STIFFNESS + np.array([[0, 5e3], [-5e3, 0]]))
-    text = said(lambda: frf(sh.HarmonicBalance(skew, sh.PointForce()), (10, 30)))
+    text = said(lambda: frf(sh.HarmonicBalance(skew, sh.forces.PointForce()), (10, 30)))
     assert (
         "stiffness_matrix is not symmetric: entry (0, 1) is -5000, entry (1, 0) is -15000" in text
     )
     close = two_masses(stiffness=STIFFNESS + np.array([[0, 0.1], [0, 0]]))
-    text = said(lambda: frf(sh.HarmonicBalance(close, sh.PointForce()), (10, 30)))
+    text = said(lambda: frf(sh.HarmonicBalance(close, sh.forces.PointForce()), (10, 30)))
     assert "entry (0, 1) is -9999.9, entry (1, 0) is -10000" in text
     # What a file with few digits leaves, and what rotation makes.
     rounded = two_masses(stiffness=STIFFNESS + np.array([[0, 1e-3], [0, 0]]))
     gyroscopic = two_masses(damping=DAMPING + np.array([[0, 3], [-3, 0]]))
     for model in (rounded, gyroscopic):
-        assert not said(lambda m=model: frf(sh.HarmonicBalance(m, sh.PointForce()), (10, 30)))
+        assert not said(
+            lambda m=model: frf(sh.HarmonicBalance(m, sh.forces.PointForce()), (10, 30))
+        )
 
 
 @pytest.mark.parametrize(
@@ -168,7 +170,7 @@ def test_band_in_other_units(band, words):
 
 def test_a_band_between_resonances_and_that_of_a_superharmonic():
     apart = sh.Model(ONE, 0.5 * ONE, np.diag([1e2, 1e8]))
-    problem = sh.HarmonicBalance(apart, sh.PointForce())
+    problem = sh.HarmonicBalance(apart, sh.forces.PointForce())
     # 1.6 and 1592 Hz.
     assert "nearest natural frequency, 1.592 Hz" in said(lambda: frf(problem, (40, 41)))
     assert not said(lambda: frf(problem, (1, 41)))
@@ -185,7 +187,7 @@ def test_one_frequency_may_be_static():
 
 def test_all_doubts_are_one_warning():
     wrong = two_masses(damping=STIFFNESS, stiffness=DAMPING + np.array([[0, 0.3], [-0.1, 0]]))
-    text = said(lambda: frf(sh.HarmonicBalance(wrong, sh.PointForce()), (1000, 3000)))
+    text = said(lambda: frf(sh.HarmonicBalance(wrong, sh.forces.PointForce()), (1000, 3000)))
     assert text.count(";") >= 3
     for word in ("not symmetric", "critical", "times above"):
         assert word in text
@@ -200,7 +202,7 @@ def test_what_moves_is_not_doubted():
 def test_a_load_that_does_nothing():
     """Cubic springs alone have no friction."""
     spring = sh.Model([[1.0]], [[0.05]], [[1.0]], contacts=[(0,)], cubic_stiffness=0.1)
-    problem = sh.HarmonicBalance(spring, sh.PointForce(amplitude=0.01))
+    problem = sh.HarmonicBalance(spring, sh.forces.PointForce(amplitude=0.01))
     text = said(lambda: frf(problem, (0.1, 0.12), over={"normal_load": [1.0, 2.0]}))
     assert (
         "normal_load has no effect, as contact_stiffness and friction_coefficient are 0 at every"
@@ -213,7 +215,7 @@ def test_a_load_that_does_nothing():
 
 def test_what_is_condensed():
     """The door where the matrices and the band are given."""
-    force, model = sh.PointForce(), two_masses(damping=STIFFNESS, stiffness=DAMPING)
+    force, model = sh.forces.PointForce(), two_masses(damping=STIFFNESS, stiffness=DAMPING)
     three = sh.Model(np.eye(3), 0.5 * np.eye(3), 1e4 * np.eye(3), contacts=[(0,)], **CONTACT)
     assert "order mass" in said(lambda: sh.solve(sh.HarmonicBalance(model, force), 20.0))
     assert "times above" in said(lambda: sh.condense(three, force, (600, 1800), dofs=[1]))
@@ -232,7 +234,7 @@ def test_of_other_front_doors():
 def test_a_response_without_a_force_is_doubted():
     problem = sh.HarmonicBalance(sh.single_blade(**BLADE), harmonics=(1,))
     assert "no force oscillates" in said(lambda: frf(problem, (10, 30)))
-    driven = problem.with_excitation(sh.PointForce())
+    driven = problem.with_excitation(sh.forces.PointForce())
     assert not said(lambda: frf(driven, (10, 30)))
 
 
@@ -246,7 +248,7 @@ def test_natural_frequencies_of_a_large_structure():
     lowest, highest = _lowest(model, 1.0), _highest(model)
     assert exact[0] <= lowest < 1.5 * exact[0]
     assert exact[-1] / 2 < highest <= 1.01 * exact[-1]
-    problem = sh.HarmonicBalance(model, sh.PointForce(n // 2))
+    problem = sh.HarmonicBalance(model, sh.forces.PointForce(n // 2))
     assert "lies 21" in said(lambda: sh.solve(problem, 21.0 * highest))
     assert not said(lambda: sh.solve(problem, 20.0))
     small = sh.Model(np.eye(3), 0 * np.eye(3), chain.toarray()[:3, :3])
@@ -273,8 +275,8 @@ def free_body(excitation, harmonics, **values):
     return sh.HarmonicBalance(model, excitation, harmonics)
 
 
-EVEN = sh.HarmonicForce(cosine={1: [1.0], 2: [0.8]})
-ODD = sh.HarmonicForce(cosine={1: [1.0], 3: [0.8]})
+EVEN = sh.forces.HarmonicForce(cosine={1: [1.0], 2: [0.8]})
+ODD = sh.forces.HarmonicForce(cosine={1: [1.0], 3: [0.8]})
 
 
 @pytest.mark.parametrize("harmonics", [(1, 2), (1, 2, 3, 5)])
@@ -298,10 +300,10 @@ def test_even_forces_need_a_mean(harmonics):
     [
         (ODD, (1, 3)),
         (ODD, (1, 2, 3)),
-        (sh.PointForce(harmonic=2), (2,)),
-        (sh.PointForce(harmonic=2), (1, 2, 3)),
-        (sh.HarmonicForce(sine={2: [1.0], 6: [0.5]}), (2, 6)),
-        (sh.HarmonicForce(cosine={1: [1.0], 2: [0.0]}), (1, 2)),
+        (sh.forces.PointForce(harmonic=2), (2,)),
+        (sh.forces.PointForce(harmonic=2), (1, 2, 3)),
+        (sh.forces.HarmonicForce(sine={2: [1.0], 6: [0.5]}), (2, 6)),
+        (sh.forces.HarmonicForce(cosine={1: [1.0], 2: [0.0]}), (1, 2)),
     ],
     ids=str,
 )
@@ -337,9 +339,9 @@ def test_a_mean_that_matters():
 def test_cubic_springs_need_a_mean_beside_even_harmonics():
     model = sh.Model([[1.0]], [[0.1]], [[1.0]], contacts=[(0,)], cubic_stiffness=0.1)
     for harmonics in ((1, 3), (0, 1, 2)):
-        sh.solve(sh.HarmonicBalance(model, sh.PointForce(), harmonics), 0.1, throw=True)
+        sh.solve(sh.HarmonicBalance(model, sh.forces.PointForce(), harmonics), 0.1, throw=True)
     with pytest.raises(ValueError, match="a motion of even harmonics makes a mean force"):
-        sh.solve(sh.HarmonicBalance(model, sh.PointForce(), (1, 2)), 0.1)
+        sh.solve(sh.HarmonicBalance(model, sh.forces.PointForce(), (1, 2)), 0.1)
     linear = sh.Model([[1.0]], [[0.1]], [[1.0]])
     assert sh.solve(sh.HarmonicBalance(linear, EVEN, (1, 2)), 0.1).converged
 
@@ -365,7 +367,7 @@ def test_the_drift_of_a_body_is_no_periodic_motion():
 
 
 def grounded(stiffness, **contact):
-    force = sh.HarmonicForce(cosine={1: np.ones(len(stiffness))})
+    force = sh.forces.HarmonicForce(cosine={1: np.ones(len(stiffness))})
     mass, contacts = np.eye(len(stiffness)), [(0, 1)]
     model = sh.Model(mass, 0.1 * mass, stiffness, contacts=contacts, **contact)
     return sh.HarmonicBalance(model, force, (0, 1, 2))
@@ -396,7 +398,7 @@ def test_what_holds_a_large_structure(spring):
     diagonal[0] += spring
     chain = sp.diags_array([-ones[1:], diagonal, -ones[1:]], offsets=[-1, 0, 1])
     model = sh.Model(sp.eye_array(n), 0.1 * sp.eye_array(n), chain, contacts=[(0,)], **CONTACT)
-    assert is_held(sh.HarmonicBalance(model, sh.PointForce(), (0, 1))) == bool(spring)
+    assert is_held(sh.HarmonicBalance(model, sh.forces.PointForce(), (0, 1))) == bool(spring)
 
 
 def test_a_condensed_structure_that_is_not_held():
@@ -404,9 +406,9 @@ def test_a_condensed_structure_that_is_not_held():
     for held in (False, True):
         stiffness = spring + np.diag([1e4 * held, 0, 0])
         model = sh.Model(np.eye(3), 0.5 * np.eye(3), stiffness, contacts=[(0,)], **CONTACT)
-        small = sh.condense(model, sh.PointForce(0), (5, 30), (0, 1, 2))
-        assert is_held(sh.HarmonicBalance(small, sh.PointForce(0), (0, 1, 2))) == held
-    even = sh.HarmonicForce(cosine={1: [1.0, 0, 0], 2: [0, 0, 1.0]})
+        small = sh.condense(model, sh.forces.PointForce(0), (5, 30), (0, 1, 2))
+        assert is_held(sh.HarmonicBalance(small, sh.forces.PointForce(0), (0, 1, 2))) == held
+    even = sh.forces.HarmonicForce(cosine={1: [1.0, 0, 0], 2: [0, 0, 1.0]})
     small = sh.condense(model, even, (5, 30), (0, 1, 2))
     with pytest.raises(ValueError, match="expected 0 among them"):
         sh.solve(sh.HarmonicBalance(small, even, (1, 2)), 10.0)
@@ -419,7 +421,7 @@ def test_a_condensed_structure_that_is_not_held():
 def test_an_undamped_resonance_that_a_cubic_spring_bounds():
     """At the natural frequency of the linear structure: ``3/4 gamma a^3 = F``."""
     model = sh.Model([[1.0]], [[0.0]], [[1.0]], contacts=[(0,)], cubic_stiffness=0.5)
-    problem = sh.HarmonicBalance(model, sh.PointForce(amplitude=0.2))
+    problem = sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=0.2))
     assert linear_response(problem, 1.0) is None
     found = sh.solve(problem, 1 / (2 * np.pi), throw=True)
     assert float(found.amplitude[0]) == pytest.approx(np.cbrt(0.2 / (0.75 * 0.5)), rel=1e-9)
@@ -428,7 +430,7 @@ def test_an_undamped_resonance_that_a_cubic_spring_bounds():
 def test_degrees_of_freedom_with_nothing():
     """Neither inertia nor stiffness: that is no resonance, and the sentence says so."""
     model = sh.Model(np.diag([1.0, 0.0]), 0 * ONE, np.diag([1e4, 0.0]))
-    found = sh.solve(sh.HarmonicBalance(model, sh.PointForce()), 10.0)
+    found = sh.solve(sh.HarmonicBalance(model, sh.forces.PointForce()), 10.0)
     assert "neither stiffness nor inertia" in str(found.status.values)
 
 
@@ -447,5 +449,5 @@ def test_forces_of_air_in_rings_need_not_be_symmetric():
     ring = sh.mistuned_ring(disk.with_influences(air))
     stiffness = ring.stiffness_matrix.toarray()
     assert abs(stiffness - stiffness.T).max() > 1
-    problem = sh.HarmonicBalance(ring, sh.EngineOrder(2, pattern={0: 1.0}))
+    problem = sh.HarmonicBalance(ring, sh.forces.EngineOrder(2, pattern={0: 1.0}))
     assert not said(lambda: sh.solve(problem, 30.0))

@@ -109,12 +109,14 @@ def test_a_force_of_a_file_of_its_own_comes_back():
     model = sh.Model(np.eye(2), 5 * np.eye(2), np.diag([1e4, 2e4]))
     problem = sh.HarmonicBalance(model, Gust(np.array([1.0, 0.5]), 2.0))
     point = sh.solve(problem, 15.0)
-    rebuilt = sh.rebuild(point)
+    rebuilt = sh.datasets.rebuild(point)
     assert type(rebuilt.excitation) is Gust
     assert sh.solve(rebuilt, 15.0).coefficient.equals(point.coefficient)
     about = json.loads(point.attrs["problem"])
     about["excitation"]["of"] = "Storm"
     objects = {name: about[name] for name in ("structure", "excitation")}
     about["digest"] = digest_of(point[NUMBERS].values, objects)
-    with pytest.raises(sh.ArchiveError, match=r"class Storm of .*test_records, which is not def"):
-        sh.rebuild(point.assign_attrs(problem=json.dumps(about)))
+    with pytest.raises(
+        sh.datasets.ArchiveError, match=r"class Storm of .*test_records, which is not def"
+    ):
+        sh.datasets.rebuild(point.assign_attrs(problem=json.dumps(about)))

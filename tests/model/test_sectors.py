@@ -95,7 +95,7 @@ def assert_alike(sector, whole):
 @pytest.mark.parametrize("order", range(7))
 def test_the_sector_agrees_with_the_ring(order, harmonics):
     """Peaks, events, coefficients of every blade, states of every contact."""
-    problem = sh.HarmonicBalance(ring(normal_load=40.0), sh.EngineOrder(order), harmonics)
+    problem = sh.HarmonicBalance(ring(normal_load=40.0), sh.forces.EngineOrder(order), harmonics)
     stuck = np.sqrt(1e4 + 4e6 * np.sin(np.pi * order / 13) ** 2) / (2 * np.pi)
     band = 0.8 * stuck, 1.05 * stuck
     grid = np.linspace(*band, 6)
@@ -115,9 +115,9 @@ def test_the_sector_agrees_with_the_ring(order, harmonics):
 @pytest.mark.parametrize(
     ("n_sectors", "size", "force", "harmonics"),
     [
-        (5, 2, sh.EngineOrder(2, blades=range(0, 10, 2)), (0, 1, 2, 3)),
-        (6, 3, sh.EngineOrder(2, blades=range(1, 18, 3)), (1, 3)),
-        (5, 2, sh.EngineOrder(3, blades=range(0, 10, 2), harmonic=2), (2,)),
+        (5, 2, sh.forces.EngineOrder(2, blades=range(0, 10, 2)), (0, 1, 2, 3)),
+        (6, 3, sh.forces.EngineOrder(2, blades=range(1, 18, 3)), (1, 3)),
+        (5, 2, sh.forces.EngineOrder(3, blades=range(0, 10, 2), harmonic=2), (2,)),
     ],
 )
 def test_sectors_of_general_matrices(n_sectors, size, force, harmonics):
@@ -132,14 +132,14 @@ def test_sectors_of_general_matrices(n_sectors, size, force, harmonics):
 
 def test_a_pattern_that_repeats_makes_sectors_of_several_blades():
     model = ring(12, mass=[1, 1.1] * 6, normal_load=[20, 30, 40] * 4)
-    problem = sh.HarmonicBalance(model, sh.EngineOrder(2))
+    problem = sh.HarmonicBalance(model, sh.forces.EngineOrder(2))
     both = [sh.frf(problem, (100, 180), sector=flag, peaks="each") for flag in (True, False)]
     assert both[0].n_sectors == 2
     assert_alike(both[0].drop_dims("point"), both[1].drop_dims("point"))
 
 
 def test_accuracy_and_other_parameters_on_one_sector():
-    problem = sh.HarmonicBalance(ring(normal_load=10.0), sh.EngineOrder(1))
+    problem = sh.HarmonicBalance(ring(normal_load=10.0), sh.forces.EngineOrder(1))
     grid = [62.0, 77.0]
     sector, whole = (
         sh.frf(problem, (60, 80), at=grid, accuracy=1e-3, sector=flag) for flag in (True, False)
@@ -158,7 +158,7 @@ def test_accuracy_and_other_parameters_on_one_sector():
 
 def test_each_set_of_a_sweep_is_judged_by_itself():
     """A mistuned set needs the ring, and engine orders beside each other their own waves."""
-    problem = sh.HarmonicBalance(ring(), sh.EngineOrder(3))
+    problem = sh.HarmonicBalance(ring(), sh.forces.EngineOrder(3))
     loads = np.full((3, 13), 100.0)
     loads[1, 4] = 101.0
     over = {"normal_load": xr.DataArray(loads, dims=("sample", "contact"))}
@@ -166,7 +166,9 @@ def test_each_set_of_a_sweep_is_judged_by_itself():
     assert swept.n_sectors.values.tolist() == [13, 1, 13]
     orders = sh.frf(problem, (50, 350), over={"engine_order": [1, 6]})
     for order in (1, 6):
-        alone = sh.frf(sh.HarmonicBalance(ring(), sh.EngineOrder(order)), (50, 350), sector=False)
+        alone = sh.frf(
+            sh.HarmonicBalance(ring(), sh.forces.EngineOrder(order)), (50, 350), sector=False
+        )
         peak = orders.sel(engine_order=order).peak_amplitude.values[0]
         assert peak == pytest.approx(alone.peak_amplitude.values[0], rel=AGREE)
 
@@ -174,18 +176,18 @@ def test_each_set_of_a_sweep_is_judged_by_itself():
 def test_what_has_no_sectors_is_solved_whole():
     tuned = ring()
     whole = [
-        sh.HarmonicBalance(tuned, sh.PointForce(0)),
-        sh.HarmonicBalance(ring(mass=np.linspace(1, 1.1, 13)), sh.EngineOrder(3)),
-        sh.HarmonicBalance(tuned, sh.EngineOrder(1, blades=[0, 1, 3, 2, *range(4, 13)])),
-        sh.HarmonicBalance(sh.single_blade(**TUNED_BLADE), sh.PointForce(0)),
+        sh.HarmonicBalance(tuned, sh.forces.PointForce(0)),
+        sh.HarmonicBalance(ring(mass=np.linspace(1, 1.1, 13)), sh.forces.EngineOrder(3)),
+        sh.HarmonicBalance(tuned, sh.forces.EngineOrder(1, blades=[0, 1, 3, 2, *range(4, 13)])),
+        sh.HarmonicBalance(sh.single_blade(**TUNED_BLADE), sh.forces.PointForce(0)),
     ]
     for problem in whole:
         assert find_symmetry(problem.model, problem.excitation, problem.basis) is None
-    problem = sh.HarmonicBalance(tuned, sh.EngineOrder(3))
+    problem = sh.HarmonicBalance(tuned, sh.forces.EngineOrder(3))
     assert sh.frf(problem, (200, 205), stability=True).n_sectors == 1
     one = sh.follow(problem, "normal_load", (90, 100), frequency=211.0, contact=2)
     assert one.n_sectors == 1
-    sampled = sh.HarmonicBalance(tuned, sh.EngineOrder(3), samples=64)
+    sampled = sh.HarmonicBalance(tuned, sh.forces.EngineOrder(3), samples=64)
     assert sh.frf(sampled, (200, 201)).n_sectors == 1
 
 
@@ -208,7 +210,7 @@ TUNED_BLADE = dict(
 )
 def test_equations_of_the_sector_are_those_of_the_ring(n_sectors, order, harmonic, seed):
     """The residual of the ring at a travelling wave is a travelling wave, that of the sector."""
-    force = sh.EngineOrder(order, harmonic=harmonic)
+    force = sh.forces.EngineOrder(order, harmonic=harmonic)
     problem = sh.HarmonicBalance(ring(n_sectors), force, (0, 1, 2, 3))
     found = find_symmetry(problem.model, force, problem.basis)
     if found is None:
@@ -235,7 +237,7 @@ def test_equations_of_the_sector_are_those_of_the_ring(n_sectors, order, harmoni
 
 
 def test_a_sector_refuses_parameters_that_differ():
-    problem = sh.HarmonicBalance(ring(), sh.EngineOrder(3))
+    problem = sh.HarmonicBalance(ring(), sh.forces.EngineOrder(3))
     found = find_symmetry(problem.model, problem.excitation, problem.basis)
     sector = sh.HarmonicBalance(problem.model, problem.excitation, (1,), symmetry=found)
     for bad in (

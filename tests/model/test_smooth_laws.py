@@ -59,14 +59,14 @@ def group_of(name, **values):
     expression, parameters, breakpoints = LAWS[name]
     parameters = {k: (values.get(k, entry[0]), *entry[1:]) for k, entry in parameters.items()}
     directions = {"along": [(0,)], "across": [(1,)]} if name == "rubbing" else [(0, 1)]
-    return sh.SmoothLaw(expression, parameters, directions, breakpoints)
+    return sh.laws.SmoothLaw(expression, parameters, directions, breakpoints)
 
 
 def problem_of(group, harmonics=(0, 1, 2, 3), amplitude=2.0, **others):
     contacts = {"own": group, **others}
     stiffness = [[1e4, -1e3], [-1e3, 2e4]]
     model = sh.Model(np.eye(2), np.diag([2.0, 3.0]), stiffness, contacts=contacts)
-    return sh.HarmonicBalance(model, sh.PointForce(amplitude=amplitude), harmonics)
+    return sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=amplitude), harmonics)
 
 
 def unknowns_like(problem, seed=0, size=1e-3):
@@ -109,8 +109,8 @@ def test_derivatives_to_second_order(name, seed):
 
 
 def test_a_cube_is_the_cubic_spring():
-    own = sh.SmoothLaw(lambda y, v, p: p["c3"] * y**3, {"c3": (1e9, "N/m^3")}, [(0, 1)])
-    cubic = sh.Contacts(sh.CubicSpring(), [(0, 1)], cubic_stiffness=1e9)
+    own = sh.laws.SmoothLaw(lambda y, v, p: p["c3"] * y**3, {"c3": (1e9, "N/m^3")}, [(0, 1)])
+    cubic = sh.Contacts(sh.laws.CubicSpring(), [(0, 1)], cubic_stiffness=1e9)
     one, other = (problem_of(group, (1, 3, 5)) for group in (own, cubic))
     found, expected = (p.evaluate(unknowns_like(p), 90.0) for p in (one, other))
     np.testing.assert_allclose(found.residual, expected.residual, rtol=1e-12)
@@ -124,7 +124,7 @@ def test_a_dashpot_is_damping():
     each = np.array([[1.0, -1.0]])
     damping = np.diag([2.0, 3.0]) + 3.0 * each.T @ each
     model = sh.Model(np.eye(2), damping, [[1e4, -1e3], [-1e3, 2e4]])
-    plain = sh.HarmonicBalance(model, sh.PointForce(amplitude=2.0), (0, 1, 2, 3))
+    plain = sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=2.0), (0, 1, 2, 3))
     found, expected = (p.evaluate(unknowns_like(p), 90.0) for p in (own, plain))
     np.testing.assert_allclose(found.residual, expected.residual, rtol=1e-12)
     np.testing.assert_allclose(found.jacobian, dense(expected.jacobian), rtol=1e-12, atol=1e-9)
@@ -137,7 +137,7 @@ def test_a_dashpot_is_damping():
 def test_rounded_friction_tends_to_friction():
     """The difference falls with the velocity over which the sign is rounded off."""
     rub = dict(contact_stiffness=1e9, friction_coefficient=1.0, normal_load=0.5)
-    dry = problem_of(sh.Contacts(sh.Coulomb(), [(0, 1)], **rub), (1, 3, 5))
+    dry = problem_of(sh.Contacts(sh.laws.Coulomb(), [(0, 1)], **rub), (1, 3, 5))
     expected = sh.solve(dry, 17.0).amplitude.values
     differences = []
     for small in (3e-2, 3e-3):
@@ -162,7 +162,7 @@ def summed(formula, count, harmonics=(1, 3, 5), motion=MOTION):
 
 def located_force(expression, parameters, breakpoints=()):
     """Coefficients of the force of a law, and how they were summed."""
-    group = sh.SmoothLaw(expression, parameters, [(0,)], breakpoints)
+    group = sh.laws.SmoothLaw(expression, parameters, [(0,)], breakpoints)
     law, basis = group.law, FourierBasis((1, 3, 5))
     values = {name: np.ravel(value) for name, value in group.values.items()}
     at = Motions(basis, MOTION[None], 90.0, values)
@@ -257,7 +257,7 @@ def test_from_response_to_picture(name, tmp_path):
     assert response.sampling_error.max() < 1e-9
     sh.save(response, tmp_path / "own.nc")
     loaded = sh.load(tmp_path / "own.nc")
-    again = sh.rebuild(loaded.isel({swept: 1}))
+    again = sh.datasets.rebuild(loaded.isel({swept: 1}))
     assert again.parameters[swept] == pytest.approx([1.5 * value])
     assert again.model.groups[0].law == problem.model.groups[0].law
     moved = problem.with_parameters(**{swept: 1.5 * value})
@@ -268,7 +268,7 @@ def test_from_response_to_picture(name, tmp_path):
     assert verified.residual_stored.max() < 1e-9
     assert verified.energy_error.max() < 1e-9
     assert verified.contact_mismatch.max() < 1e-9
-    slopes = sh.sensitivity(loaded)
+    slopes = sh.datasets.sensitivity(loaded)
     step = 1e-4 * value
     beside = {swept: [value - step, value + step]}
     ends = sh.frf(problem, (10, 30), over=beside, progress=False)
@@ -287,7 +287,7 @@ def test_sampling_error_is_that_of_the_response():
     """Of a gap without break points, against the same with them, and no more than stated."""
     expression, parameters, breakpoints = LAWS["gap"]
     responses = [
-        sh.solve(problem_of(sh.SmoothLaw(expression, parameters, [(0, 1)], cut)), 15.0)
+        sh.solve(problem_of(sh.laws.SmoothLaw(expression, parameters, [(0, 1)], cut)), 15.0)
         for cut in ((), breakpoints)
     ]
     coarse, exact = (r.coefficient.values for r in responses)
@@ -295,14 +295,16 @@ def test_sampling_error_is_that_of_the_response():
     stated = float(responses[0].sampling_error)
     assert 1e-12 < difference <= stated < 1e-4
     assert responses[1].sampling_error < 1e-11
-    plain = sh.solve(problem_of(sh.Contacts(sh.CubicSpring(), [(0, 1)], cubic_stiffness=1e8)), 15.0)
+    plain = sh.solve(
+        problem_of(sh.Contacts(sh.laws.CubicSpring(), [(0, 1)], cubic_stiffness=1e8)), 15.0
+    )
     assert "sampling_error" not in plain
 
 
 def test_units_meaning_and_bounds_of_parameters():
     """Units as datasets have them, and a record where more is to be said."""
-    record = sh.Parameter("N m-3", "how it bends", "$c$", bound="positive", designed=True)
-    group = sh.SmoothLaw(
+    record = sh.laws.Parameter("N m-3", "how it bends", "$c$", bound="positive", designed=True)
+    group = sh.laws.SmoothLaw(
         lambda y, v, p: p["k5"] * y**5 + p["c3"] * y**3 + p["d"] * v,
         {"k5": (1e13, "N/m^5", "fifth power"), "c3": (1e6, record), "d": (0.1, "N*s/m")},
         [(0, 1), (0,)],
@@ -328,11 +330,11 @@ def test_where_forces_act():
     ways = [(0, 1)], (0, 1), {0: 1.0, 1: -1.0}, [{0: 1.0, 1: -1.0}], np.array([[1.0, -1.0]])
     forces = []
     for directions in (*ways, {"along": [(0, 1)]}):
-        problem = problem_of(sh.SmoothLaw(cube, value, directions), (1, 3))
+        problem = problem_of(sh.laws.SmoothLaw(cube, value, directions), (1, 3))
         forces.append(problem.evaluate(unknowns_like(problem), 90.0).residual)
     np.testing.assert_allclose(forces, [forces[0]] * len(forces), rtol=1e-14)
     with pytest.raises((TypeError, ValueError), match="y"):
-        sh.SmoothLaw(cube, value, [0, 1])
+        sh.laws.SmoothLaw(cube, value, [0, 1])
 
 
 def test_harmonics_that_a_force_needs():
@@ -394,7 +396,7 @@ def test_damaged_graphs_are_refused(text, tmp_path):
     description["groups"]["own"]["law"]["fields"]["graph"] = text
     damaged = response.assign_attrs(problem=json.dumps(description))
     with pytest.raises(ArchiveError, match="the description of the problem is damaged"):
-        sh.rebuild(damaged)
+        sh.datasets.rebuild(damaged)
 
 
 CALLS = []
@@ -459,7 +461,7 @@ STRANGE = ca.SX.sym("strange")
 def test_wrong_laws_are_refused_in_one_sentence(expression, parameters, breakpoints, error, text):
     CALLS.clear()
     with pytest.raises(error, match=text) as caught:
-        sh.SmoothLaw(expression, parameters, [(0,)], breakpoints)
+        sh.laws.SmoothLaw(expression, parameters, [(0,)], breakpoints)
     assert "\n" not in str(caught.value)
 
 
@@ -468,9 +470,11 @@ UNDEFINED = "the force of a contact law is no number, or jumps at a break point"
 
 def test_forces_that_are_undefined_at_some_motions():
     """What depends on the motion is a status, and the points before are valid."""
-    root = problem_of(sh.SmoothLaw(lambda y, v, p: p["k"] * y * ca.sqrt(1 - y / p["g"]), K, [(0,)]))
+    root = problem_of(
+        sh.laws.SmoothLaw(lambda y, v, p: p["k"] * y * ca.sqrt(1 - y / p["g"]), K, [(0,)])
+    )
     jump = problem_of(
-        sh.SmoothLaw(
+        sh.laws.SmoothLaw(
             lambda y, v, p: ca.if_else(y > p["g"], p["k"] * y, 0),
             K,
             [(0,)],

@@ -57,7 +57,7 @@ def chain(**changes):
 @pytest.mark.parametrize("harmonics", [(1,), (1, 3), (0, 1, 2, 3)])
 def test_a_model_and_its_dynamic_stiffness_respond_alike(harmonics):
     """Matrices compiled into the equations, and the same added harmonic by harmonic."""
-    force = sh.HarmonicForce(cosine={1: [1, 0, 0]}, amplitude=1.0)
+    force = sh.forces.HarmonicForce(cosine={1: [1, 0, 0]}, amplitude=1.0)
     problems = [
         sh.HarmonicBalance(structure, force, harmonics)
         for structure in (chain(), ByHarmonics(chain()))
@@ -75,7 +75,7 @@ def test_a_model_and_its_dynamic_stiffness_respond_alike(harmonics):
 
 @pytest.mark.parametrize("name", ["normal_load", "contact_stiffness", "force_amplitude"])
 def test_parameters_of_contacts_and_force_are_followed(name):
-    force = sh.HarmonicForce(cosine={1: [1, 0, 0]}, amplitude=1.0)
+    force = sh.forces.HarmonicForce(cosine={1: [1, 0, 0]}, amplitude=1.0)
     bands = dict(normal_load=(1, 6), contact_stiffness=(5e3, 2e4), force_amplitude=(0.5, 2))
     options = dict(frequency=11.5, progress=False)
     one, other = (
@@ -90,7 +90,7 @@ def test_peaks_of_a_rod_are_those_of_its_closed_form(tmp_path):
     """Stuck and free, the damper is a spring or nothing: a scalar equation tells the peak."""
     loads = [1e-9, 1e5]
     rod = Rod(**DAMPER)
-    problem = sh.HarmonicBalance(rod, sh.PointForce())
+    problem = sh.HarmonicBalance(rod, sh.forces.PointForce())
     response = sh.frf(problem, (5, 100), over={"normal_load": loads}, progress=False)
     assert (response.n_peaks == 2).all()  # up to 100 Hz, free at 25 and 75 Hz
     for load, spring in zip(loads, (0.0, 1e4), strict=True):
@@ -106,19 +106,21 @@ def test_peaks_of_a_rod_are_those_of_its_closed_form(tmp_path):
     path = sh.save(response, tmp_path / "rod.nc")
     again = sh.load(path)
     assert again.identical(response)
-    rebuilt = sh.frf(sh.rebuild(again), (5, 100), over={"normal_load": loads}, progress=False)
+    rebuilt = sh.frf(
+        sh.datasets.rebuild(again), (5, 100), over={"normal_load": loads}, progress=False
+    )
     assert rebuilt.drop_attrs().equals(response.drop_attrs())
     about = json.loads(again.attrs["problem"])
     about["structure"]["of"] = "Bar"
     again.attrs["problem"] = json.dumps(about)
-    with pytest.raises(sh.ArchiveError, match="not as it was stored"):
-        sh.rebuild(again)
+    with pytest.raises(sh.datasets.ArchiveError, match="not as it was stored"):
+        sh.datasets.rebuild(again)
 
 
 def test_many_rods_in_processes_respond_as_in_this_one():
     from concurrent.futures import ThreadPoolExecutor
 
-    problem = sh.HarmonicBalance(Rod(**DAMPER), sh.PointForce(), (1, 3))
+    problem = sh.HarmonicBalance(Rod(**DAMPER), sh.forces.PointForce(), (1, 3))
     options = dict(over={"normal_load": [1.0, 2.0, 4.0]}, progress=False)
     with ThreadPoolExecutor(2) as pool:
         shared = sh.frf(problem, (10, 40), executor=pool, **options)
@@ -134,14 +136,14 @@ class Blunt(Rod):
 
 def test_without_a_count_of_modes_paths_go_on():
     one, other = (
-        sh.frf(sh.HarmonicBalance(kind(**DAMPER), sh.PointForce()), (10, 40), progress=False)
+        sh.frf(sh.HarmonicBalance(kind(**DAMPER), sh.forces.PointForce()), (10, 40), progress=False)
         for kind in (Rod, Blunt)
     )
     np.testing.assert_allclose(one.peak_frequency, other.peak_frequency, rtol=1e-9)
 
 
 def test_what_needs_matrices_says_so():
-    problem = sh.HarmonicBalance(Rod(**DAMPER), sh.PointForce())
+    problem = sh.HarmonicBalance(Rod(**DAMPER), sh.forces.PointForce())
     calls = [
         lambda: sh.periodic_motion(problem, 20.0),
         lambda: sh.minimise_peak(problem, "normal_load", (1, 10), frequency=(10, 40)),
@@ -197,7 +199,7 @@ MISTAKES = {
 def test_a_wrong_dynamic_stiffness_is_noticed(name):
     """A wrong derivative would leave the points right and move the peaks."""
     change, words = MISTAKES[name]
-    force = sh.HarmonicForce(cosine={1: [1, 0, 0]}, amplitude=1.0)
+    force = sh.forces.HarmonicForce(cosine={1: [1, 0, 0]}, amplitude=1.0)
     problem = sh.HarmonicBalance(Changed(chain(), change), force, (1, 3))
     with pytest.raises(ValueError, match=words):
         sh.solve(problem, 11.5)

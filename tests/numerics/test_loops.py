@@ -14,7 +14,8 @@ blade = sh.single_blade(
     mass=1, stiffness=1e4, damping=0.5, contact_stiffness=1e4, friction_coefficient=0.5,
     normal_load=3,
 )
-sh.frf(sh.HarmonicBalance(blade, sh.PointForce(amplitude=100.0)), (10, 12), progress={progress})
+force = sh.forces.PointForce(amplitude=100.0)
+sh.frf(sh.HarmonicBalance(blade, force), (10, 12), progress={progress})
 """
 LINE = "symhbm: compiling loops, once after installing"
 

@@ -30,7 +30,7 @@ def chain(n=24):
 
 
 def pair(harmonics=(1,), force=None):
-    model, force = chain(), force or sh.PointForce(TIP, amplitude=3.0)
+    model, force = chain(), force or sh.forces.PointForce(TIP, amplitude=3.0)
     small = sh.condense(model, force, BAND, harmonics, dofs=[TIP], progress=False)
     return tuple(sh.HarmonicBalance(m, force, harmonics) for m in (model, small))
 
@@ -38,7 +38,7 @@ def pair(harmonics=(1,), force=None):
 def inside():
     """A force inside of the structure, with a mean, of three harmonics."""
     shapes = np.random.default_rng(2).normal(size=(4, 24))
-    return sh.HarmonicForce({0: shapes[0], 1: shapes[1], 3: shapes[2]}, {1: shapes[3]})
+    return sh.forces.HarmonicForce({0: shapes[0], 1: shapes[1], 3: shapes[2]}, {1: shapes[3]})
 
 
 @pytest.mark.parametrize(("harmonics", "force"), [((1,), None), ((0, 1, 2, 3), inside())])
@@ -73,7 +73,8 @@ def test_sensitivities_are_those_of_the_whole_structure():
     both = pair()
     dofs = both[1].model.dofs
     whole, small = (
-        sh.sensitivity(sh.frf(problem, BAND, peaks="each", progress=False)) for problem in both
+        sh.datasets.sensitivity(sh.frf(problem, BAND, peaks="each", progress=False))
+        for problem in both
     )
     kept = whole.isel(peak=np.isin(whole.peak_dof, dofs))
     assert dofs[small.peak_dof].tolist() == kept.peak_dof.values.tolist()
@@ -110,7 +111,7 @@ def test_a_design_is_that_of_the_whole_structure():
     assert small.design_status == whole.design_status == sh.Status.DESIGN_OPTIMAL
     np.testing.assert_allclose(small.design_value, whole.design_value, rtol=1e-7)
     np.testing.assert_allclose(small.peak_amplitude.max(), whole.peak_amplitude.max(), rtol=1e-9)
-    best = sh.rebuild(small).parameters["normal_load"]
+    best = sh.datasets.rebuild(small).parameters["normal_load"]
     np.testing.assert_array_equal(best, small.design_value[0])
 
 

@@ -29,7 +29,7 @@ def blade(harmonics=(1,), **values):
         friction_coefficient=0.5,
         normal_load=3,
     )
-    return sh.HarmonicBalance(model.with_parameters(**values), sh.PointForce(), harmonics)
+    return sh.HarmonicBalance(model.with_parameters(**values), sh.forces.PointForce(), harmonics)
 
 
 def ring(harmonics, seed=3, n_blades=3):
@@ -43,7 +43,7 @@ def ring(harmonics, seed=3, n_blades=3):
         friction_coefficient=0.5 * rng.uniform(0.8, 1.2, n_blades),
         normal_load=20 * rng.uniform(0.7, 1.3, n_blades),
     )
-    return sh.HarmonicBalance(model, sh.EngineOrder(1), harmonics)
+    return sh.HarmonicBalance(model, sh.forces.EngineOrder(1), harmonics)
 
 
 def duffing():
@@ -56,7 +56,7 @@ def duffing():
         normal_load=0.05,
         cubic_stiffness=0.1,
     )
-    return sh.HarmonicBalance(model, sh.PointForce(amplitude=0.18), (1, 3))
+    return sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=0.18), (1, 3))
 
 
 def looping(harmonics=(1, 3), seed=3):
@@ -71,7 +71,7 @@ def looping(harmonics=(1, 3), seed=3):
         friction_coefficient=0.5 * rng.uniform(0.6, 1.4, 4),
         normal_load=2.0 * rng.uniform(0.7, 1.3, 4),
     )
-    return sh.HarmonicBalance(model, sh.EngineOrder(1), harmonics)
+    return sh.HarmonicBalance(model, sh.forces.EngineOrder(1), harmonics)
 
 
 CASES = {

@@ -16,7 +16,8 @@ from symhbm.model.linear import natural_band
 
 BLADE = dict(mass=1, stiffness=1e4, damping=0.5, friction_coefficient=0.5)
 SINGLE = sh.HarmonicBalance(
-    sh.single_blade(**BLADE, contact_stiffness=1e4, normal_load=10), sh.PointForce(amplitude=1.0)
+    sh.single_blade(**BLADE, contact_stiffness=1e4, normal_load=10),
+    sh.forces.PointForce(amplitude=1.0),
 )
 
 
@@ -26,7 +27,7 @@ def curve(problem=SINGLE, parameter="normal_load", band=(3.0, 4.0), *args, **opt
 
 def ring(n_blades, order, **changes):
     disk = sh.bladed_disk(n_blades, **BLADE, contact_stiffness=1e6, normal_load=10)
-    return sh.HarmonicBalance(disk, sh.EngineOrder(order)).with_parameters(**changes)
+    return sh.HarmonicBalance(disk, sh.forces.EngineOrder(order)).with_parameters(**changes)
 
 
 def mistuned(n_blades, order):
@@ -179,7 +180,7 @@ def two_dofs_a_blade():
         friction_coefficient=friction,
         normal_load=10.0,
     )
-    excitation = sh.HarmonicForce(cosine={1: force.real}, sine={1: -force.imag})
+    excitation = sh.forces.HarmonicForce(cosine={1: force.real}, sine={1: -force.imag})
 
     def by_hand(load):
         matrices = mass, damping, elastic, directions, np.full(3, stiffness)
@@ -273,15 +274,15 @@ def test_an_executor_that_fails_loses_nothing():
 def test_archive(single, tmp_path):
     path = sh.save(single, tmp_path / "curve.nc")
     assert sh.load(path).identical(single)
-    chosen = sh.rebuild(single.isel(normal_load=3))
+    chosen = sh.datasets.rebuild(single.isel(normal_load=3))
     assert chosen.parameters["normal_load"] == single.normal_load.values[3]
-    assert sh.rebuild(single).parameters["normal_load"] == 10
+    assert sh.datasets.rebuild(single).parameters["normal_load"] == 10
 
 
 def test_peaks_of_responses_that_fold():
     """A spring that stiffens: over the force, the peak is that of the branch with its folds."""
     blade = sh.Model([[1.0]], [[0.05]], [[1.0]], [(0,)], cubic_stiffness=0.1)
-    problem, band = sh.HarmonicBalance(blade, sh.PointForce(amplitude=0.18)), (0.08, 0.4)
+    problem, band = sh.HarmonicBalance(blade, sh.forces.PointForce(amplitude=0.18)), (0.08, 0.4)
     result = sh.peak_curve(
         problem, "force_amplitude", (0.05, 0.25), at=[0.05, 0.18, 0.25], frequency=band
     )
@@ -350,7 +351,7 @@ def opening():
     )
     stiffness = [[1e4, 3e3], [3e3, 2e4]]
     blade = sh.Model(np.eye(2), np.diag([2.0, 3]), stiffness, contacts={"contact": contact})
-    force = sh.HarmonicForce(cosine={1: [1, 0]}, sine={1: [0, -0.5]})
+    force = sh.forces.HarmonicForce(cosine={1: [1, 0]}, sine={1: [0, -0.5]})
     return sh.HarmonicBalance(blade, force, (0, 1, 2, 3))
 
 

@@ -13,10 +13,10 @@ from symhbm.results.variables import derivative
 
 COMMON = dict(mass=1, stiffness=1e4, damping=0.5, friction_coefficient=0.5)
 BLADE = sh.HarmonicBalance(
-    sh.single_blade(**COMMON, contact_stiffness=1e4, normal_load=3), sh.PointForce()
+    sh.single_blade(**COMMON, contact_stiffness=1e4, normal_load=3), sh.forces.PointForce()
 )
 TUNED = sh.HarmonicBalance(
-    sh.bladed_disk(5, **COMMON, contact_stiffness=1e5, normal_load=10), sh.EngineOrder(1)
+    sh.bladed_disk(5, **COMMON, contact_stiffness=1e5, normal_load=10), sh.forces.EngineOrder(1)
 )
 LOADS = np.array([18.0, 22.0, 15.0, 25.0])
 RING = sh.HarmonicBalance(
@@ -26,7 +26,7 @@ RING = sh.HarmonicBalance(
         contact_stiffness=[9e4, 1.1e5, 1e5, 1.2e5],
         normal_load=LOADS,
     ),
-    sh.EngineOrder(1),
+    sh.forces.EngineOrder(1),
 )
 BAND = 50, 110
 
@@ -55,7 +55,7 @@ def nearest(dataset, frequency, dof):
 
 def test_one_blade_over_a_sweep():
     loads = [1.5, 3.0, 18.0]
-    derivatives = sh.sensitivity(frf(BLADE, (15, 25), over={"normal_load": loads}))
+    derivatives = sh.datasets.sensitivity(frf(BLADE, (15, 25), over={"normal_load": loads}))
     assert (derivatives.sensitivity_status == EXACT).all()
     assert derivatives.peak_amplitude_by_normal_load.dims == (
         *("normal_load", "peak", "peaking_dof", "contact"),
@@ -78,7 +78,7 @@ def test_one_blade_over_a_sweep():
 
 def test_which_contact_matters_most():
     response = frf(RING, peaks="each")
-    derivatives = sh.sensitivity(response)
+    derivatives = sh.datasets.sensitivity(response)
     assert (derivatives.sensitivity_status == EXACT).all()
     assert {"smooth", "corner"} == {*derivatives.peak_kind.values}
     # Each blade peaks alone where the disk is mistuned.
@@ -100,15 +100,15 @@ def test_which_contact_matters_most():
             exact.values[contact], abs=1e-5 * np.abs(exact).max().item()
         )
     highest_peak = response.isel(peak=response.peak_amplitude.argmax("peak"))
-    by_load = sh.sensitivity(highest_peak).peak_amplitude_by_normal_load
+    by_load = sh.datasets.sensitivity(highest_peak).peak_amplitude_by_normal_load
     assert abs(by_load).max("peaking_dof").idxmax("contact") == abs(exact).argmax("contact")
 
 
 def test_blades_of_a_tuned_disk():
     largest, per_dof = frf(TUNED), frf(TUNED, peaks="each")
     assert largest.n_sectors == 5
-    derivatives, all_peaks = sh.sensitivity(largest), sh.sensitivity(per_dof)
-    whole = sh.sensitivity(frf(TUNED, sector=False))
+    derivatives, all_peaks = sh.datasets.sensitivity(largest), sh.datasets.sensitivity(per_dof)
+    whole = sh.datasets.sensitivity(frf(TUNED, sector=False))
     assert derivatives.sizes["peak"] == 1
     assert all_peaks.sizes["peak"] == 5
     for name in ("mass", "damping", "contact_stiffness", "normal_load"):
@@ -141,7 +141,7 @@ def test_slopes_of_both_sides_at_the_onset_of_slip():
     band = (15, 30)
     stuck = frf(BLADE.with_parameters(normal_load=1e4), band).peak_amplitude.item()
     problem = BLADE.with_parameters(normal_load=stuck * 1e4 / 0.5)
-    found = sh.sensitivity(frf(problem, band))
+    found = sh.datasets.sensitivity(frf(problem, band))
     assert found.sensitivity_status.item().startswith("one-sided: contact 0 begins to slip here")
     for name in ("damping", "normal_load", "stiffness", "contact_stiffness", "force_amplitude"):
         for sign, side in ((1, ""), (-1, "_towards_smaller")):
@@ -156,7 +156,7 @@ def test_slopes_of_both_sides_at_the_onset_of_slip():
     # More damping sticks: the frequency of that side is known, that of the other is not.
     assert np.isfinite(found.peak_frequency_by_damping).all()
     assert np.isnan(found.peak_frequency_by_damping_towards_smaller).all()
-    beside = sh.sensitivity(frf(problem.with_parameters(damping=0.5001), band))
+    beside = sh.datasets.sensitivity(frf(problem.with_parameters(damping=0.5001), band))
     assert beside.sensitivity_status.item() == EXACT
     assert "peak_amplitude_by_damping_towards_smaller" not in beside
 
@@ -164,14 +164,14 @@ def test_slopes_of_both_sides_at_the_onset_of_slip():
 def test_contacts_that_begin_to_slip_together_have_no_slopes():
     stuck = frf(TUNED.with_parameters(normal_load=1e5))
     relative = 2 * np.sin(np.pi / 5) * stuck.peak_amplitude.max().item()
-    found = sh.sensitivity(frf(TUNED.with_parameters(normal_load=relative * 1e5 / 0.5)))
+    found = sh.datasets.sensitivity(frf(TUNED.with_parameters(normal_load=relative * 1e5 / 0.5)))
     assert "contacts 0, 1, 2, 3, 4 are on their limits" in found.sensitivity_status.item()
 
 
 def test_blades_that_do_not_peak():
     """A disk with mistuned loads is tuned while all contacts stick, until the first onset."""
     response = frf(TUNED.with_parameters(normal_load=[14.1, 11.1, 12.3, 10.4, 14.4]), peaks="each")
-    derivatives = sh.sensitivity(response)
+    derivatives = sh.datasets.sensitivity(response)
     assert (derivatives.sensitivity_status == EXACT).all()
     coefficient = response.peak_coefficient.squeeze("harmonic")
     amplitude = np.hypot(coefficient.sel(component="cos"), coefficient.sel(component="sin"))
@@ -197,14 +197,14 @@ def test_two_parameters_and_a_pattern():
         LOADS * rng.uniform(0.9, 1.1, (2, 4)), dims=("sample", "contact"), coords={"sample": [7, 8]}
     )
     over = {"force_amplitude": [0.8, 1.0], "normal_load": loads}
-    derivatives = sh.sensitivity(frf(RING, (60, 85), over=over, at=[60.0, 80.0]))
+    derivatives = sh.datasets.sensitivity(frf(RING, (60, 85), over=over, at=[60.0, 80.0]))
     assert "frequency" not in derivatives.dims
     assert derivatives.sample.values.tolist() == [7, 8]
     has_peak = derivatives.peak_kind.values != ""
     assert (derivatives.sensitivity_status.values == np.where(has_peak, EXACT, "")).all()
-    problem = sh.rebuild(derivatives.sel(sample=8, force_amplitude=0.8))
+    problem = sh.datasets.rebuild(derivatives.sel(sample=8, force_amplitude=0.8))
     np.testing.assert_array_equal(problem.model.normal_load, loads.sel(sample=8))
-    alone = sh.sensitivity(frf(problem, (60, 85)))
+    alone = sh.datasets.sensitivity(frf(problem, (60, 85)))
     n_peaks = alone.sizes["peak"]
     same = derivatives.sel(sample=8, force_amplitude=0.8).isel(peak=slice(n_peaks))
     for name in ("normal_load", "mass", "force_amplitude"):
@@ -215,9 +215,9 @@ def test_two_parameters_and_a_pattern():
 
 
 def test_engine_orders_share_their_equations():
-    derivatives = sh.sensitivity(frf(TUNED, over={"engine_order": [1, 2]}))
+    derivatives = sh.datasets.sensitivity(frf(TUNED, over={"engine_order": [1, 2]}))
     assert (derivatives.sensitivity_status == EXACT).all()
-    alone = sh.sensitivity(frf(TUNED.with_parameters(engine_order=2)))
+    alone = sh.datasets.sensitivity(frf(TUNED.with_parameters(engine_order=2)))
     xr.testing.assert_allclose(
         derivatives.peak_amplitude_by_mass.sel(engine_order=2, drop=True),
         alone.peak_amplitude_by_mass,
@@ -229,12 +229,12 @@ def test_peaks_have_their_own_harmonics():
     blade, band = BLADE.with_parameters(normal_load=1.5), (2, 40)
     response = frf(blade, band, accuracy=1e-2)
     assert response.peak_highest_harmonic.min() < response.harmonic.max()
-    derivatives = sh.sensitivity(response)
+    derivatives = sh.datasets.sensitivity(response)
     assert (derivatives.sensitivity_status == EXACT).all()
     index = int(response.peak_highest_harmonic.argmin("peak"))
     harmonics = tuple(range(1, int(response.peak_highest_harmonic[index]) + 1, 2))
     truncated = sh.HarmonicBalance(blade.model, blade.excitation, harmonics)
-    fixed = sh.sensitivity(frf(truncated, band))
+    fixed = sh.datasets.sensitivity(frf(truncated, band))
     reference = nearest(fixed, float(response.peak_frequency[index]), 0)
     for name in ("peak_amplitude_by_normal_load", "peak_frequency_by_damping"):
         # Both peaks are solved for to round-off on the same harmonics.
@@ -244,10 +244,10 @@ def test_peaks_have_their_own_harmonics():
 def test_cubic_springs():
     duffing = sh.HarmonicBalance(
         sh.Model([[1.0]], [[0.05]], [[1.0]], contacts=[(0,)], cubic_stiffness=0.1),
-        sh.PointForce(amplitude=0.18),
+        sh.forces.PointForce(amplitude=0.18),
     )
     band = 0.08, 0.32
-    derivatives = sh.sensitivity(frf(duffing, band)).squeeze()
+    derivatives = sh.datasets.sensitivity(frf(duffing, band)).squeeze()
     assert derivatives.sensitivity_status == EXACT
     assert "peak_amplitude_by_mass" not in derivatives
     for name in ("cubic_stiffness", "force_amplitude"):
@@ -258,7 +258,7 @@ def test_cubic_springs():
             assert derivatives[f"{of}_by_{name}"].item() == pytest.approx(difference, rel=1e-5)
     # There is no friction element, so nothing that its parameters change.
     assert derivatives.peak_amplitude_by_normal_load == 0
-    swept = sh.sensitivity(
+    swept = sh.datasets.sensitivity(
         frf(duffing.with_parameters(cubic_stiffness=0), band, over={"cubic_stiffness": [0.0, 0.1]})
     )
     by_spring = swept.peak_amplitude_by_cubic_stiffness
@@ -271,7 +271,9 @@ def test_cubic_springs():
 def test_a_contact_without_load():
     problem = RING.with_parameters(normal_load=[0.0, *LOADS[1:]])
     response = frf(problem, (70, 110))
-    derivatives = sh.sensitivity(response).isel(peak=response.peak_amplitude.argmax("peak"))
+    derivatives = sh.datasets.sensitivity(response).isel(
+        peak=response.peak_amplitude.argmax("peak")
+    )
     assert derivatives.sensitivity_status == EXACT
     step = 1e-5
     loaded = frf(problem.with_parameters(normal_load=[step, *LOADS[1:]]), (70, 110))
@@ -293,12 +295,12 @@ def mirrored():
         contact_stiffness=1e5,
         normal_load=load[[0, 1, 2, 1, 0]],
     )
-    return sh.HarmonicBalance(disk, sh.PointForce())
+    return sh.HarmonicBalance(disk, sh.forces.PointForce())
 
 
 def test_contacts_on_their_limits_together():
     response = frf(mirrored(), (55, 70), peaks="each")
-    derivatives = sh.sensitivity(response)
+    derivatives = sh.datasets.sensitivity(response)
     exact = derivatives.sensitivity_status == EXACT
     together = derivatives.isel(peak=np.flatnonzero(~exact))
     assert together.sizes["peak"]
@@ -316,12 +318,12 @@ def test_contacts_on_their_limits_have_their_own_numbers():
     names = ("contact_stiffness", "friction_coefficient", "normal_load")
     values = {name: disk.parameters[name] for name in names}
     groups = {
-        "spring": sh.Contacts(sh.CubicSpring(), [(0,)], cubic_stiffness=0),
-        "ring": sh.Contacts(sh.Coulomb(), disk.contacts, **values),
+        "spring": sh.Contacts(sh.laws.CubicSpring(), [(0,)], cubic_stiffness=0),
+        "ring": sh.Contacts(sh.laws.Coulomb(), disk.contacts, **values),
     }
     model = sh.Model(disk.mass_matrix, disk.damping_matrix, disk.stiffness_matrix, contacts=groups)
-    response = frf(sh.HarmonicBalance(model, sh.PointForce()), (55, 70), peaks="each")
-    status = sh.sensitivity(response).sensitivity_status.values
+    response = frf(sh.HarmonicBalance(model, sh.forces.PointForce()), (55, 70), peaks="each")
+    status = sh.datasets.sensitivity(response).sensitivity_status.values
     together = [text for text in status if text != EXACT]
     assert together
     for text in together:
@@ -339,7 +341,7 @@ LOOPING = sh.HarmonicBalance(
         contact_stiffness=[837700.0, 973300.0, 991600.0, 863900.0],
         normal_load=[1.917, 2.104, 2.285, 2.548],
     ),
-    sh.EngineOrder(1),
+    sh.forces.EngineOrder(1),
     (1, 3),
 )
 """Peaks at corners where no contact begins or ends to slip, but one slips once more in a period."""
@@ -350,7 +352,7 @@ def test_corners_of_small_loops():
     response = frf(LOOPING, band, peaks="each")
     corners = response.isel(peak=np.flatnonzero(response.peak_kind == "corner"))
     assert corners.sizes["peak"]
-    derivatives = sh.sensitivity(corners)
+    derivatives = sh.datasets.sensitivity(corners)
     assert derivatives.sensitivity_status.values.tolist() == [EXACT] * corners.sizes["peak"]
     for name, index in (("normal_load", 2), ("stiffness", 3)):
         low, high, size = both_sides(LOOPING, name, 1e-6, index, band, peaks="each")
@@ -376,7 +378,7 @@ def folding_ring():
         normal_load=[1.635, 2.452, 1.635, 2.452, 1.635, 2.452, 1.635],
         cubic_stiffness=1.117e8,
     )
-    return sh.HarmonicBalance(disk, sh.EngineOrder(1))
+    return sh.HarmonicBalance(disk, sh.forces.EngineOrder(1))
 
 
 @pytest.mark.slow
@@ -388,7 +390,7 @@ def test_corner_at_a_fold():
     folds = response.event_frequency.values[response.event_kind.values == "fold"]
     folded = np.isin(corners.peak_frequency.values, folds)
     assert folded.any()
-    derivatives = sh.sensitivity(corners)
+    derivatives = sh.datasets.sensitivity(corners)
     assert derivatives.sensitivity_status.values.tolist() == [EXACT] * corners.sizes["peak"]
     corner = corners.isel(peak=int(np.flatnonzero(folded)[0]))
     dof, exact = int(corner.peak_dof), derivatives.isel(peak=int(np.flatnonzero(folded)[0]))
@@ -412,9 +414,9 @@ def test_stiff_contacts_and_little_damping(engine_order):
         contact_stiffness=[1.1e8, 0.9e8, 1e8, 1.2e8, 0.8e8],
         normal_load=[1.5, 1.2, 1.3, 1.1, 1.4],
     )
-    problem = sh.HarmonicBalance(disk, sh.EngineOrder(engine_order), (0, 1, 2))
+    problem = sh.HarmonicBalance(disk, sh.forces.EngineOrder(engine_order), (0, 1, 2))
     response = frf(problem, (15, 17))
-    derivatives = sh.sensitivity(response)
+    derivatives = sh.datasets.sensitivity(response)
     assert derivatives.sensitivity_status.values.tolist() == [EXACT] * response.sizes["peak"]
     # Force and loads together scale the response, whatever it is.
     by_load = (derivatives.peak_amplitude_by_normal_load * problem.model.normal_load).sum("contact")
@@ -424,7 +426,7 @@ def test_stiff_contacts_and_little_damping(engine_order):
 
 def test_unbounded_peaks():
     problem = BLADE.with_parameters(damping=0, normal_load=1)
-    derivatives = sh.sensitivity(frf(problem, (10, 40)))
+    derivatives = sh.datasets.sensitivity(frf(problem, (10, 40)))
     assert UNBOUNDED in derivatives.sensitivity_status.values
     unbounded = derivatives.isel(peak=np.flatnonzero(derivatives.sensitivity_status == UNBOUNDED))
     assert unbounded.peak_amplitude_by_mass.isnull().all()
@@ -434,19 +436,19 @@ def test_unbounded_peaks():
 def test_contacts_at_rest():
     """All blades move in phase: no contact moves, so that its force would have a kink."""
     in_phase = TUNED.with_parameters(engine_order=0)
-    assert (sh.sensitivity(frf(in_phase, (10, 30))).sensitivity_status == EXACT).all()
+    assert (sh.datasets.sensitivity(frf(in_phase, (10, 30))).sensitivity_status == EXACT).all()
     for problem in (
         sh.HarmonicBalance(in_phase.model, in_phase.excitation, (0, 1, 2)),
         in_phase.with_parameters(normal_load=0),
     ):
-        derivatives = sh.sensitivity(frf(problem, (10, 30)))
+        derivatives = sh.datasets.sensitivity(frf(problem, (10, 30)))
         assert derivatives.sensitivity_status.values.tolist() == [
             AT_REST.format(contacts="0, 1, 2, 3, 4")
         ]
 
 
 def test_no_peaks():
-    derivatives = sh.sensitivity(frf(BLADE, (5, 8)))
+    derivatives = sh.datasets.sensitivity(frf(BLADE, (5, 8)))
     assert derivatives.sizes["peak"] == 0
     assert derivatives.peak_amplitude_by_normal_load.shape == (0, 1, 1)
 
@@ -468,7 +470,7 @@ def test_damaged_labels(name, value):
 
 
 def check_damaged(response):
-    derivatives = sh.sensitivity(response)
+    derivatives = sh.datasets.sensitivity(response)
     assert derivatives.sensitivity_status.values.tolist() == [NOT_VERIFIED]
     assert derivatives.peak_amplitude_by_mass.isnull().all()
 
@@ -477,11 +479,11 @@ def test_archives(tmp_path):
     keep = ["peak_frequency", "peak_amplitude", "peak_dof", "peak_kind", "peak_coefficient"]
     over = {"normal_load": [1.0, 3.0]}
     path = tmp_path / "response.nc"
-    in_memory = sh.sensitivity(frf(BLADE, (15, 30), over=over))
+    in_memory = sh.datasets.sensitivity(frf(BLADE, (15, 30), over=over))
     with frf(BLADE, (15, 30), over=over, keep=keep, archive=path) as lazy:
-        derivatives = sh.sensitivity(lazy).load()
+        derivatives = sh.datasets.sensitivity(lazy).load()
     xr.testing.assert_identical(derivatives.drop_attrs(), in_memory.drop_attrs())
-    from_archive = sh.sensitivity(sh.load(path))
+    from_archive = sh.datasets.sensitivity(sh.load(path))
     xr.testing.assert_identical(from_archive.drop_attrs(), in_memory.drop_attrs())
     sh.save(from_archive, tmp_path / "sensitivity.nc")
     loaded = sh.load(tmp_path / "sensitivity.nc")
@@ -489,7 +491,7 @@ def test_archives(tmp_path):
     info = CliRunner().invoke(main, ["info", str(tmp_path / "sensitivity.nc")])
     assert info.exit_code == 0
     assert "frequency response from 15 to 30 Hz, its peaks alone" in info.output
-    assert sh.rebuild(loaded.sel(normal_load=3.0)).model.normal_load == 3.0
+    assert sh.datasets.rebuild(loaded.sel(normal_load=3.0)).model.normal_load == 3.0
 
 
 def test_units():
@@ -498,7 +500,7 @@ def test_units():
     assert derivative("peak_amplitude", "friction_coefficient").units == "m"
     assert derivative("peak_amplitude", "cubic_stiffness").units == "m4 N-1"
     assert derivative("peak_frequency", "damping").units == "Hz N-1 s-1 m"
-    derivatives = sh.sensitivity(frf(BLADE, (15, 30)))
+    derivatives = sh.datasets.sensitivity(frf(BLADE, (15, 30)))
     for name in (str(name) for name in derivatives.data_vars if "_by_" in str(name)):
         variable = derivative(*name.split("_by_"))
         assert derivatives[name].attrs == {"units": variable.units, "long_name": variable.long_name}
@@ -507,24 +509,26 @@ def test_units():
 
 def test_other_datasets_are_refused():
     with pytest.raises(TypeError, match="dataset=3: expected an xarray Dataset"):
-        sh.sensitivity(3)
-    with pytest.raises(sh.ArchiveError, match="not written by symhbm"):
-        sh.sensitivity(xr.Dataset())
+        sh.datasets.sensitivity(3)
+    with pytest.raises(sh.datasets.ArchiveError, match="not written by symhbm"):
+        sh.datasets.sensitivity(xr.Dataset())
     names = ["amplitude", "peak_frequency"]
     kept = frf(BLADE, (15, 30), keep=names, verifiable=False)
     with pytest.raises(
-        sh.ArchiveError, match="without peak_amplitude, peak_dof, peak_kind, peak_c"
+        sh.datasets.ArchiveError, match="without peak_amplitude, peak_dof, peak_kind, peak_c"
     ):
-        sh.sensitivity(kept)
+        sh.datasets.sensitivity(kept)
     loads = sh.follow(BLADE, "normal_load", (1, 3), frequency=19.5, progress=False)
-    with pytest.raises(sh.ArchiveError, match="over the frequency, got one without peak_frequency"):
-        sh.sensitivity(loads)
-    with pytest.raises(sh.ArchiveError, match="expected a result of frf"):
-        sh.sensitivity(sh.solve(BLADE, 19.5))
+    with pytest.raises(
+        sh.datasets.ArchiveError, match="over the frequency, got one without peak_frequency"
+    ):
+        sh.datasets.sensitivity(loads)
+    with pytest.raises(sh.datasets.ArchiveError, match="expected a result of frf"):
+        sh.datasets.sensitivity(sh.solve(BLADE, 19.5))
     sampled = sh.HarmonicBalance(BLADE.model, BLADE.excitation, (1,), samples=64)
-    with pytest.raises(sh.ArchiveError, match="friction over 64 samples"):
-        sh.sensitivity(frf(sampled, (15, 30)))
-    with pytest.raises(sh.ArchiveError, match="dimensions are missing"):
-        sh.sensitivity(frf(RING, (55, 65)).isel(dof=0))
-    with pytest.raises(sh.ArchiveError, match="expected coefficients of sizes"):
-        sh.sensitivity(frf(RING, (55, 65)).isel(harmonic=[]))
+    with pytest.raises(sh.datasets.ArchiveError, match="friction over 64 samples"):
+        sh.datasets.sensitivity(frf(sampled, (15, 30)))
+    with pytest.raises(sh.datasets.ArchiveError, match="dimensions are missing"):
+        sh.datasets.sensitivity(frf(RING, (55, 65)).isel(dof=0))
+    with pytest.raises(sh.datasets.ArchiveError, match="expected coefficients of sizes"):
+        sh.datasets.sensitivity(frf(RING, (55, 65)).isel(harmonic=[]))

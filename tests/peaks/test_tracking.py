@@ -14,7 +14,8 @@ from symhbm.peaks.tracking.track import TrackStatus, retrack, track
 
 BLADE = dict(mass=1, stiffness=1e4, damping=0.5, friction_coefficient=0.5)
 SINGLE = sh.HarmonicBalance(
-    sh.single_blade(**BLADE, contact_stiffness=1e4, normal_load=10), sh.PointForce(amplitude=1.0)
+    sh.single_blade(**BLADE, contact_stiffness=1e4, normal_load=10),
+    sh.forces.PointForce(amplitude=1.0),
 )
 BAND = (5.0, 40.0)
 
@@ -32,7 +33,7 @@ def mistuned_disk():
     disk = sh.bladed_disk(5, **BLADE, contact_stiffness=1e6, normal_load=10)
     spreads: dict[str, Any] = dict(friction_coefficient=0.4, contact_stiffness=0.2)
     draws = sh.mistuning.uniform(disk, n_samples=1, seed=2013, **spreads)
-    problem = sh.HarmonicBalance(disk, sh.EngineOrder(2))
+    problem = sh.HarmonicBalance(disk, sh.forces.EngineOrder(2))
     return problem.with_parameters(**{name: draws[name].values[0] for name in spreads})
 
 

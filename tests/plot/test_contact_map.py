@@ -24,7 +24,7 @@ def response():
         normal_load=LOADS,
         places=places,
     )
-    force = sh.HarmonicForce(cosine={1: np.ones(6)})
+    force = sh.forces.HarmonicForce(cosine={1: np.ones(6)})
     return sh.frf(sh.HarmonicBalance(blade, force), (18, 19), at=[18, 19], progress=False)
 
 

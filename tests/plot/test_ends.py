@@ -7,7 +7,9 @@ import pytest
 import symhbm as sh
 
 BLADE = dict(mass=1, stiffness=1e4, contact_stiffness=1e4, friction_coefficient=0.5)
-PROBLEM = sh.HarmonicBalance(sh.single_blade(**BLADE, damping=0.5, normal_load=3), sh.PointForce())
+PROBLEM = sh.HarmonicBalance(
+    sh.single_blade(**BLADE, damping=0.5, normal_load=3), sh.forces.PointForce()
+)
 FREE = sh.HarmonicBalance(sh.single_blade(**BLADE, damping=-0.5, normal_load=3), harmonics=(1, 3))
 
 

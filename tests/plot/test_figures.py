@@ -42,7 +42,7 @@ def ring(n=3):
         friction_coefficient=0.5,
         normal_load=10,
     )
-    return sh.HarmonicBalance(disk, sh.EngineOrder(1))
+    return sh.HarmonicBalance(disk, sh.forces.EngineOrder(1))
 
 
 def pictures(response):
@@ -58,7 +58,7 @@ def pictures(response):
     stop = sh.Gap(normal=(0,), normal_stiffness=2e4, gap=1e-3)
     stopped = sh.HarmonicBalance(
         sh.Model([[1.0]], [[2.0]], [[1e4]], contacts={"stop": stop}),
-        sh.PointForce(amplitude=15.0),
+        sh.forces.PointForce(amplitude=15.0),
         (0, 1, 2, 3),
     )
     lines = sh.campbell(sh.Sector(sheet, [0], [1], 24), [200, 900], orders=range(1, 13), count=1)

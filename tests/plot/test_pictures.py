@@ -47,7 +47,7 @@ def mistuned():
         friction_coefficient=0.5,
         normal_load=[10, 8, 12, 9, 11],
     )
-    return sh.HarmonicBalance(disk, sh.EngineOrder(2, amplitude=1.0))
+    return sh.HarmonicBalance(disk, sh.forces.EngineOrder(2, amplitude=1.0))
 
 
 def condensed():
@@ -63,7 +63,7 @@ def condensed():
         friction_coefficient=0.5,
         normal_load=1.0,
     )
-    force = sh.PointForce(dof=5, amplitude=5.0)
+    force = sh.forces.PointForce(dof=5, amplitude=5.0)
     small = sh.condense(chain, force, frequency=(3, 12), harmonics=(1,), dofs=[5])
     return sh.HarmonicBalance(small, force, harmonics=(1,))
 
@@ -118,7 +118,7 @@ def test_a_curve_over_a_load_is_drawn_where_it_is(name):
 
 def duffing():
     model = sh.Model([[1.0]], [[0.05]], [[1.0]], contacts=[(0,)], cubic_stiffness=0.1)
-    return sh.HarmonicBalance(model, sh.PointForce(amplitude=0.18))
+    return sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=0.18))
 
 
 @pytest.mark.parametrize("band", [(0.08, 0.32), (0.32, 0.08)])

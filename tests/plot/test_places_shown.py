@@ -36,7 +36,7 @@ def ring():
         friction_coefficient=0.5,
         normal_load=10,
     )
-    return sh.frf(sh.HarmonicBalance(disk, sh.EngineOrder(2)), (60, 95), at=GRID)
+    return sh.frf(sh.HarmonicBalance(disk, sh.forces.EngineOrder(2)), (60, 95), at=GRID)
 
 
 @pytest.fixture(scope="module")
@@ -44,7 +44,7 @@ def nodes():
     n = 5
     stiffness = 2e4 * np.eye(n) - 1e4 * (np.eye(n, k=1) + np.eye(n, k=-1))
     chain = sh.Model(np.eye(n), 0.5 * np.eye(n), stiffness, places=NODES)
-    return sh.frf(sh.HarmonicBalance(chain, sh.PointForce(dof="tip:y")), (60, 95), at=GRID)
+    return sh.frf(sh.HarmonicBalance(chain, sh.forces.PointForce(dof="tip:y")), (60, 95), at=GRID)
 
 
 def drawn(dataset, place):
@@ -141,12 +141,12 @@ def test_errors_name_other_numbers(nodes):
         friction_coefficient=0.5,
         normal_load=10,
     ).with_outputs({"stress": {0: 1e11}}, units="Pa")
-    force = sh.PointForce(4)
+    force = sh.forces.PointForce(4)
     small = sh.condense(chain, force, (10, 20))
     response = sh.frf(sh.HarmonicBalance(small, force), (10, 20), at=[15])
     with pytest.raises(ValueError, match=r"of the structure these are .* \[0, 3\]"):
         sh.plot.response(response, place=4)
-    with pytest.raises(KeyError, match=r"outputs \(stress\) are drawn by symhbm.output"):
+    with pytest.raises(KeyError, match=r"outputs \(stress\) are drawn by symhbm.datasets.output"):
         sh.plot.response(response, place="stress")
 
 
@@ -161,7 +161,7 @@ def test_peaks_of_a_place_are_where_it_is_largest():
         friction_coefficient=0.5,
         normal_load=1e4,
     )
-    problem = sh.HarmonicBalance(disk, sh.PointForce(dof=1))
+    problem = sh.HarmonicBalance(disk, sh.forces.PointForce(dof=1))
     curve = sh.frf(problem, (12, 40), peaks="each", progress=False)
     (ax,) = sh.plot.response(curve, place=["blade 1", "blade 3"]).axes
     top = ax.lines[0]

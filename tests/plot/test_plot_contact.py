@@ -16,7 +16,7 @@ from symhbm.plot.contact import loops_of
 
 EVEN = sh.HarmonicBalance(
     fig03.problem().model.with_parameters(normal_load=2.0),
-    sh.HarmonicForce(cosine={0: [0.3], 1: [1.0], 2: [0.8]}, sine={3: [0.7]}),
+    sh.forces.HarmonicForce(cosine={0: [0.3], 1: [1.0], 2: [0.8]}, sine={3: [0.7]}),
     (0, 1, 2, 3),
 )
 RING = fig08.problem((1, 3, 5)).with_parameters(engine_order=1, normal_load=10)
@@ -148,7 +148,9 @@ def test_paths_and_followed_parameters():
 
 def test_a_motion_that_did_not_converge():
     blade = fig03.problem().model.with_parameters(damping=0, normal_load=0)
-    motion = sh.periodic_motion(sh.HarmonicBalance(blade, sh.PointForce()), 100 / (2 * np.pi))
+    motion = sh.periodic_motion(
+        sh.HarmonicBalance(blade, sh.forces.PointForce()), 100 / (2 * np.pi)
+    )
     with pytest.raises(ValueError, match="converged"):
         sh.plot.hysteresis(motion)
     assert plt.get_fignums() == []
@@ -240,7 +242,7 @@ def test_maps_that_cannot_be(grid):
     with pytest.raises(ValueError, match="twice"):
         sh.plot.stick_map(grid.isel(normal_load=[0, 1, 1]))
     duffing = sh.Model([[1.0]], [[0.05]], [[1.0]], contacts=[(0,)], cubic_stiffness=0.1)
-    balance = sh.HarmonicBalance(duffing, sh.PointForce(amplitude=0.18))
+    balance = sh.HarmonicBalance(duffing, sh.forces.PointForce(amplitude=0.18))
     folded = sh.frf(balance, (0.08, 0.32), over={"cubic_stiffness": [0.1, 0.11]})
     with pytest.raises(ValueError, match="do not fold"):
         sh.plot.stick_map(folded)

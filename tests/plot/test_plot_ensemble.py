@@ -31,7 +31,7 @@ def problem():
         friction_coefficient=0.5,
         normal_load=10,
     )
-    return sh.HarmonicBalance(disk, sh.EngineOrder(2, amplitude=1.0))
+    return sh.HarmonicBalance(disk, sh.forces.EngineOrder(2, amplitude=1.0))
 
 
 def loads():
@@ -203,7 +203,7 @@ def folded():
     """Three stiffening springs: each response folds."""
     duffing = sh.Model([[1.0]], [[0.05]], [[1.0]], contacts=[(0,)], cubic_stiffness=0.1)
     springs = {"cubic_stiffness": xr.DataArray([0.08, 0.1, 0.13], dims="sample")}
-    balance = sh.HarmonicBalance(duffing, sh.PointForce(amplitude=0.18))
+    balance = sh.HarmonicBalance(duffing, sh.forces.PointForce(amplitude=0.18))
     return sh.frf(balance, (0.08, 0.32), over=springs, throw=True, progress=False)
 
 

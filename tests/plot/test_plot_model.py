@@ -146,7 +146,7 @@ def test_matrices_that_are_no_network(matrix, reason):
 
 def test_one_blade():
     """Fig. 1 of the source: spring and damper to one wall, friction damper to the other."""
-    figure = sh.plot.model(blade(), force=sh.PointForce(amplitude=2))
+    figure = sh.plot.model(blade(), force=sh.forces.PointForce(amplitude=2))
     assert len(masses(figure)) == 1
     assert len(elements(figure, "friction")) == 1
     assert len(elements(figure, "cubic")) == len(elements(figure, "opened")) == 0
@@ -174,7 +174,7 @@ def test_cubic_springs():
 def test_ring():
     """Fig. 5 of the source: each contact ends at the two blades that it joins."""
     model = ring()
-    figure = sh.plot.model(sh.HarmonicBalance(model, sh.EngineOrder(3)))
+    figure = sh.plot.model(sh.HarmonicBalance(model, sh.forces.EngineOrder(3)))
     centres, symbols = masses(figure), elements(figure, "friction")
     assert len(centres) == len(symbols) == 13
     # Blades stand on a circle, one after the other.
@@ -225,7 +225,7 @@ def test_values_that_differ_stand_beside_their_elements():
 
 
 def test_chain_with_contacts_to_the_ground():
-    figure = sh.plot.model(chain(normal_load=[3, 5]), force=sh.PointForce(4))
+    figure = sh.plot.model(chain(normal_load=[3, 5]), force=sh.forces.PointForce(4))
     centres, symbols = masses(figure), elements(figure, "friction")
     assert np.ptp(centres[:, 1]) == 0
     for dof, symbol in zip((1, 4), symbols, strict=True):
@@ -273,7 +273,7 @@ def test_omitted_properties_are_listed():
 
 def test_condensed_structure():
     whole = plate()
-    force = sh.PointForce(105)
+    force = sh.forces.PointForce(105)
     small = sh.condense(whole, force, (5, 30), dofs=[60])
     figure = sh.plot.model(sh.HarmonicBalance(small, force))
     names = [text for text in beside(figure) if text.isdigit()]
@@ -288,8 +288,11 @@ def test_condensed_structure():
     assert "condensed: 5 degrees of freedom, 3 contacts" in text
     assert "Not drawn: mass, damping and stiffness of all 200 degrees of freedom" in text
     assert "Not drawn: the force on 1 degree of freedom not kept" in text
-    kept = sh.condense(whole, sh.PointForce(60), (5, 30), dofs=[60])
-    assert "force on" not in words(sh.plot.model(kept, force=sh.PointForce(60))).partition("Not")[2]
+    kept = sh.condense(whole, sh.forces.PointForce(60), (5, 30), dofs=[60])
+    assert (
+        "force on"
+        not in words(sh.plot.model(kept, force=sh.forces.PointForce(60))).partition("Not")[2]
+    )
     alone = sh.condense(plate(contacts=[(7,)]), force, (5, 30))
     assert "7" in beside(sh.plot.model(alone))
 
@@ -299,7 +302,7 @@ def test_condensed_structure():
 
 @pytest.mark.parametrize("bending", [False, True])
 def test_plates_are_dots_and_lines(bending):
-    figure = sh.plot.model(plate(bending), force=sh.PointForce(105))
+    figure = sh.plot.model(plate(bending), force=sh.forces.PointForce(105))
     ax = figure.axes[0]
     legend = ax.get_legend()
     assert legend is not None
@@ -384,7 +387,9 @@ def lengths(figure):
 
 
 def test_arrows_are_as_long_as_the_force_is_large():
-    force = sh.HarmonicForce(cosine={1: [1, 0, 0, 3, 0]}, sine={3: [0, 0, 2, 4, 0]}, amplitude=2)
+    force = sh.forces.HarmonicForce(
+        cosine={1: [1, 0, 0, 3, 0]}, sine={3: [0, 0, 2, 4, 0]}, amplitude=2
+    )
     figure = sh.plot.model(chain(), force=force)
     found = np.array(lengths(figure))
     np.testing.assert_allclose(found / found.max(), [1 / 5, 2 / 5, 1], rtol=1e-9)
@@ -392,9 +397,9 @@ def test_arrows_are_as_long_as_the_force_is_large():
 
 
 def test_force_of_a_problem_or_an_excitation():
-    problem = sh.HarmonicBalance(ring(), sh.PointForce(2, harmonic=3), (1, 3))
+    problem = sh.HarmonicBalance(ring(), sh.forces.PointForce(2, harmonic=3), (1, 3))
     assert len(lengths(sh.plot.model(problem))) == 1
-    assert len(lengths(sh.plot.model(problem, force=sh.EngineOrder(1)))) == 13
+    assert len(lengths(sh.plot.model(problem, force=sh.forces.EngineOrder(1)))) == 13
     assert len(lengths(sh.plot.model(problem.model, force=problem))) == 1
     assert lengths(sh.plot.model(problem.model)) == []
     assert r"cos(3 $\omega t$) on 2" in words(sh.plot.model(problem))
@@ -411,11 +416,11 @@ def test_own_axes_are_drawn_into():
     ("structure", "options", "error", "message"),
     [
         (3, {}, TypeError, "structure=3: expected a Model"),
-        (sh.PointForce(), {}, TypeError, "expected a Model, or a HarmonicBalance"),
+        (sh.forces.PointForce(), {}, TypeError, "expected a Model, or a HarmonicBalance"),
         (blade(), dict(force=3), TypeError, "force=3: expected an excitation"),
-        (blade(), dict(force=sh.PointForce), TypeError, "expected an excitation"),
+        (blade(), dict(force=sh.forces.PointForce), TypeError, "expected an excitation"),
         (blade(), dict(force=blade()), TypeError, "expected an excitation"),
-        (blade(), dict(force=sh.PointForce(4)), ValueError, "dof=4"),
+        (blade(), dict(force=sh.forces.PointForce(4)), ValueError, "dof=4"),
         (blade(), dict(ax=3), TypeError, "ax=3"),
     ],
 )
@@ -429,7 +434,7 @@ def test_bad_input(structure, options, error, message):
 
 
 def test_structure_of_an_archive(tmp_path):
-    problem = sh.HarmonicBalance(blade(), sh.PointForce())
+    problem = sh.HarmonicBalance(blade(), sh.forces.PointForce())
     loads = sh.frf(problem, (15, 25), over={"normal_load": [1.0, 2.0]}, progress=False)
     path = sh.follow(problem, "normal_load", (1, 9), frequency=19.0, progress=False)
     sh.save(loads, tmp_path / "loads.nc")

@@ -50,7 +50,7 @@ def test_grid_without_folds_is_drawn_into_axes_of_ones_own():
 
 
 def test_axes_that_hold_a_picture_are_not_taken():
-    response = sh.frf(sh.HarmonicBalance(BLADE, sh.PointForce()), (10, 30), progress=False)
+    response = sh.frf(sh.HarmonicBalance(BLADE, sh.forces.PointForce()), (10, 30), progress=False)
     ax = plt.subplots()[1]
     sh.plot.response(response, ax=ax)
     for draw, what in ((sh.plot.nonlinear_modes, modes(at=[1e-4])), (sh.plot.model, BLADE)):
@@ -62,7 +62,7 @@ def test_axes_that_hold_a_picture_are_not_taken():
 
 
 def test_other_datasets_are_refused():
-    response = sh.frf(sh.HarmonicBalance(BLADE, sh.PointForce()), (10, 30), progress=False)
+    response = sh.frf(sh.HarmonicBalance(BLADE, sh.forces.PointForce()), (10, 30), progress=False)
     with pytest.raises((TypeError, KeyError)):
         sh.plot.nonlinear_modes(response)
     with pytest.raises(TypeError, match="dataset="):

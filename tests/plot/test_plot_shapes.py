@@ -31,7 +31,7 @@ def ring(engine_order=1, harmonics=(1, 3), **options):
         friction_coefficient=0.5,
         **{"normal_load": 5} | options,
     )
-    return sh.HarmonicBalance(disk, sh.EngineOrder(engine_order, amplitude=1.0), harmonics)
+    return sh.HarmonicBalance(disk, sh.forces.EngineOrder(engine_order, amplitude=1.0), harmonics)
 
 
 @pytest.fixture(scope="module")
@@ -234,7 +234,7 @@ def names(figure):
 @pytest.mark.parametrize("order", [2, -2])
 def test_blades_are_those_of_the_engine_order(condensed, order):
     """Not all degrees of freedom: a condensed sector keeps its root too."""
-    force = sh.EngineOrder(order, amplitude=1.0, blades=TIPS)
+    force = sh.forces.EngineOrder(order, amplitude=1.0, blades=TIPS)
     model = sectors()
     if condensed:
         model = sh.condense(model, force, (10, 40), dofs=TIPS)
@@ -250,7 +250,7 @@ def test_blades_are_those_of_the_engine_order(condensed, order):
 
 
 def test_blades_that_were_not_kept():
-    force = sh.EngineOrder(2, amplitude=1.0, blades=TIPS)
+    force = sh.forces.EngineOrder(2, amplitude=1.0, blades=TIPS)
     point = sh.solve(sh.HarmonicBalance(sh.condense(sectors(), force, (10, 40)), force), 20.0)
     with pytest.raises(ValueError, match=r"7 are not in it .*dofs= of condense keeps them"):
         sh.plot.disk(point)
@@ -263,7 +263,7 @@ def test_unknown_blades():
     """Seven degrees of freedom of one blade are no disk."""
     stiffness = 4e4 * (2 * np.eye(7) - np.eye(7, k=1) - np.eye(7, k=-1))
     blade = sh.Model(np.eye(7), 0.2 * np.eye(7), stiffness)
-    point = sh.solve(sh.HarmonicBalance(blade, sh.PointForce(3, amplitude=1.0)), 20.0)
+    point = sh.solve(sh.HarmonicBalance(blade, sh.forces.PointForce(3, amplitude=1.0)), 20.0)
     with pytest.raises(
         ValueError, match=r"blades=None: expected .*neither the model nor the force"
     ):
@@ -273,7 +273,7 @@ def test_unknown_blades():
 
 
 def test_blades_of_a_lumped_model_are_known_without_an_engine_order():
-    disk = sh.HarmonicBalance(ring().model, sh.PointForce(2, amplitude=1.0))
+    disk = sh.HarmonicBalance(ring().model, sh.forces.PointForce(2, amplitude=1.0))
     assert names(sh.plot.disk(sh.solve(disk, 60.0))) == [str(i) for i in range(7)]
     one = sh.single_blade(
         mass=1,
@@ -284,4 +284,4 @@ def test_blades_of_a_lumped_model_are_known_without_an_engine_order():
         normal_load=3,
     )
     with pytest.raises(ValueError, match="a structure of 1 blade: expected at least three"):
-        sh.plot.disk(sh.solve(sh.HarmonicBalance(one, sh.PointForce()), 20.0))
+        sh.plot.disk(sh.solve(sh.HarmonicBalance(one, sh.forces.PointForce()), 20.0))

@@ -17,7 +17,7 @@ from symhbm.plot.contact import contact_of, histories, loops_of
 from symhbm.plot.contact.states import _runs
 
 FRICTION = dict(contact_stiffness=1e4, normal_stiffness=1e4, friction_coefficient=0.3)
-TURNING = sh.HarmonicForce(cosine={1: [10, 0]}, sine={1: [0, 10]})
+TURNING = sh.forces.HarmonicForce(cosine={1: [10, 0]}, sine={1: [0, 10]})
 
 
 def pressed(load=5.0, directions=((0,), (1,)), highest=5, **changes):
@@ -34,7 +34,7 @@ def stopped(gap=1e-3, force=15.0, highest=3):
     """A blade behind a gap."""
     stop = sh.Gap(normal=(0,), normal_stiffness=2e4, gap=gap)
     blade = sh.Model([[1.0]], [[2.0]], [[1e4]], contacts={"stop": stop})
-    return sh.HarmonicBalance(blade, sh.PointForce(amplitude=force), range(highest + 1))
+    return sh.HarmonicBalance(blade, sh.forces.PointForce(amplitude=force), range(highest + 1))
 
 
 POINTS = {
@@ -185,7 +185,7 @@ def test_pictures_that_cannot_be():
         tangential=(0,), contact_stiffness=1e4, friction_coefficient=0.3, normal_load=3
     )
     blade = sh.Model([[1.0]], [[2.0]], [[1e4]], contacts={"root": root})
-    constant = sh.solve(sh.HarmonicBalance(blade, sh.PointForce()), 15.0)
+    constant = sh.solve(sh.HarmonicBalance(blade, sh.forces.PointForce()), 15.0)
     with pytest.raises(ValueError, match=r"expected one with a normal direction.*Coulomb.*'root'"):
         sh.plot.normal_force(constant)
     with pytest.raises(KeyError, match="'frequency' is no dimension of contact_state"):
@@ -254,7 +254,7 @@ def test_states_of_a_sweep_and_several_contacts(tmp_path):
         ),
     }
     matrices = np.eye(3), np.diag([2.0, 3.0, 2.0]), np.diag([1.5e4, 2.25e4, 1.2e4])
-    force = sh.HarmonicForce(cosine={1: [10, 0, 4]}, sine={1: [0, 10, 0]})
+    force = sh.forces.HarmonicForce(cosine={1: [10, 0, 4]}, sine={1: [0, 10, 0]})
     problem = sh.HarmonicBalance(sh.Model(*matrices, contacts=contacts), force, range(4))
     at = np.linspace(14, 34, 9)
     swept = sh.frf(problem, (14, 34), at=at, over={"shroud.normal_load": [1.0, 20.0]})
@@ -294,7 +294,7 @@ def planar(normal_load):
         friction_coefficient=0.3, normal_load=normal_load,
     )  # fmt: skip
     matrices = np.eye(3), np.diag([2.0, 2.5, 3.0]), np.diag([1e4, 1.21e4, 2.25e4])
-    force = sh.HarmonicForce(cosine={1: [10, 0, 6]}, sine={1: [0, 7, 0]})
+    force = sh.forces.HarmonicForce(cosine={1: [10, 0, 6]}, sine={1: [0, 7, 0]})
     return sh.HarmonicBalance(sh.Model(*matrices, contacts=dict(pad=pad)), force, range(4))
 
 
@@ -330,13 +330,13 @@ def test_planar_motions_in_time_have_the_history_of_their_balance():
 
 
 def test_a_law_without_memory_has_a_loop():
-    law = sh.SmoothLaw(
+    law = sh.laws.SmoothLaw(
         lambda y, v, p: p["k"] * y**3 + p["c"] * v,
         parameters={"k": (1e7, "N/m^3"), "c": (5.0, "N s/m")},
         directions=[(0,)],
     )
     model = sh.Model([[1.0]], [[2.0]], [[1e4]], contacts={"own": law})
-    problem = sh.HarmonicBalance(model, sh.PointForce(amplitude=10.0), (1, 3, 5))
+    problem = sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=10.0), (1, 3, 5))
     response = sh.solve(problem, 17)
     for dataset in (response, sh.periodic_motion(problem, 17)):
         (history,) = histories(dataset, contact_of(dataset, 0)).of.values()

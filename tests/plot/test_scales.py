@@ -15,8 +15,8 @@ BLADE = sh.single_blade(
     mass=1, stiffness=1e4, damping=0.5,
     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
 )  # fmt: skip
-PROBLEM = sh.HarmonicBalance(BLADE, sh.PointForce(), (1, 3))
-LINEAR = sh.HarmonicBalance(sh.Model([[1.0]], [[2.0]], [[1e4]]), sh.PointForce())
+PROBLEM = sh.HarmonicBalance(BLADE, sh.forces.PointForce(), (1, 3))
+LINEAR = sh.HarmonicBalance(sh.Model([[1.0]], [[2.0]], [[1e4]]), sh.forces.PointForce())
 FACTOR = {"m": 1.0, "mm": 1e3, "um": 1e6}
 
 
@@ -41,7 +41,7 @@ def test_points_and_peaks_are_on_the_line(sweep, scale, unit):
     assert figure.axes[0].get_ylabel().endswith(label)
     assert figure.axes[0].get_yscale() == ("log" if scale == "log" else "linear")
     for i, (value, height) in enumerate(lines):
-        curve = sh.trimmed(sweep.isel(normal_load=i))
+        curve = sh.datasets.trimmed(sweep.isel(normal_load=i))
         for at, amplitude in ((curve.frequency, curve.amplitude), (curve.peak_frequency, None)):
             expected = curve.peak_amplitude if amplitude is None else amplitude.max("dof")
             expected = FACTOR[unit] * expected.values
@@ -140,7 +140,7 @@ def test_a_coarse_grid_of_a_ring_is_drawn_below_its_peaks():
         contact_stiffness=1e6, friction_coefficient=0.5, normal_load=10,
     )  # fmt: skip
     draws = sh.mistuning.uniform(disk, 4, seed=1, contact_stiffness=0.1).isel(sample=[3])
-    problem = sh.HarmonicBalance(disk, sh.EngineOrder(3))
+    problem = sh.HarmonicBalance(disk, sh.forces.EngineOrder(3))
     grid = np.arange(50.0, 351, 5)
     curve = sh.frf(problem, (50, 350), at=grid, over=draws, progress=False).isel(sample=0)
     lines = sh.plot.response(curve).axes[0].lines

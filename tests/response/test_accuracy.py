@@ -34,7 +34,7 @@ def mistuned(sample):
         friction_coefficient=draw(0.5, 0.4),
         normal_load=draw(10, 0.3),
     )
-    return sh.HarmonicBalance(disk, sh.EngineOrder(3, amplitude=1.0), (1,))
+    return sh.HarmonicBalance(disk, sh.forces.EngineOrder(3, amplitude=1.0), (1,))
 
 
 @cache
@@ -143,7 +143,7 @@ def test_one_point_and_any_parameter():
     loads = sh.follow(problem, "normal_load", (0.5, 300), frequency=19.5, accuracy=1e-3)
     assert float(loads.truncation_error.max()) <= 1e-3
     for k in range(0, loads.sizes["point"], 5):
-        motion = exact_motion(sh.rebuild(loads.isel(point=k)), TURN * 19.5)
+        motion = exact_motion(sh.datasets.rebuild(loads.isel(point=k)), TURN * 19.5)
         assert abs(float(loads.amplitude[k, 0]) / motion.amplitude[0] - 1) <= 1e-3
 
 
@@ -186,7 +186,7 @@ def test_errors_between_the_points_of_the_path_are_reported(monkeypatch):
 def test_folding_responses():
     """Smooth forces: a geometric fall, and errors measured across the path, as folds move too."""
     model = sh.Model([[1.0]], [[0.05]], [[1.0]], contacts=[(0,)], cubic_stiffness=0.1)
-    problem = sh.HarmonicBalance(model, sh.PointForce(amplitude=0.18))
+    problem = sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=0.18))
     path = sh.frf(problem, (0.08, 0.32), accuracy=1e-3)
     assert path.status.item() == sh.Status.REACHED_END
     assert 1 < path.sizes["harmonic"] < 5
@@ -204,14 +204,14 @@ def test_sets_grow_as_symmetry_allows():
     model = sh.Model(
         np.eye(2), 0.1 * np.eye(2), [[2.0, -1], [-1, 2]], [(0, 1)], 5, 0.5, normal_load=1.0
     )
-    force = sh.HarmonicForce(cosine={0: [1.0, 0.0], 1: [0.0, 2.0]})
+    force = sh.forces.HarmonicForce(cosine={0: [1.0, 0.0], 1: [0.0, 2.0]})
     problem = sh.HarmonicBalance(model, force, (0, 1))
     full = HarmonicSets(problem)
     assert [full.harmonics(level)[-1] for level in range(5)] == [1, 2, 3, 4, 5]
     assert full.harmonics(3) == (0, 1, 2, 3, 4)
-    odd = HarmonicSets(sh.HarmonicBalance(model, sh.PointForce(), (1, 5)))
+    odd = HarmonicSets(sh.HarmonicBalance(model, sh.forces.PointForce(), (1, 5)))
     assert [odd.harmonics(level) for level in range(2)] == [(1, 3, 5), (1, 3, 5, 7)]
-    third = HarmonicSets(sh.HarmonicBalance(model, sh.HarmonicForce({3: [1.0, 0.0]}), (3,)))
+    third = HarmonicSets(sh.HarmonicBalance(model, sh.forces.HarmonicForce({3: [1.0, 0.0]}), (3,)))
     assert third.harmonics(1) == (3, 9)
     response = sh.frf(problem, (0.05, 0.5), accuracy=1e-2)
     assert response.status.item() == sh.Status.REACHED_END
@@ -240,7 +240,7 @@ def test_archives_with_harmonics_by_point(tmp_path):
     assert archive.identical(ensemble)
     verified = sh.verify(archive, exact=12, bounds={"exact_difference": 1e-3})
     assert '"passed": true' in verified.attrs["verification"]
-    assert sh.rebuild(archive).harmonics == tuple(archive.harmonic.values)
+    assert sh.datasets.rebuild(archive).harmonics == tuple(archive.harmonic.values)
 
 
 @pytest.mark.parametrize("value", [0.0, 1.0, -1e-3, np.nan, "1e-3", [1e-3]])
@@ -300,7 +300,7 @@ def chain(n=12):
 
 
 def condensed_chain(harmonics):
-    force = sh.PointForce(11, amplitude=3.0)
+    force = sh.forces.PointForce(11, amplitude=3.0)
     small = sh.condense(chain(), force, (0.6, 2.2), harmonics, dofs=range(8, 12), progress=False)
     return sh.HarmonicBalance(small, force)
 
@@ -317,7 +317,7 @@ def test_a_condensed_structure_has_the_accuracy_of_the_whole():
     np.testing.assert_allclose(heights[1], heights[0], rtol=2e-2)
     verified = sh.verify(both[1], progress=False)
     assert '"passed": true' in verified.attrs["verification"]
-    assert sh.rebuild(both[1]).harmonics == tuple(both[1].harmonic.values)
+    assert sh.datasets.rebuild(both[1]).harmonics == tuple(both[1].harmonic.values)
     # One harmonic alone is not as accurate.
     coarse = sh.frf(small, (0.8, 1.6), progress=False).peak_amplitude.max().item()
     assert abs(coarse / heights[1] - 1) > 1e-4

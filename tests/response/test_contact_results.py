@@ -20,7 +20,7 @@ HALF_STUCK = sh.HarmonicBalance(
         # Contacts that slip, that stick, without a spring's limit and without friction.
         normal_load=[2.0, 500.0, 4.0, 1e4, 0.0, 3.0],
     ),
-    sh.EngineOrder(1, amplitude=1.0),
+    sh.forces.EngineOrder(1, amplitude=1.0),
 )
 EVEN = sh.HarmonicBalance(
     sh.single_blade(
@@ -31,7 +31,7 @@ EVEN = sh.HarmonicBalance(
         friction_coefficient=0.5,
         normal_load=2.0,
     ),
-    sh.HarmonicForce(cosine={0: [0.3], 1: [1.0], 2: [0.8]}, sine={3: [0.7]}),
+    sh.forces.HarmonicForce(cosine={0: [0.3], 1: [1.0], 2: [0.8]}, sine={3: [0.7]}),
     (0, 1, 2, 3),
 )
 CASES = {

@@ -46,7 +46,7 @@ def tuned(harmonics=(1,)):
         friction_coefficient=0.5,
         normal_load=10.0,
     )
-    return sh.HarmonicBalance(disk, sh.EngineOrder(3, amplitude=1.0), harmonics)
+    return sh.HarmonicBalance(disk, sh.forces.EngineOrder(3, amplitude=1.0), harmonics)
 
 
 def mistuned(sample, harmonics=(1,), load=10.0, contact_stiffness=1e6, engine_order=3):

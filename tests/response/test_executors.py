@@ -28,7 +28,7 @@ DISK = sh.bladed_disk(
     friction_coefficient=0.5,
     normal_load=3.0,
 )
-RING = sh.HarmonicBalance(DISK, sh.EngineOrder(1), harmonics=(1, 3))
+RING = sh.HarmonicBalance(DISK, sh.forces.EngineOrder(1), harmonics=(1, 3))
 BAND, GRID = (15.0, 24.0), [16.0, 18.0, 20.0, 22.0]
 N_SETS = 9
 LOADS = xr.DataArray(
@@ -349,7 +349,7 @@ def mistuned(harmonics):
     """Curves of mistuned rings, on whole paths."""
 
     def curves(executor, archive=None):
-        problem = sh.HarmonicBalance(DISK, sh.EngineOrder(1), harmonics)
+        problem = sh.HarmonicBalance(DISK, sh.forces.EngineOrder(1), harmonics)
         draws = sh.mistuning.uniform(
             problem, n_samples=6, seed=2, contact_stiffness=0.2, normal_load=0.3, mass=0.02
         )

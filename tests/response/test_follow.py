@@ -78,7 +78,7 @@ def mistuned_ring(n_blades=5, seed=1, engine_order=1, harmonics=(1,), load=20.0)
         friction_coefficient=around(MU, 0.3),
         normal_load=around(load, 0.3),
     )
-    return sh.HarmonicBalance(disk, sh.EngineOrder(engine_order), harmonics)
+    return sh.HarmonicBalance(disk, sh.forces.EngineOrder(engine_order), harmonics)
 
 
 # One blade, closed form
@@ -613,7 +613,7 @@ def test_reasons_to_stop():
 def test_an_undamped_resonance_over_the_stiffness_is_unbounded():
     """The linear blade without damping at its own frequency: f0/|k - m w^2|, a pole in k."""
     blade = fig03.problem().model.with_parameters(damping=0, normal_load=0)
-    problem = sh.HarmonicBalance(blade, sh.PointForce())
+    problem = sh.HarmonicBalance(blade, sh.forces.PointForce())
     pole = (TWO_PI * 15.0) ** 2
     for curve in both_ways(problem, "stiffness", (0.5 * pole, 2 * pole), frequency=15.0):
         assert curve.peak_kind.values.tolist() == ["unbounded"]
@@ -650,18 +650,18 @@ def test_archives_give_the_problem_back(tmp_path, index):
         curve = sh.follow(problem, name, band, frequency=19.0, **options)
         loaded = sh.load(sh.save(curve, tmp_path / f"{name}.nc"))
         xr.testing.assert_identical(loaded, curve)
-        whole = sh.rebuild(loaded)
+        whole = sh.datasets.rebuild(loaded)
         np.testing.assert_array_equal(whole.parameters[name], nominal)
         for k in (0, 3, -1):
             point = loaded.isel(point=k)
-            rebuilt = sh.rebuild(point)
+            rebuilt = sh.datasets.rebuild(point)
             expected = nominal.copy()
             expected[slice(None) if index is None else index] = float(point[name])
             np.testing.assert_array_equal(rebuilt.parameters[name], expected)
             again = sh.solve(rebuilt, float(point.frequency), throw=True)
             # Required: 1e-9.
             np.testing.assert_allclose(again.amplitude, point.amplitude, rtol=1e-9)
-    repeated = sh.follow(sh.rebuild(curve), name, band, frequency=19.0, **options)
+    repeated = sh.follow(sh.datasets.rebuild(curve), name, band, frequency=19.0, **options)
     xr.testing.assert_identical(repeated, curve)
 
 
@@ -678,10 +678,12 @@ def test_archives_of_a_grid(tmp_path, name):
     )
     loaded = sh.load(sh.save(curve, tmp_path / "grid.nc"))
     xr.testing.assert_identical(loaded, curve)
-    rebuilt = sh.rebuild(loaded.sel({name: 1.5, "damping": 1.0}))
+    rebuilt = sh.datasets.rebuild(loaded.sel({name: 1.5, "damping": 1.0}))
     assert np.all(np.asarray(rebuilt.parameters[name]) == 1.5)
     assert rebuilt.parameters["damping"].tolist() == [1.0]
-    assert np.all(np.asarray(sh.rebuild(loaded).parameters[name]) == problem.parameters[name])
+    assert np.all(
+        np.asarray(sh.datasets.rebuild(loaded).parameters[name]) == problem.parameters[name]
+    )
 
 
 def test_units_of_the_followed_parameter():
@@ -704,7 +706,7 @@ def test_millimetres_and_milliseconds():
         friction_coefficient=MU,
         normal_load=100 * force,
     )
-    scaled = sh.HarmonicBalance(blade, sh.PointForce(amplitude=force))
+    scaled = sh.HarmonicBalance(blade, sh.forces.PointForce(amplitude=force))
     for name, band, unit in (
         ("normal_load", (0.1, 200), force),
         ("contact_stiffness", (100, 1e5), 1 / time**2),
@@ -811,7 +813,7 @@ def test_bad_input_of_a_frequency_response(options):
 def test_parameters_of_a_model_of_matrices():
     """Matrices have no named masses: the message lists what there is."""
     model = sh.Model([[1.0]], [[0.1]], [[1.0]])
-    problem = sh.HarmonicBalance(model, sh.PointForce())
+    problem = sh.HarmonicBalance(model, sh.forces.PointForce())
     with pytest.raises(KeyError, match="allowed: contact_stiffness") as caught:
         sh.follow(problem, "mass", (1, 2), frequency=0.1)
     assert "force_amplitude" in str(caught.value)
@@ -819,7 +821,7 @@ def test_parameters_of_a_model_of_matrices():
 
 def test_a_model_without_contacts():
     """Nothing depends on a contact that is not there; no place can be chosen."""
-    problem = sh.HarmonicBalance(sh.Model([[1.0]], [[0.1]], [[1.0]]), sh.PointForce())
+    problem = sh.HarmonicBalance(sh.Model([[1.0]], [[0.1]], [[1.0]]), sh.forces.PointForce())
     curve = sh.follow(problem, "force_amplitude", (0.5, 2), frequency=0.1, throw=True)
     exact = 1 / np.hypot(1 - (TWO_PI * 0.1) ** 2, 0.1 * TWO_PI * 0.1)
     # A linear response: round-off.

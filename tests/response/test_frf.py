@@ -146,7 +146,7 @@ def test_grid_equals_single_points():
 def test_point_force_on_the_stuck_ring_is_linear():
     """Seven resonances, amplitudes by a direct solve (the source's Fig. 6, without slip)."""
     disk = fig08.problem().model.with_parameters(normal_load=1e7)
-    problem = sh.HarmonicBalance(disk, sh.PointForce())
+    problem = sh.HarmonicBalance(disk, sh.forces.PointForce())
     grid = np.linspace(10, 340, 67)
     curve = sh.frf(problem, (10, 340), at=grid, throw=True)
     stiffness = (
@@ -167,7 +167,7 @@ def test_undamped_resonance_without_bound_is_reported_and_crossed():
     """mu F_n <= pi f0 / 4: friction alone cannot hold one blade."""
     for load, bounded in ((0, False), (1, False), (1.57, False), (1.58, True), (3, True)):
         blade = fig03.problem().model.with_parameters(damping=0, normal_load=load)
-        curve = sh.frf(sh.HarmonicBalance(blade, sh.PointForce()), (10, 30), throw=True)
+        curve = sh.frf(sh.HarmonicBalance(blade, sh.forces.PointForce()), (10, 30), throw=True)
         assert int(curve.n_peaks) == 1
         assert (curve.peak_kind[0] == "smooth") == bounded
         assert np.isfinite(curve.peak_amplitude[0]) == bounded
@@ -180,7 +180,7 @@ def test_undamped_resonance_without_bound_is_reported_and_crossed():
 def test_a_band_that_ends_at_an_undamped_resonance_is_not_called_complete():
     """Short of the pole the way up is an edge; just beyond it there is no point to go on from."""
     blade = fig03.problem().model.with_parameters(damping=0, normal_load=1)
-    problem = sh.HarmonicBalance(blade, sh.PointForce())
+    problem = sh.HarmonicBalance(blade, sh.forces.PointForce())
     pole = 100 / TWO_PI
     for end, peaks in ((pole * (1 - 1e-10), 0), (pole * (1 + 1e-10), 1)):
         with pytest.warns(RuntimeWarning, match="the curve is incomplete: .* without bound"):
@@ -196,7 +196,7 @@ def test_a_band_that_ends_at_an_undamped_resonance_is_not_called_complete():
 def test_light_damping_keeps_its_digits():
     """A quality factor of 1e8: the amplitude is f0/(c w0), to the round-off it amplifies."""
     blade = fig03.problem().model.with_parameters(damping=1e-6, normal_load=0)
-    curve = sh.frf(sh.HarmonicBalance(blade, sh.PointForce()), (10, 30), throw=True)
+    curve = sh.frf(sh.HarmonicBalance(blade, sh.forces.PointForce()), (10, 30), throw=True)
     assert float(curve.peak_amplitude[0]) == pytest.approx(1e4, rel=1e-7)
 
 
@@ -214,7 +214,7 @@ def test_units_do_not_matter(length):
         friction_coefficient=0.5,
         normal_load=100 * force,
     )
-    problem = sh.HarmonicBalance(disk, sh.EngineOrder(3, amplitude=force))
+    problem = sh.HarmonicBalance(disk, sh.forces.EngineOrder(3, amplitude=force))
     grid = np.linspace(50, 350, 61)
     curve = sh.frf(problem, (50 / time, 350 / time), at=np.clip(grid / time, 50 / time, 350 / time))
     reference = sh.frf(fig08.problem().with_parameters(engine_order=3), (50, 350), at=grid)
@@ -243,7 +243,7 @@ def test_linear_structure_against_a_dense_scan():
     """Near its second resonance the two masses lead in turn: three peaks, none missed or added."""
     stiffness = np.array([[2.0, -1.0], [-1.0, 2.0]])
     model = sh.Model(np.eye(2), 0.01 * np.eye(2), stiffness)
-    curve = sh.frf(sh.HarmonicBalance(model, sh.PointForce()), (0.05, 0.5), throw=True)
+    curve = sh.frf(sh.HarmonicBalance(model, sh.forces.PointForce()), (0.05, 0.5), throw=True)
     omega = TWO_PI * np.linspace(0.05, 0.5, 450_001)
     dynamic = stiffness + (0.01j * omega - omega**2)[:, None, None] * np.eye(2)
     level = np.abs(np.linalg.solve(dynamic, np.eye(2)[:, :1]))[:, :, 0].max(axis=1)
@@ -305,7 +305,7 @@ def mistuned_ring(sample, load=10.0, harmonics=(1,)):
     disk = fig08.problem().model.with_parameters(
         contact_stiffness=stiffness, friction_coefficient=friction, normal_load=loads
     )
-    return sh.HarmonicBalance(disk, sh.EngineOrder(3), harmonics)
+    return sh.HarmonicBalance(disk, sh.forces.EngineOrder(3), harmonics)
 
 
 @pytest.mark.parametrize("sample", range(6))
@@ -356,7 +356,9 @@ def test_slip_for_a_moment_at_the_top_of_a_resonance(load, band):
 def test_stiff_contacts_in_gross_slip(stiffness, harmonics):
     """The force keeps its digits although k_d y exceeds it a billion times."""
     blade = fig03.problem().model.with_parameters(contact_stiffness=stiffness, normal_load=0.5)
-    curve = sh.frf(sh.HarmonicBalance(blade, sh.PointForce(), harmonics), (10, 30), throw=True)
+    curve = sh.frf(
+        sh.HarmonicBalance(blade, sh.forces.PointForce(), harmonics), (10, 30), throw=True
+    )
     if harmonics == (1,):
         _, amplitude = OneBlade(1.0, 0.5, 1e4, stiffness, 0.25).peaks()[0]
         # The reference forms arccos(1 - 2 rho), rho = 2e-8 and smaller: half the digits.
@@ -402,7 +404,7 @@ def test_corners_on_the_flank_of_a_superharmonic_are_passed():
         friction_coefficient=0.5,
         normal_load=5.56,
     )
-    problem = sh.HarmonicBalance(disk, sh.EngineOrder(1), harmonics=(1, 3))
+    problem = sh.HarmonicBalance(disk, sh.forces.EngineOrder(1), harmonics=(1, 3))
     there, back = (sh.frf(problem, band, throw=True, progress=False) for band in ((5, 70), (70, 5)))
     # Solved for, to about 1e-12.
     assert there.peak_amplitude.values == pytest.approx(back.peak_amplitude.values, rel=1e-9)

@@ -23,16 +23,18 @@ def matrices(ratio):
 def laws(kind):
     """A law of symhbm and the same for `alternating`, with its samples and its own error."""
     if kind == "cubic":
-        spring = sh.Contacts(sh.CubicSpring(), [(0,)], **CUBIC)
+        spring = sh.Contacts(sh.laws.CubicSpring(), [(0,)], **CUBIC)
         return spring, alternating.polynomial(0.0, 1e9), 32, 1e-8
     if kind == "quadratic":
         values = {"square": (2e6, "N/m^2"), "cube": (1e9, "N/m^3")}
-        bush = sh.SmoothLaw(lambda y, v, p: p["square"] * y**2 + p["cube"] * y**3, values, [(0,)])
+        bush = sh.laws.SmoothLaw(
+            lambda y, v, p: p["square"] * y**2 + p["cube"] * y**3, values, [(0,)]
+        )
         return bush, alternating.polynomial(2e6, 1e9), 32, 1e-8
     if kind == "stop":
         stop = sh.Gap(normal=(0,), normal_stiffness=1e4, gap=1e-3)
         return stop, alternating.stop(1e4, 1e-3), 256, 1e-5
-    return sh.Contacts(sh.Coulomb(), [(0,)], **SLIDER), alternating.slider(5e3, 1.0), 128, 1e-4
+    return sh.Contacts(sh.laws.Coulomb(), [(0,)], **SLIDER), alternating.slider(5e3, 1.0), 128, 1e-4
 
 
 def cubic_problem(ratio, harmonics):

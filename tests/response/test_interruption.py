@@ -26,7 +26,7 @@ BLADE = sh.HarmonicBalance(
         friction_coefficient=0.5,
         normal_load=3.0,
     ),
-    sh.PointForce(),
+    sh.forces.PointForce(),
 )
 LOADS = [0.5, 1.0, 3.0, 500.0]
 BAND = (18.0, 21.0)
@@ -136,7 +136,9 @@ def test_a_working_file_of_other_names_is_refused(tmp_path, monkeypatch):
         patch.setattr(curve, "unsolved", more)
         interrupted(monkeypatch, 1, lambda: call(archive=path))
     for use in (lambda: call(archive=path), lambda: sh.resume(path)):
-        with pytest.raises(sh.ArchiveError, match=r"another version .*differ in angle; finish it"):
+        with pytest.raises(
+            sh.datasets.ArchiveError, match=r"another version .*differ in angle; finish it"
+        ):
             use()
 
 

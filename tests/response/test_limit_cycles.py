@@ -143,7 +143,7 @@ def test_cycles_of_other_amplitudes_are_not_looked_for():
 
 
 def test_a_force_takes_no_part():
-    problem = sh.HarmonicBalance(blade(-0.5), sh.PointForce())
+    problem = sh.HarmonicBalance(blade(-0.5), sh.forces.PointForce())
     found = sh.limit_cycles(problem, progress=False)
     np.testing.assert_array_equal(found.amplitude, cycles(blade(-0.5)).amplitude)
     assert "oscillates" in found.force_left_out
@@ -178,7 +178,7 @@ def shroud(damping):
 def stop(damping):
     """A blade that rubs, and leans on a stop which opens."""
     rubs = sh.Contacts(
-        sh.Coulomb(), [(0,)], contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3
+        sh.laws.Coulomb(), [(0,)], contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3
     )
     leans = sh.Gap(normal=(0,), normal_stiffness=2e4, normal_load=10.0)
     return sh.Model([[1.0]], [[damping]], [[1e4]], contacts={"rubs": rubs, "stop": leans})
@@ -309,8 +309,8 @@ def ring_on_ground(damping, n=13):
     """Blades that rub on each other and on the ground."""
     ring = dict(contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3)
     ground = ring | dict(contact_stiffness=5e3)
-    shrouds = sh.Contacts(sh.Coulomb(), [(j, (j + 1) % n) for j in range(n)], **ring)
-    roots = sh.Contacts(sh.Coulomb(), [(j,) for j in range(n)], **ground)
+    shrouds = sh.Contacts(sh.laws.Coulomb(), [(j, (j + 1) % n) for j in range(n)], **ring)
+    roots = sh.Contacts(sh.laws.Coulomb(), [(j,) for j in range(n)], **ground)
     eye = np.eye(n)
     return sh.Model(eye, damping * eye, 1e4 * eye, contacts={"shrouds": shrouds, "roots": roots})
 
@@ -420,7 +420,7 @@ def test_sweeps_and_archives(tmp_path):
     np.testing.assert_array_equal(stored.amplitude, found.amplitude)
     over = dict(over={"normal_load": [1.0, 3.0]}, progress=False)
     folds = sh.limit_cycles(problem, "damping", (-30, 0), archive=tmp_path / "folds.nc", **over)
-    assert sh.rebuild(folds.isel(normal_load=0)).parameters["normal_load"] == 1.0
+    assert sh.datasets.rebuild(folds.isel(normal_load=0)).parameters["normal_load"] == 1.0
     # The damping that friction can balance does not depend on the load, the amplitude does.
     np.testing.assert_allclose(*folds.fold_damping, rtol=1e-9)
     verified = sh.verify(folds, exact="none", progress=False)
@@ -441,26 +441,26 @@ def test_several_modes():
 
 
 def test_responses_under_negative_damping_may_be_several():
-    problem = sh.HarmonicBalance(blade(-0.5), sh.PointForce())
+    problem = sh.HarmonicBalance(blade(-0.5), sh.forces.PointForce())
     assert not problem.single_valued
     found = sh.frf(problem, (15, 30), at=[16.0, 20.0], progress=False)
     assert "solution" in found.dims
     assert "stability" in found.variables
-    positive = sh.HarmonicBalance(blade(0.5), sh.PointForce())
+    positive = sh.HarmonicBalance(blade(0.5), sh.forces.PointForce())
     assert positive.single_valued
     over = sh.follow(positive, "damping", (1.0, -1.0), [0.5], frequency=20.0, progress=False)
     assert "solution" in over.dims
     coupled = sh.Model(np.eye(2), [[1.0, 2.0], [2.0, 1.0]], 1e4 * np.eye(2))
-    assert not sh.HarmonicBalance(coupled, sh.PointForce()).single_valued
+    assert not sh.HarmonicBalance(coupled, sh.forces.PointForce()).single_valued
     turns = sh.Model(np.eye(2), [[0.0, 2.0], [-2.0, 0.0]], 1e4 * np.eye(2))
-    assert sh.HarmonicBalance(turns, sh.PointForce()).single_valued
+    assert sh.HarmonicBalance(turns, sh.forces.PointForce()).single_valued
 
 
 def test_what_takes_no_negative_damping_says_so():
     chain = sh.Model(np.eye(3), -0.1 * np.eye(3), 1e4 * np.diag([2.0, 2.0, 1.0]))
     with pytest.raises(ValueError, match="gives energy to no motion"):
-        sh.condense(chain, sh.PointForce(), frequency=(10, 30), dofs=[0], progress=False)
-    problem = sh.HarmonicBalance(blade(0.5), sh.PointForce())
+        sh.condense(chain, sh.forces.PointForce(), frequency=(10, 30), dofs=[0], progress=False)
+    problem = sh.HarmonicBalance(blade(0.5), sh.forces.PointForce())
     with pytest.raises(ValueError, match="values must stay >= 0"):
         sh.mistuning.uniform(problem, 5, seed=1, damping=1.5)
 

@@ -155,13 +155,13 @@ def test_archives_pictures_and_commands(tmp_path):
     labels = [ax.get_xlabel() for ax in figure.axes[0].child_axes]
     assert labels[-1].startswith("normal load")
     with pytest.raises(ValueError, match="over the amplitude, got those over normal_load"):
-        sh.synthesised_response(found.isel(contact_stiffness=0))
+        sh.datasets.synthesised_response(found.isel(contact_stiffness=0))
 
 
 def test_bad_input_is_named():
     blade = sh.single_blade(**BLADE)
     problem, ring = sh.HarmonicBalance(blade), sh.HarmonicBalance(RING)
-    forced = sh.HarmonicBalance(blade, sh.PointForce())
+    forced = sh.HarmonicBalance(blade, sh.forces.PointForce())
     for words, given, options in (
         ("mass.*does not change the mass matrix", (problem, "mass", (1, 2)), {}),
         ("parameter=None", (problem, None, (1, 2)), dict(amplitude=(1e-5, 1e-3))),

@@ -64,7 +64,7 @@ def test_closed_form_of_one_blade_at_all_amplitudes(damping, load):
     given = BLADE | dict(damping=damping, normal_load=load)
     blade = OneBlade(1, damping, 1e4, 1e4, slip_limit=0.5 * load)
     grid = np.geomspace(1e-6, 1e-2, 41)
-    problem = sh.HarmonicBalance(sh.single_blade(**given), sh.PointForce())
+    problem = sh.HarmonicBalance(sh.single_blade(**given), sh.forces.PointForce())
     found = modes(problem, at=grid)
     expected = np.array([blade.mode(a) for a in grid])
     found = at_points(found)
@@ -119,7 +119,9 @@ def exact_difference(problem, harmonics, amplitude, mode=0, dof=0):
         if h:
             columns = [basis.component(h), basis.component(h, sine=True)]
             cosine[h], sine[h] = force.reshape(problem.n_dof, -1)[:, columns].T
-    driven = sh.HarmonicBalance(problem.model, sh.HarmonicForce(cosine, sine), basis.harmonics)
+    driven = sh.HarmonicBalance(
+        problem.model, sh.forces.HarmonicForce(cosine, sine), basis.harmonics
+    )
     exact = exact_motion_of(driven, frequency, (driven, motion))
     assert exact.converged
     difference = exact.coefficients(basis.harmonics)[0] - motion.reshape(problem.n_dof, -1)
@@ -199,7 +201,7 @@ def test_sector_of_any_physics_is_its_disk(cartesian, contacts, wave_number, loa
 
 def test_wave_of_a_sector_is_that_of_its_engine_order():
     disk = with_friction(random_disk(5, cartesian=False))
-    problem = sh.HarmonicBalance(disk, sh.EngineOrder(2, pattern={1: {5: 1.0}}), (0, 1))
+    problem = sh.HarmonicBalance(disk, sh.forces.EngineOrder(2, pattern={1: {5: 1.0}}), (0, 1))
     own = modes(problem, amplitude=(1e-5, 1e-4), dof=5, at=[1e-4])
     alone = sh.HarmonicBalance(disk, None, (0, 1))
     given = modes(alone, amplitude=(1e-5, 1e-4), dof=5, at=[1e-4], nodal_diameter=2)
@@ -288,7 +290,7 @@ def test_bad_input_is_named():
     blade, disk = sh.single_blade(**BLADE), with_friction(random_disk(5, cartesian=False))
     problem, ring = sh.HarmonicBalance(blade), sh.HarmonicBalance(RING)
     free = sh.HarmonicBalance(sh.Model(np.eye(2), np.eye(2), [[1e4, -1e4], [-1e4, 1e4]]))
-    third = sh.HarmonicBalance(blade, sh.PointForce(harmonic=3), (3,))
+    third = sh.HarmonicBalance(blade, sh.forces.PointForce(harmonic=3), (3,))
     pair = sh.HarmonicBalance(sh.Model(np.eye(2), np.eye(2), np.diag([1e4, 2e4])))
     sector = sh.HarmonicBalance(disk, None, (0, 1))
     for words, given, options in (
@@ -326,29 +328,29 @@ def test_structures_without_a_mass_matrix_are_refused():
     blade = sh.Model(np.eye(3), np.eye(3), 1e4 * np.diag([1.0, 2, 3]), contacts=[(0,)], **{
         name: BLADE[name] for name in ("contact_stiffness", "friction_coefficient", "normal_load")
     })  # fmt: skip
-    condensed = sh.condense(blade, sh.PointForce(), (10, 30), (1,))
+    condensed = sh.condense(blade, sh.forces.PointForce(), (10, 30), (1,))
     with pytest.raises(TypeError, match="craig_bampton"):
-        modes(sh.HarmonicBalance(condensed, sh.PointForce()))
+        modes(sh.HarmonicBalance(condensed, sh.forces.PointForce()))
 
 
 def test_force_does_not_drive_modes_and_static_loads_stay():
     model = held_blade(stop(gap=1e-3))
-    force = sh.PointForce(amplitude=5.0) + sh.StaticLoad([5.0])
+    force = sh.forces.PointForce(amplitude=5.0) + sh.forces.StaticLoad([5.0])
     problem = sh.HarmonicBalance(model, force, range(4))
     path = modes(problem)
     # The load has moved the blade by half of the gap.
     assert path.event_amplitude[0].item() == pytest.approx(5e-4, rel=1e-12)
     assert path.coefficient.sel(harmonic=0, component="cos")[0].item() == pytest.approx(5e-4)
     assert "static loads act" in path.attrs["force_left_out"]
-    rebuilt = sh.rebuild(path)
+    rebuilt = sh.datasets.rebuild(path)
     np.testing.assert_array_equal(modes(rebuilt).damping_ratio, path.damping_ratio)
-    alone = modes(sh.HarmonicBalance(model, sh.StaticLoad([5.0]), range(4)))
+    alone = modes(sh.HarmonicBalance(model, sh.forces.StaticLoad([5.0]), range(4)))
     np.testing.assert_array_equal(alone.damping_ratio, path.damping_ratio)
     assert "force_left_out" not in alone.attrs
 
 
 def test_frequency_that_falls_to_zero_ends_the_path():
-    spring = sh.Contacts(sh.CubicSpring(), [(0,)], cubic_stiffness=-1e8)
+    spring = sh.Contacts(sh.laws.CubicSpring(), [(0,)], cubic_stiffness=-1e8)
     model = sh.Model([[1.0]], [[2.0]], [[1e4]], contacts={"soft": spring})
     problem = sh.HarmonicBalance(model, harmonics=(1,))
     with pytest.warns(RuntimeWarning, match="falls to 0"):
@@ -360,7 +362,7 @@ def test_frequency_that_falls_to_zero_ends_the_path():
 
 def test_amplitude_that_turns_back_to_its_start_is_told():
     """The third harmonic takes over, in the second mode, and the first one vanishes."""
-    hard = sh.SmoothLaw(lambda y, v, p: p["k"] * y**3, {"k": (1e10, "N/m^3")}, [(0,)])
+    hard = sh.laws.SmoothLaw(lambda y, v, p: p["k"] * y**3, {"k": (1e10, "N/m^3")}, [(0,)])
     model = sh.Model(np.eye(2), np.eye(2), [[2e4, -1e4], [-1e4, 2e4]], contacts={"hard": hard})
     with pytest.warns(RuntimeWarning, match="turned back at a fold"):
         path = modes(sh.HarmonicBalance(model, harmonics=(1, 3)))
@@ -384,7 +386,7 @@ def test_sweep_is_archived_and_goes_on(tmp_path):
     assert whole.identical(again)
     assert again.frequency.attrs["long_name"] == "frequency of the nonlinear mode"
     assert again.damping_ratio.dims == ("normal_load", "amplitude", "solution")
-    with pytest.raises(sh.ArchiveError, match="mode"):
+    with pytest.raises(sh.datasets.ArchiveError, match="mode"):
         modes(problem.with_harmonics((1, 3, 5)), archive=target, **options)
     kept = modes(problem, keep=["damping_ratio"], **options)
     assert "coefficient" not in kept
@@ -464,12 +466,15 @@ def test_archives_of_a_reduced_sector_know_its_degree_of_freedom(tmp_path, monke
     small = sh.craig_bampton(disk, 2, (1, 60), dofs=[4])
     problem = sh.HarmonicBalance(small, harmonics=(1,))
     path = modes(problem, amplitude=(1e-5, 1e-3), dof=4, nodal_diameter=2)
-    assert sh.rebuild(path).model.kept.tolist() != small.kept.tolist()
+    assert sh.datasets.rebuild(path).model.kept.tolist() != small.kept.tolist()
     verified = sh.verify(path, exact="none", progress=False)
     assert verified.residual_stored.max() < 1e-9
     assert verified.amplitude_mismatch.max() < 1e-12
-    force = sh.EngineOrder(2, pattern={4: 1.0})
-    assert sh.synthesised_response(path, force, errors=False).sizes["point"] == path.sizes["point"]
+    force = sh.forces.EngineOrder(2, pattern={4: 1.0})
+    assert (
+        sh.datasets.synthesised_response(path, force, errors=False).sizes["point"]
+        == path.sizes["point"]
+    )
 
     def interrupted(*given):
         raise KeyboardInterrupt

@@ -59,7 +59,7 @@ def chain(coupling, force):
         contacts=[(0,), (1,), (2,), (0, 1), (1, 2)],
         cubic_stiffness=springs,
     )
-    return sh.HarmonicBalance(model, sh.HarmonicForce(cosine={1: force}))
+    return sh.HarmonicBalance(model, sh.forces.HarmonicForce(cosine={1: force}))
 
 
 def chain_balance(motion, omega, coupling, force):
@@ -211,7 +211,7 @@ def test_a_path_ends_where_more_than_two_branches_meet():
         contacts=[(i,) for i in range(4)],
         cubic_stiffness=GAMMA,
     )
-    problem = sh.HarmonicBalance(model, sh.HarmonicForce(cosine={1: [0.3] * 4}))
+    problem = sh.HarmonicBalance(model, sh.forces.HarmonicForce(cosine={1: [0.3] * 4}))
     with pytest.warns(RuntimeWarning, match="curves are incomplete"):
         branches = sh.other_branches(followed(problem, (0.5, 2.0)), max_branches=14)
     assert branches.status.values[4] == sh.Status.SEVERAL_MEET
@@ -284,7 +284,7 @@ def test_branch_points_over_the_stiffening():
 def test_other_solutions_at_an_end_of_the_band_are_followed():
     """A Duffing oscillator whose band ends between its folds: both parts are branches."""
     model = sh.Model([[1.0]], [[DAMPING]], [[1.0]], contacts=[(0,)], cubic_stiffness=GAMMA)
-    problem = sh.HarmonicBalance(model, sh.PointForce(amplitude=0.18))
+    problem = sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=0.18))
     with pytest.warns(RuntimeWarning, match=r"symhbm\.other_branches"):
         response = sh.frf(problem, (0.5 / TURN, 1.2 / TURN))
     branches = sh.other_branches(response, throw=True)
@@ -308,7 +308,7 @@ def test_the_dataset_is_read_as_others_are(tmp_path):
     verified = sh.verify(loaded, exact="none", progress=False)
     assert verified.residual_stored.max() < 1e-11
     one = loaded.isel(branch=1)
-    by_force = sh.sensitivity(one)
+    by_force = sh.datasets.sensitivity(one)
     assert (by_force.sensitivity_status == "exact").all()
     sh.plot.response(loaded, place=0)
 
@@ -331,7 +331,7 @@ def test_bad_input():
         friction_coefficient=0.5,
         normal_load=3,
     )
-    unique = sh.frf(sh.HarmonicBalance(blade, sh.PointForce()), (10, 30))
+    unique = sh.frf(sh.HarmonicBalance(blade, sh.forces.PointForce()), (10, 30))
     with pytest.raises(ValueError, match="response: expected one that may have several solutions"):
         sh.other_branches(unique)
     several = followed(pair(1.0, 0.02), (0.5, 0.6), over={"force_amplitude": [0.1, 0.2]})

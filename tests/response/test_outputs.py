@@ -24,7 +24,7 @@ def three():
 
 
 def problem(peaks_of=None, harmonics=(1, 3)):
-    force = sh.PointForce(amplitude=2.0)
+    force = sh.forces.PointForce(amplitude=2.0)
     return sh.HarmonicBalance(three(), force, harmonics, peaks_of=peaks_of)
 
 
@@ -37,7 +37,9 @@ def test_one_row_of_one_gives_the_displacement_to_the_bit():
     each = sh.frf(problem(), BAND, peaks="each", progress=False)
     np.testing.assert_array_equal(each.tip_amplitude, each.amplitude.sel(dof=1))
     np.testing.assert_array_equal(each.tip_coefficient, each.coefficient.sel(dof=1))
-    np.testing.assert_array_equal(each.tip_peak_to_peak, sh.motion(each).peak_to_peak.sel(dof=1))
+    np.testing.assert_array_equal(
+        each.tip_peak_to_peak, sh.datasets.motion(each).peak_to_peak.sel(dof=1)
+    )
     tip = sh.frf(problem("tip"), BAND, progress=False)
     own = each.peak_dof.values == 1
     np.testing.assert_array_equal(tip.peak_kind, each.peak_kind.values[own])
@@ -58,7 +60,7 @@ def test_rows_scale_peaks():
 
 def test_outputs_are_those_of_the_motion_in_time(response):
     angle = 2 * np.pi * np.arange(20000) / 20000
-    motion = sh.motion(response.isel(point=slice(0, None, 7)), angle=angle)
+    motion = sh.datasets.motion(response.isel(point=slice(0, None, 7)), angle=angle)
     by_hand = np.einsum("rd,pda->pra", STRESS, motion.displacement.values)
     some = response.isel(point=slice(0, None, 7))
     largest, spread = np.abs(by_hand).max(-1), by_hand.max(-1) - by_hand.min(-1)
@@ -69,11 +71,13 @@ def test_outputs_are_those_of_the_motion_in_time(response):
     for i, row in np.ndindex(largest.shape):
         k = np.abs(by_hand[i, row]).argmax()
         near = angle[k] + np.linspace(-1, 1, 2001) * 2 * np.pi / 20000
-        fine = sh.motion(some.isel(point=[i]), angle=near).displacement.values[0]
+        fine = sh.datasets.motion(some.isel(point=[i]), angle=near).displacement.values[0]
         exact = some.stress_amplitude.values[i, row]
         assert np.abs(STRESS[row] @ fine).max() == pytest.approx(exact, rel=1e-10)
-    seen = sh.motion(sh.output(response, "stress"))
-    phasors = np.einsum("rd,pdh->prh", STRESS, sh.motion(response).complex_amplitude.values)
+    seen = sh.datasets.motion(sh.datasets.output(response, "stress"))
+    phasors = np.einsum(
+        "rd,pdh->prh", STRESS, sh.datasets.motion(response).complex_amplitude.values
+    )
     np.testing.assert_allclose(seen.complex_amplitude, phasors, rtol=1e-9, atol=1e-6)
 
 
@@ -103,16 +107,16 @@ def test_peaks_of_an_output_are_where_a_dense_scan_has_them(response):
 def test_archives_hold_outputs(response, tmp_path):
     sh.save(response, tmp_path / "stress.nc")
     stored = sh.load(tmp_path / "stress.nc")
-    again = sh.rebuild(stored)
+    again = sh.datasets.rebuild(stored)
     assert again.peaks_of == "stress"
     np.testing.assert_array_equal(again.model.outputs["stress"].rows.toarray(), STRESS)
     anew = sh.frf(again, BAND, progress=False)
     np.testing.assert_array_equal(anew.peak_amplitude, response.peak_amplitude)
     assert sh.verify(stored).attrs["verification"].startswith('{"passed": true')
     assert stored.stress_amplitude.attrs["units"] == "Pa"
-    table = sh.table(stored, "peaks")
+    table = sh.datasets.table(stored, "peaks")
     assert {"peak_stress_amplitude_0", "peak_stress_amplitude_1"} <= {*table.columns}
-    assert "dof_0" not in sh.table(sh.output(stored, "stress")).columns
+    assert "dof_0" not in sh.datasets.table(sh.datasets.output(stored, "stress")).columns
     damaged = stored.load().copy(deep=True)
     damaged["peak_amplitude"] = 1.01 * damaged.peak_amplitude
     assert sh.verify(damaged).attrs["verification"].startswith('{"passed": false')
@@ -126,7 +130,7 @@ def test_outputs_of_samples_and_their_amplification(tmp_path):
     turned = np.eye(5) - np.roll(np.eye(5), 1, axis=1)
     both = {"twice": 2 * np.eye(5), "relative": turned}
     ring = ring.with_outputs(both, units="m")
-    balance = sh.HarmonicBalance(ring, sh.EngineOrder(2), peaks_of="twice")
+    balance = sh.HarmonicBalance(ring, sh.forces.EngineOrder(2), peaks_of="twice")
     draws = sh.mistuning.uniform(balance, 3, seed=1, stiffness=0.03)
     grid, band = np.linspace(60, 120, 7), (60, 120)
     with ThreadPoolExecutor(2) as pool:
@@ -139,7 +143,7 @@ def test_outputs_of_samples_and_their_amplification(tmp_path):
     tuned = sh.frf(balance, band, at=grid, progress=False)
     assert tuned.n_sectors.item() == 5
     assert tuned.n_peaks.item() == 1
-    views = sh.output(samples, "twice"), sh.output(tuned, "twice")
+    views = sh.datasets.output(samples, "twice"), sh.datasets.output(tuned, "twice")
     factors = sh.statistics.amplification(*views)
     plain = balance.with_peaks_of(None)
     of_blades = sh.statistics.amplification(
@@ -160,7 +164,7 @@ def test_one_sector_and_the_ring_have_the_same_outputs():
     )  # fmt: skip
     turned = np.eye(6) - np.roll(np.eye(6), 1, axis=1)
     ring = ring.with_outputs({"relative": turned}, units="m")
-    balance = sh.HarmonicBalance(ring, sh.EngineOrder(2), (1, 3), peaks_of="relative")
+    balance = sh.HarmonicBalance(ring, sh.forces.EngineOrder(2), (1, 3), peaks_of="relative")
     one, whole = (sh.frf(balance, (60, 110), sector=s, progress=False) for s in (True, False))
     assert one.n_sectors.item() == 6
     np.testing.assert_allclose(one.peak_amplitude, whole.peak_amplitude, rtol=1e-9)
@@ -174,7 +178,7 @@ def disk():
         stiffness[np.ix_([i, j], [i, j])] += spring * np.array([[1, -1], [-1, 1]])
     blade = sh.Model(np.diag([1.0, 0.5, 0, 0.2]), np.diag([2.0, 1.0, 0, 0.4]), stiffness)
     shroud = sh.Contacts(
-        sh.Coulomb(), (1, sh.next_sector(1)),
+        sh.laws.Coulomb(), (1, sh.next_sector(1)),
         contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
     )  # fmt: skip
     sector = sh.Sector(blade, left=[0], right=[2], n_sectors=6).with_contacts(shroud=shroud)
@@ -182,7 +186,7 @@ def disk():
 
 
 def test_outputs_of_a_sector_go_around_the_disk_with_its_phase():
-    sector, force = disk(), sh.EngineOrder(2, pattern={1: 2.0})
+    sector, force = disk(), sh.forces.EngineOrder(2, pattern={1: 2.0})
     first = sh.frf(sh.HarmonicBalance(sector, force, peaks_of="root"), (15, 40), progress=False)
     ring = sh.mistuned_ring(sector)
     assert ring.outputs["root"].rows.shape[0] == 6
@@ -190,7 +194,7 @@ def test_outputs_of_a_sector_go_around_the_disk_with_its_phase():
     np.testing.assert_allclose(first.peak_amplitude, whole.peak_amplitude, rtol=1e-9)
     point = sh.solve(sh.HarmonicBalance(sector, force), 24.0)
     of_ring = sh.solve(sh.HarmonicBalance(ring, force), 24.0)
-    around = sh.sector_response(point, range(6))
+    around = sh.datasets.sector_response(point, range(6))
     np.testing.assert_allclose(
         around.root_coefficient, of_ring.root_coefficient, rtol=1e-8, atol=1e-3
     )
@@ -209,14 +213,14 @@ def test_condensed_structures_keep_what_outputs_read(keep, tmp_path):
         np.eye(n), 0.5 * np.eye(n) + 2e-5 * stiffness, stiffness, contacts=[(n - 1, n - 2), (3,)],
         contact_stiffness=1e4, friction_coefficient=0.5, normal_load=1.0,
     ).with_outputs({"strain": {10: -5.0, 11: 5.0}}, units="1")  # fmt: skip
-    force, band = sh.PointForce(20, amplitude=5.0), (15, 25)
+    force, band = sh.forces.PointForce(20, amplitude=5.0), (15, 25)
     small = sh.condense(whole, force, band, keep=keep, progress=False)
     problems = [sh.HarmonicBalance(model, force, peaks_of="strain") for model in (whole, small)]
     exact, found = (sh.frf(each, band, progress=False) for each in problems)
     np.testing.assert_allclose(found.peak_frequency, exact.peak_frequency, rtol=1e-8)
     np.testing.assert_allclose(found.peak_amplitude, exact.peak_amplitude, rtol=1e-7)
     point = found.drop_dims("point").isel(peak=0)
-    again = sh.recover(problems[1], point)
+    again = sh.datasets.recover(problems[1], point)
     assert again.strain_amplitude.item() == pytest.approx(point.peak_amplitude.item(), rel=1e-9)
     by_hand = 5.0 * (again.coefficient.sel(dof=11) - again.coefficient.sel(dof=10))
     np.testing.assert_allclose(again.strain_coefficient, by_hand, rtol=1e-9)
@@ -231,7 +235,7 @@ def test_condensed_structures_keep_what_outputs_read(keep, tmp_path):
         late.with_outputs({"mid": {15: 1.0}}, "m")
     if keep == "touched":
         sh.save(found, tmp_path / "small.nc")
-        stored = sh.rebuild(sh.load(tmp_path / "small.nc"))
+        stored = sh.datasets.rebuild(sh.load(tmp_path / "small.nc"))
         anew = sh.frf(stored, band, progress=False)
         np.testing.assert_array_equal(anew.peak_amplitude, found.peak_amplitude)
 
@@ -252,14 +256,14 @@ def test_tracked_peaks_and_designs_are_those_of_the_output():
         mass=1, stiffness=1e4, damping=0.5,
         contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
     )  # fmt: skip
-    force, factor = sh.PointForce(), 3.7e11
+    force, factor = sh.forces.PointForce(), 3.7e11
     stressed = blade.with_outputs({"stress": [factor]}, units="Pa")
     both = sh.HarmonicBalance(blade, force), sh.HarmonicBalance(stressed, force, peaks_of="stress")
     plain, stress = (sh.peak_curve(each, "normal_load", (2, 5)) for each in both)
     np.testing.assert_allclose(stress.minimum_normal_load, plain.minimum_normal_load, rtol=1e-9)
     np.testing.assert_allclose(stress.minimum_amplitude, factor * plain.minimum_amplitude)
     assert stress.peak_amplitude_slope.attrs["units"] == "Pa/(N)"
-    plain, stress = (sh.sensitivity(sh.frf(each, (10, 30))) for each in both)
+    plain, stress = (sh.datasets.sensitivity(sh.frf(each, (10, 30))) for each in both)
     by = "peak_amplitude_by_normal_load"
     np.testing.assert_allclose(stress[by], factor * plain[by], rtol=1e-12)
     assert stress[by].attrs["units"] == "Pa N-1"
@@ -290,7 +294,7 @@ def test_second_derivatives_of_peaks_of_differences():
 
 
 def test_pictures_of_outputs(response):
-    figure = sh.plot.response(sh.output(response, "stress"))
+    figure = sh.plot.response(sh.datasets.output(response, "stress"))
     axes = figure.axes[0]
     assert axes.get_ylabel() == "largest stress [dB re 1 Pa]"
     level = 20 * np.log10(response.peak_amplitude.values.max())
@@ -325,8 +329,8 @@ def test_mistakes_are_named(outputs, units, error, words):
 def test_names_of_results_are_taken():
     model = three().with_outputs({"contact": [1, 0, 0]}, "m")
     with pytest.raises(ValueError, match="'contact' needs a name of its own"):
-        sh.solve(sh.HarmonicBalance(model, sh.PointForce()), 10.0)
+        sh.solve(sh.HarmonicBalance(model, sh.forces.PointForce()), 10.0)
     with pytest.raises(KeyError, match="strain"):
         problem("strain")
     with pytest.raises(KeyError, match="strain"):
-        sh.output(sh.solve(problem(), 10.0), "strain")
+        sh.datasets.output(sh.solve(problem(), 10.0), "strain")

@@ -19,7 +19,7 @@ def blade(amplitude, harmonics=(1,)):
         friction_coefficient=0.5,
         normal_load=3,
     )
-    return sh.HarmonicBalance(model, sh.PointForce(amplitude=amplitude), harmonics)
+    return sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=amplitude), harmonics)
 
 
 def masing(amplitude):
@@ -87,7 +87,7 @@ def test_antiresonances_are_none(band):
     """A linear chain driven at one end: three resonances, the two lags between them left out."""
     mass, damping = np.eye(3), 0.5 * np.eye(3)
     stiffness = 1e4 * np.array([[2.0, -1, 0], [-1, 2, -1], [0, -1, 2]])
-    problem = sh.HarmonicBalance(sh.Model(mass, damping, stiffness), sh.PointForce(dof=0))
+    problem = sh.HarmonicBalance(sh.Model(mass, damping, stiffness), sh.forces.PointForce(dof=0))
     found = sh.frf(problem, band, phase_resonances=True, progress=False)
 
     def in_phase(hertz):
@@ -117,7 +117,7 @@ def test_beside_changes_of_stability():
         normal_load=1,
         cubic_stiffness=1e8,
     )
-    problem = sh.HarmonicBalance(model, sh.PointForce(amplitude=4.0), (1, 3))
+    problem = sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=4.0), (1, 3))
     alone = sh.frf(problem, (8, 60), progress=False)
     found = sh.frf(problem, (8, 60), phase_resonances=True, progress=False)
     assert {"fold", "onset of slip", "phase resonance"} <= {*found.event_kind.values}
@@ -134,7 +134,7 @@ def test_a_ring_is_solved_by_sectors():
         6, mass=1, stiffness=1e4, damping=0.5, contact_stiffness=1e5, friction_coefficient=0.5,
         normal_load=10,
     )  # fmt: skip
-    problem = sh.HarmonicBalance(disk, sh.EngineOrder(2, amplitude=3.0), (1,))
+    problem = sh.HarmonicBalance(disk, sh.forces.EngineOrder(2, amplitude=3.0), (1,))
     each = [
         resonances(sh.frf(problem, (15, 150), sector=s, phase_resonances=True, progress=False))
         for s in (True, False)
@@ -157,7 +157,9 @@ def test_none_is_passed_over_on_linear_chains(seed):
     stiffness = stiffness - np.diag(springs[1:4], -1)
     mass, damping = np.diag(rng.uniform(0.5, 2, 4)), 10 ** rng.uniform(-1, 1) * np.eye(4)
     driven = int(rng.integers(4))
-    problem = sh.HarmonicBalance(sh.Model(mass, damping, stiffness), sh.PointForce(dof=driven))
+    problem = sh.HarmonicBalance(
+        sh.Model(mass, damping, stiffness), sh.forces.PointForce(dof=driven)
+    )
     found = sh.frf(problem, (0.5, 80), phase_resonances=True, progress=False)
     grid = np.linspace(0.5, 80, 40001)
     omega = 2 * np.pi * grid[:, None, None]

@@ -86,7 +86,7 @@ def test_nothing_moves_without_a_force(seed):
 @pytest.mark.parametrize("seed", [4, 14, 16, 22, 23])
 def test_static_loads_alone_hold_a_structure_in_one_place(seed):
     problem, band = random_system(seed)
-    load = sh.StaticLoad(np.random.default_rng(seed).uniform(-5, 5, problem.n_dof))
+    load = sh.forces.StaticLoad(np.random.default_rng(seed).uniform(-5, 5, problem.n_dof))
     loaded = sh.HarmonicBalance(problem.model, problem.excitation + load, problem.harmonics)
     still = loaded.with_parameters(force_amplitude=0.0)
     response = sh.frf(still, band, progress=False)

@@ -52,7 +52,7 @@ def test_growing_the_force_reaches_the_same_point():
 
 def test_undamped_resonance_fails_honestly():
     blade = sh.Model([[1.0]], [[0.0]], [[1.0]])
-    problem = sh.HarmonicBalance(blade, sh.PointForce())
+    problem = sh.HarmonicBalance(blade, sh.forces.PointForce())
     solution = sh.solve(problem, 1 / (2 * np.pi))
     assert not solution.converged
     assert np.isnan(solution.amplitude).all()

@@ -7,7 +7,7 @@ import symhbm as sh
 
 
 def rest(model, load, **options):
-    problem = sh.HarmonicBalance(model, sh.PointForce() + sh.StaticLoad(load))
+    problem = sh.HarmonicBalance(model, sh.forces.PointForce() + sh.forces.StaticLoad(load))
     return sh.static_states(problem, **options)
 
 
@@ -75,11 +75,11 @@ def test_a_random_structure_rests_where_its_energy_is_least():
 
 
 def test_a_spring_that_buckles_has_three_states():
-    snap = sh.SmoothLaw(
+    snap = sh.laws.SmoothLaw(
         lambda y, v, p: p["k"] * (y**3 - y), parameters={"k": (1.0, "N/m^3")}, directions=[(0,)]
     )
     model = sh.Model([[1.0]], [[0.1]], [[0.5]], contacts={"snap": snap})
-    found = sh.static_states(sh.HarmonicBalance(model, sh.PointForce(), (0, 1)))
+    found = sh.static_states(sh.HarmonicBalance(model, sh.forces.PointForce(), (0, 1)))
     # 0.5 x + x^3 - x = 0
     expected = [-np.sqrt(0.5), 0, np.sqrt(0.5)]
     np.testing.assert_allclose(
@@ -101,7 +101,7 @@ def test_a_body_that_nothing_holds_is_told():
 def test_the_mean_of_a_small_vibration_is_a_state_of_rest():
     stop = sh.Gap(normal=(0,), normal_stiffness=2e4, gap=1e-3)
     blade = sh.Model([[1.0]], [[2.0]], [[1e4]], contacts={"stop": stop})
-    force = sh.PointForce(amplitude=1e-3) + sh.StaticLoad([40.0])
+    force = sh.forces.PointForce(amplitude=1e-3) + sh.forces.StaticLoad([40.0])
     problem = sh.HarmonicBalance(blade, force)
     mean = sh.solve(problem, 10.0).coefficient.sel(harmonic=0, component="cos")
     expected = sh.static_states(problem).static_displacement.values[0]

@@ -52,7 +52,7 @@ def blade_and_mode(ratio, damping_ratio, normal_load):
             friction_coefficient=0.5,
             normal_load=normal_load,
         ),
-        sh.PointForce(amplitude=1.0),
+        sh.forces.PointForce(amplitude=1.0),
     )
 
 

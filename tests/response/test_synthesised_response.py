@@ -19,10 +19,10 @@ def modes(problem, **options):
 @pytest.mark.parametrize("amplitude", [0.3, 1.0, 3.0])
 def test_one_degree_of_freedom_and_one_harmonic_is_exact(amplitude):
     problem = sh.HarmonicBalance(
-        sh.single_blade(**BLADE), sh.PointForce(amplitude=amplitude, phase=0.4)
+        sh.single_blade(**BLADE), sh.forces.PointForce(amplitude=amplitude, phase=0.4)
     )
     found = modes(problem, amplitude=(1e-6, 1e-1))
-    near = sh.synthesised_response(found)
+    near = sh.datasets.synthesised_response(found)
     assert np.nanmax(near.synthesis_error) < 1e-11
     assert near.peak_synthesis_error.max() < 1e-11
     response = sh.frf(problem, (5, 60), progress=False)
@@ -39,8 +39,8 @@ def test_one_degree_of_freedom_and_one_harmonic_is_exact(amplitude):
 def test_force_of_its_own_and_grids():
     blade = sh.single_blade(**BLADE)
     found = modes(sh.HarmonicBalance(blade), at=[1e-4, 2e-4, 3e-4])
-    force = sh.PointForce(amplitude=1.0)
-    near = sh.synthesised_response(found, force, errors=False)
+    force = sh.forces.PointForce(amplitude=1.0)
+    near = sh.datasets.synthesised_response(found, force, errors=False)
     assert near.frequency.dims == ("side", "amplitude", "solution")
     assert "synthesis_error" not in near
     problem = sh.HarmonicBalance(blade, force)
@@ -54,8 +54,8 @@ def test_force_of_its_own_and_grids():
 @pytest.mark.parametrize("harmonics", [(1,), (1, 3, 5)])
 def test_error_of_a_ring_is_told(harmonics):
     ring = sh.bladed_disk(13, **BLADE)
-    problem = sh.HarmonicBalance(ring, sh.EngineOrder(3), harmonics)
-    near = sh.synthesised_response(modes(problem, nodal_diameter=3))
+    problem = sh.HarmonicBalance(ring, sh.forces.EngineOrder(3), harmonics)
+    near = sh.datasets.synthesised_response(modes(problem, nodal_diameter=3))
     response = sh.frf(problem, (5, 60), progress=False)
     difference = near.peak_amplitude.item() / response.peak_amplitude.item() - 1
     assert abs(difference) < (1e-11 if harmonics == (1,) else 5e-3)
@@ -74,10 +74,10 @@ def test_sector_of_a_disk():
     light = sh.Model(*matrices, places=given.places)
     ends = whole.interfaces.left, whole.interfaces.right
     disk = with_friction(sh.Sector(light, *ends, 5, rotation="z"))
-    force = sh.EngineOrder(2, 20.0, pattern={1: {5: 1.0}})
+    force = sh.forces.EngineOrder(2, 20.0, pattern={1: {5: 1.0}})
     problem = sh.HarmonicBalance(disk, force, (0, 1, 2, 3))
     found = modes(problem, amplitude=(1e-6, 1e-1), dof=5)
-    near = sh.synthesised_response(found)
+    near = sh.datasets.synthesised_response(found)
     k = int(np.nanargmin(near.synthesis_error[1]))
     point = sh.solve(problem, near.frequency[1, k].item())
     away = near.coefficient[1, k].values - point.coefficient.values
@@ -88,21 +88,23 @@ def test_sector_of_a_disk():
 
 def test_bad_input_is_named():
     ring = sh.bladed_disk(13, **BLADE)
-    problem = sh.HarmonicBalance(ring, sh.EngineOrder(3))
+    problem = sh.HarmonicBalance(ring, sh.forces.EngineOrder(3))
     found = modes(problem, nodal_diameter=3)
     with pytest.raises(ValueError, match=r"force=EngineOrder.*wave"):
-        sh.synthesised_response(found, sh.EngineOrder(2))
+        sh.datasets.synthesised_response(found, sh.forces.EngineOrder(2))
     with pytest.raises(ValueError, match=r"force=.*first harmonic"):
-        sh.synthesised_response(modes(sh.HarmonicBalance(sh.single_blade(**BLADE))))
+        sh.datasets.synthesised_response(modes(sh.HarmonicBalance(sh.single_blade(**BLADE))))
     with pytest.raises(TypeError, match="force="):
-        sh.synthesised_response(found, 1.0)
+        sh.datasets.synthesised_response(found, 1.0)
     with pytest.raises(TypeError, match="errors="):
-        sh.synthesised_response(found, errors=1)
+        sh.datasets.synthesised_response(found, errors=1)
     with pytest.raises(TypeError, match="modes="):
-        sh.synthesised_response(problem)
+        sh.datasets.synthesised_response(problem)
     with pytest.raises(ValueError, match="several along normal_load"):
-        sh.synthesised_response(modes(problem, nodal_diameter=3, over={"normal_load": [1, 2]}))
+        sh.datasets.synthesised_response(
+            modes(problem, nodal_diameter=3, over={"normal_load": [1, 2]})
+        )
     with pytest.raises(ValueError, match="coefficient"):
-        sh.synthesised_response(
+        sh.datasets.synthesised_response(
             modes(problem, nodal_diameter=3, keep=["frequency", "damping_ratio"])
         )

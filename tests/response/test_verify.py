@@ -32,12 +32,12 @@ RING = sh.HarmonicBalance(
         friction_coefficient=0.5,
         normal_load=3,
     ),
-    sh.EngineOrder(1),
+    sh.forces.EngineOrder(1),
     harmonics=(1, 3),
 )
 DUFFING = sh.HarmonicBalance(
     sh.Model([[1.0]], [[0.05]], [[1.0]], contacts=[(0,)], cubic_stiffness=0.1),
-    sh.PointForce(amplitude=0.18),
+    sh.forces.PointForce(amplitude=0.18),
 )
 GENERAL = sh.HarmonicBalance(
     sh.Model(
@@ -50,7 +50,9 @@ GENERAL = sh.HarmonicBalance(
         friction_coefficient=0.3,
         normal_load=[1.0, 2.0],
     ),
-    sh.HarmonicForce(cosine={0: [0.2, 0.0], 1: [1.0, 0.5]}, sine={2: [0.0, 0.3]}, amplitude=1.5),
+    sh.forces.HarmonicForce(
+        cosine={0: [0.2, 0.0], 1: [1.0, 0.5]}, sine={2: [0.0, 0.3]}, amplitude=1.5
+    ),
     harmonics=(0, 1, 2),
 )
 
@@ -409,7 +411,7 @@ def test_contacts_that_open_are_marched():
 
 
 def test_structures_without_contacts_pass():
-    linear = sh.HarmonicBalance(sh.Model([[1.0]], [[0.5]], [[1e4]]), sh.PointForce())
+    linear = sh.HarmonicBalance(sh.Model([[1.0]], [[0.5]], [[1e4]]), sh.forces.PointForce())
     verified = verify(sh.frf(linear, (10, 15), progress=False), exact="none", progress=False)
     assert report(verified)["passed"]
     assert verified.energy_error.max() < 1e-9

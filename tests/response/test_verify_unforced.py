@@ -40,10 +40,10 @@ def on_stop():
     """A blade that leans on a stop under a static load, and rubs."""
     stop = sh.Gap(normal=(0,), normal_stiffness=2e4, normal_load=10.0)
     rubs = sh.Contacts(
-        sh.Coulomb(), [(0,)], contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3
+        sh.laws.Coulomb(), [(0,)], contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3
     )
     model = sh.Model([[1.0]], [[2.0]], [[1e4]], contacts={"stop": stop, "rubs": rubs})
-    force = sh.HarmonicForce(cosine={0: [2.0], 1: [5.0]})
+    force = sh.forces.HarmonicForce(cosine={0: [2.0], 1: [5.0]})
     return sh.HarmonicBalance(model, force, harmonics=range(6))
 
 
@@ -246,7 +246,9 @@ def test_points_and_parts():
 
 def test_what_was_left_out_is_told():
     kept = sh.nonlinear_modes(blade(0.5), keep=["frequency", "damping_ratio"], **QUIET)
-    with pytest.raises(sh.ArchiveError, match=r"nothing to verify, .*coefficient.* by keep=$"):
+    with pytest.raises(
+        sh.datasets.ArchiveError, match=r"nothing to verify, .*coefficient.* by keep=$"
+    ):
         sh.verify(kept)
     names = ["coefficient", "frequency", "damping_ratio", "residual_norm"]
     few = verified(sh.nonlinear_modes(blade(0.5), keep=names, **QUIET), exact=1)
@@ -264,8 +266,8 @@ def test_no_cycles_pass_nothing():
 
 
 def test_synthesised_responses_are_none_of_these():
-    near = sh.synthesised_response(
-        sh.nonlinear_modes(blade(0.5), at=[3e-4], **QUIET), sh.PointForce(), errors=False
+    near = sh.datasets.synthesised_response(
+        sh.nonlinear_modes(blade(0.5), at=[3e-4], **QUIET), sh.forces.PointForce(), errors=False
     )
     with pytest.raises(ValueError, match="dataset"):
         sh.verify(near)

@@ -35,11 +35,11 @@ LOADS = np.linspace(1, 4, 12)
 
 
 def blade(harmonics=(1,)):
-    return sh.HarmonicBalance(sh.single_blade(**VALUES), sh.PointForce(), harmonics)
+    return sh.HarmonicBalance(sh.single_blade(**VALUES), sh.forces.PointForce(), harmonics)
 
 
 def disk(harmonics=(1,)):
-    return sh.HarmonicBalance(sh.bladed_disk(5, **VALUES), sh.EngineOrder(1), harmonics)
+    return sh.HarmonicBalance(sh.bladed_disk(5, **VALUES), sh.forces.EngineOrder(1), harmonics)
 
 
 @pytest.fixture
@@ -103,7 +103,7 @@ def test_each_stored_point_is_evaluated_once(monkeypatch):
 def test_points_at_once_are_points_alone(harmonics, samples):
     """Also of problems whose values differ, and where some are no solutions."""
     base = sh.HarmonicBalance(
-        sh.bladed_disk(3, **VALUES), sh.PointForce(), harmonics, samples=samples
+        sh.bladed_disk(3, **VALUES), sh.forces.PointForce(), harmonics, samples=samples
     )
     problems = [base.with_parameters(normal_load=load) for load in (0.5, 1, 2, 500)]
     hz = np.array([18.0, 19.0, 20.0, 21.0])
@@ -306,7 +306,7 @@ def test_copies_do_not_see_each_others_springs():
 def test_points_between_others_are_found_in_few_solves():
     """On a path that bends sharply over the frequency: 152 solves, most of which found nothing."""
     ring = sh.bladed_disk(13, **VALUES | dict(contact_stiffness=1e6, normal_load=10.0))
-    response = sh.frf(sh.HarmonicBalance(ring, sh.EngineOrder(3)), (150, 280))
+    response = sh.frf(sh.HarmonicBalance(ring, sh.forces.EngineOrder(3)), (150, 280))
     assert response.n_points.item() > 24
     assert response.linear_solves.item() <= 120
 

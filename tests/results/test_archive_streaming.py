@@ -33,10 +33,10 @@ VALUES = dict(
     friction_coefficient=0.5,
     normal_load=3.0,
 )
-BLADE = sh.HarmonicBalance(sh.single_blade(**VALUES), sh.PointForce(), harmonics=(1,))
+BLADE = sh.HarmonicBalance(sh.single_blade(**VALUES), sh.forces.PointForce(), harmonics=(1,))
 DUFFING = sh.HarmonicBalance(
     sh.Model([[1.0]], [[0.05]], [[1.0]], contacts=[(0,)], cubic_stiffness=0.1),
-    sh.PointForce(amplitude=0.18),
+    sh.forces.PointForce(amplitude=0.18),
 )
 LOADS = [0.5, 1.0, 3.0, 500.0]
 BAND, GRID = (18.0, 21.0), [18.5, 19.0, 20.0]
@@ -215,7 +215,7 @@ OTHERS = {
     "mass": dict(problem=BLADE.with_parameters(mass=1.1)),
     "harmonics": dict(problem=sh.HarmonicBalance(BLADE.model, BLADE.excitation, (1, 3))),
     "samples": dict(problem=sh.HarmonicBalance(BLADE.model, BLADE.excitation, (1,), 64)),
-    "excitation": dict(problem=sh.HarmonicBalance(BLADE.model, sh.PointForce(phase=0.1))),
+    "excitation": dict(problem=sh.HarmonicBalance(BLADE.model, sh.forces.PointForce(phase=0.1))),
     "band": dict(frequency=(15.0, 26.0)),
     "frequency": dict(at=GRID),
     "accuracy": dict(accuracy=0.02),
@@ -233,7 +233,7 @@ def test_an_archive_of_another_computation_is_refused(interrupted, finished, mon
     made = counted(monkeypatch)
     for part, change in OTHERS.items():
         given = dict(problem=BLADE, frequency=BAND, over={"normal_load": LOADS}, progress=False)
-        with pytest.raises(sh.ArchiveError, match=rf"different in [^;]*\b{part}\b"):
+        with pytest.raises(sh.datasets.ArchiveError, match=rf"different in [^;]*\b{part}\b"):
             sh.frf(**given | change, archive=interrupted)
     assert not made
     call("path", archive=interrupted).close()
@@ -257,20 +257,20 @@ def test_killed_before_the_last_step(again, tmp_path, monkeypatch):
 def test_any_other_file_is_refused(tmp_path):
     path = tmp_path / "x.nc"
     path.write_text("no archive")
-    with pytest.raises(sh.ArchiveError, match="no NetCDF file"):
+    with pytest.raises(sh.datasets.ArchiveError, match="no NetCDF file"):
         call("path", archive=path)
     sh.save(sh.solve(BLADE, 20.0), path, overwrite=True)
-    with pytest.raises(sh.ArchiveError, match="another computation"):
+    with pytest.raises(sh.datasets.ArchiveError, match="another computation"):
         call("path", archive=path)
     path.unlink()
     working_file(path).write_text("no database, and longer than its header" * 100)
     for use in (sh.load, sh.resume):
-        with pytest.raises(sh.ArchiveError, match="damaged"):
+        with pytest.raises(sh.datasets.ArchiveError, match="damaged"):
             use(path if use is sh.resume else working_file(path))
-    with pytest.raises(sh.ArchiveError, match="damaged"):
+    with pytest.raises(sh.datasets.ArchiveError, match="damaged"):
         call("path", archive=path)
     for bad in (tmp_path, tmp_path / "no" / "x.nc", f"{path}.partial"):
-        with pytest.raises(sh.ArchiveError, match="archive="):
+        with pytest.raises(sh.datasets.ArchiveError, match="archive="):
             call("path", archive=bad)
     with pytest.raises(TypeError, match="archive=3"):
         call("path", archive=3)
@@ -284,7 +284,7 @@ def test_damage_is_noticed(interrupted):
         [data] = connection.execute("SELECT data FROM results WHERE number=1").fetchone()
         connection.execute("UPDATE results SET data=? WHERE number=1", [data[:-1] + b"!"])
     for use in (lambda: sh.load(file), lambda: call("path", archive=interrupted)):
-        with pytest.raises(sh.ArchiveError, match="set 1 is not as it was written"):
+        with pytest.raises(sh.datasets.ArchiveError, match="set 1 is not as it was written"):
             use()
 
 
@@ -319,7 +319,7 @@ def test_kept_names_alone_are_stored(tmp_path):
     assert json.loads(sh.verify(kept, progress=False).attrs["verification"])["passed"]
     left = {*json.loads(kept.attrs["left_out"])}
     assert left == {*whole.data_vars} - {*kept.data_vars} > {"coefficient", "event_frequency"}
-    assert sh.rebuild(kept).harmonics == (1,)
+    assert sh.datasets.rebuild(kept).harmonics == (1,)
     moved = sh.follow(
         BLADE, "normal_load", (0.5, 9), frequency=19.5, keep=["event_normal_load"], progress=False
     )
@@ -374,7 +374,7 @@ def test_one_process_writes_an_archive(tmp_path, monkeypatch):
     def busy(problem, task):
         if not told:
             told.append("")
-            with pytest.raises(sh.ArchiveError, match="in use") as caught:
+            with pytest.raises(sh.datasets.ArchiveError, match="in use") as caught:
                 call("path", archive=path)
             told[0] = str(caught.value)
             other = subprocess.run(
@@ -407,7 +407,7 @@ def test_removed_while_it_is_written(removed, tmp_path, monkeypatch):
         return compute(problem, task)
 
     monkeypatch.setattr(ensemble, "compute_curve", removing)
-    with pytest.raises(sh.ArchiveError, match=f"{removed}.* was removed, and with it all"):
+    with pytest.raises(sh.datasets.ArchiveError, match=f"{removed}.* was removed, and with it all"):
         call("path", archive=path)
     monkeypatch.undo()
     path.parent.mkdir(exist_ok=True)
@@ -424,7 +424,9 @@ def test_removed_while_the_archive_is_written(tmp_path, monkeypatch):
         fill(*given)
 
     monkeypatch.setattr(from_working_file, "_fill", removing)
-    with pytest.raises(sh.ArchiveError, match="directory was removed, and with it all results"):
+    with pytest.raises(
+        sh.datasets.ArchiveError, match="directory was removed, and with it all results"
+    ):
         call("path", archive=path)
     assert not os.listdir(tmp_path)
 
@@ -439,7 +441,9 @@ def test_a_full_disk_keeps_what_is_committed(tmp_path, monkeypatch):
 
     monkeypatch.setattr(Store, "begin", small)
     monkeypatch.setattr(ensemble, "_PIECE", 0)
-    with pytest.raises(sh.ArchiveError, match=r"full\); [1-3] of 4 parameter sets are safe"):
+    with pytest.raises(
+        sh.datasets.ArchiveError, match=r"full\); [1-3] of 4 parameter sets are safe"
+    ):
         call("path", archive=path)
     n_safe = int((sh.load(f"{path}.partial").status != str(sh.Status.NOT_STARTED)).sum())
     monkeypatch.undo()

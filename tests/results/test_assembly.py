@@ -15,7 +15,7 @@ BLADE = sh.HarmonicBalance(
         friction_coefficient=0.5,
         normal_load=3,
     ),
-    sh.PointForce(),
+    sh.forces.PointForce(),
 )
 NAMED = xr.DataArray(
     [1.0, 3.0], dims="case", coords={"case": ["low", "high"], "cost": ("case", [1, 2])}

@@ -11,14 +11,14 @@ from symhbm.response import ensemble
 from symhbm.response.verification.verify import summary
 from symhbm.results.problem import record_of
 
-FORCE = sh.HarmonicForce({0: np.linspace(0, 1, 30), 1: np.ones(30)}, {2: np.arange(30) / 30})
+FORCE = sh.forces.HarmonicForce({0: np.linspace(0, 1, 30), 1: np.ones(30)}, {2: np.arange(30) / 30})
 
 
 def chain(stiffness=4e3):
     ones = np.ones(30)
     tied = stiffness * sp.diags_array([-ones[1:], 2 * ones, -ones[1:]], offsets=[-1, 0, 1])
     slider = sh.Contacts(
-        sh.Coulomb(),
+        sh.laws.Coulomb(),
         [(8,), {15: 1.0, 18: -0.5}],
         contact_stiffness=2e3,
         friction_coefficient=0.5,
@@ -45,7 +45,7 @@ def response(problem):
 def test_a_rebuilt_problem_is_the_same_to_the_bit(problem, response, tmp_path, lazy):
     sh.save(response, tmp_path / "condensed.nc")
     with sh.load(tmp_path / "condensed.nc", lazy=lazy) as stored:
-        again = sh.rebuild(stored.isel({"normal_load": 1}))
+        again = sh.datasets.rebuild(stored.isel({"normal_load": 1}))
     same = problem.with_parameters(**{"normal_load": 3.0})
     assert repr(again.model) == repr(same.model)
     assert record_of(again)[0] == record_of(same)[0]
@@ -83,16 +83,16 @@ def test_what_is_stored_is_verified(response, tmp_path):
 
 def test_the_whole_structure_is_given_again_to_recover(problem, response):
     point = response.isel({"normal_load": 0}).isel(point=2)
-    again = sh.rebuild(point)
+    again = sh.datasets.rebuild(point)
     with pytest.raises(TypeError, match=r"structure= of symhbm\.recover"):
-        sh.recover(again, point)
-    found = sh.recover(again, point, structure=chain())
-    assert found.identical(sh.recover(problem, point))
+        sh.datasets.recover(again, point)
+    found = sh.datasets.recover(again, point, structure=chain())
+    assert found.identical(sh.datasets.recover(problem, point))
     assert found.residual_norm < 1e-12
     with pytest.raises(ValueError, match="its matrices differ"):
-        sh.recover(again, point, structure=chain(4.1e3))
+        sh.datasets.recover(again, point, structure=chain(4.1e3))
     with pytest.raises(TypeError, match="structure=3: expected a Model"):
-        sh.recover(again, point, structure=3)
+        sh.datasets.recover(again, point, structure=3)
 
 
 @pytest.mark.parametrize("place", [0, 77, -1])
@@ -100,8 +100,8 @@ def test_damaged_numbers_never_speak(response, place):
     damaged = response.copy(deep=True)
     value = damaged["problem_numbers"].values[place]
     damaged["problem_numbers"].values[place] = np.nextafter(value, np.inf)
-    for verb in (sh.rebuild, sh.verify, sh.sensitivity):
-        with pytest.raises(sh.ArchiveError, match="not as it was stored"):
+    for verb in (sh.datasets.rebuild, sh.verify, sh.datasets.sensitivity):
+        with pytest.raises(sh.datasets.ArchiveError, match="not as it was stored"):
             verb(damaged)
 
 
@@ -114,10 +114,10 @@ def test_a_damaged_description_never_speaks(response):
         text = response.attrs["problem"]
         assert before in text
         damaged = response.assign_attrs(problem=text.replace(before, after, 1))
-        with pytest.raises(sh.ArchiveError):
-            sh.rebuild(damaged)
-    with pytest.raises(sh.ArchiveError, match="not in it"):
-        sh.rebuild(response.drop_vars("problem_numbers"))
+        with pytest.raises(sh.datasets.ArchiveError):
+            sh.datasets.rebuild(damaged)
+    with pytest.raises(sh.datasets.ArchiveError, match="not in it"):
+        sh.datasets.rebuild(response.drop_vars("problem_numbers"))
 
 
 def test_a_run_that_was_interrupted_is_resumed(problem, tmp_path, monkeypatch):
@@ -142,7 +142,7 @@ def test_statistics_and_texts_of_condensed_structures(problem, tmp_path):
     draws = sh.mistuning.explicit(problem, normal_load=[[1.0, 4.0], [2.0, 3.0]])
     ensemble = sh.frf(problem, (1.8, 2.2), at=[1.9, 2.1], over=draws, progress=False)
     envelope = sh.statistics.envelope(ensemble.isel(solution=0))
-    assert record_of(sh.rebuild(envelope))[0] == record_of(problem)[0]
+    assert record_of(sh.datasets.rebuild(envelope))[0] == record_of(problem)[0]
     sh.save(ensemble, tmp_path / "ensemble.nc")
     told = CliRunner().invoke(main, ["info", str(tmp_path / "ensemble.nc")]).output
     assert "5 degrees of freedom kept of 30" in told

@@ -23,7 +23,7 @@ BLADE = sh.HarmonicBalance(
         friction_coefficient=0.5,
         normal_load=3.0,
     ),
-    sh.PointForce(),
+    sh.forces.PointForce(),
 )
 LOADS = [0.5, 1.0, 3.0, 500.0]
 N_DONE = 3
@@ -84,7 +84,7 @@ def opened(read):
     try:
         with read() as dataset:
             return dataset.load()
-    except sh.ArchiveError:
+    except sh.datasets.ArchiveError:
         return None
 
 
@@ -158,7 +158,7 @@ def test_a_changed_text_is_refused(change, lazy, archive, tmp_path):
     flipped(path, STATUS, change)
     with xr.open_dataset(path) as plain:
         assert change.decode() in plain.status.values
-    with pytest.raises(sh.ArchiveError, match="not as it was written"):
+    with pytest.raises(sh.datasets.ArchiveError, match="not as it was written"):
         sh.load(path, lazy)
 
 
@@ -169,7 +169,7 @@ def test_the_file_that_is_read_was_checked(again, archive, tmp_path):
     path = tmp_path / "x.nc"
     call(archive=path).close()
     flipped(path, STATUS, STATUS.upper())
-    with pytest.raises(sh.ArchiveError, match="not as it was written"):
+    with pytest.raises(sh.datasets.ArchiveError, match="not as it was written"):
         again(path)
 
 
@@ -182,7 +182,7 @@ def test_a_file_that_changes_after_it_was_opened(where, archive, tmp_path):
         data = archive[:offset] + bytes(1000) + archive[offset + 1000 :]
         with path.open("rb+") as file:
             file.write(data)
-        with pytest.raises(sh.ArchiveError, match=r"x\.nc'.*changed after it was opened"):
+        with pytest.raises(sh.datasets.ArchiveError, match=r"x\.nc'.*changed after it was opened"):
             lazy.amplitude.load()
     path.write_bytes(archive)
     with sh.load(path, lazy=True) as lazy:
@@ -203,7 +203,7 @@ def test_errors_of_netcdf_while_reading(archive, tmp_path, monkeypatch):
                 raise error
 
             monkeypatch.setattr(NetCDF4ArrayWrapper, "_getitem", fail)
-            with pytest.raises(sh.ArchiveError, match=f"cannot be read .{error}"):
+            with pytest.raises(sh.datasets.ArchiveError, match=f"cannot be read .{error}"):
                 lazy.amplitude.load()
 
 
@@ -213,7 +213,7 @@ def test_a_seal_that_is_lost_with_the_last_block(lost, archive, tmp_path):
     path = tmp_path / "x.nc"
     path.write_bytes(archive[:-lost] + bytes(lost))
     for lazy in (False, True):
-        with pytest.raises(sh.ArchiveError, match="not as it was written"):
+        with pytest.raises(sh.datasets.ArchiveError, match="not as it was written"):
             sh.load(path, lazy)
 
 
@@ -297,7 +297,7 @@ def test_what_is_exchanged_in_a_working_file(exchange, working, tmp_path):
         lambda: sh.resume(tmp_path / "x.nc"),
         lambda: call(archive=tmp_path / "x.nc"),
     ):
-        with pytest.raises(sh.ArchiveError, match=r"is damaged .*not as it was written"):
+        with pytest.raises(sh.datasets.ArchiveError, match=r"is damaged .*not as it was written"):
             use()
     assert not Path(tmp_path / "x.nc").exists()
 
@@ -308,7 +308,7 @@ def test_a_row_that_goes_while_the_file_is_read(working, tmp_path):
     with Store(file, write=False) as reader:
         assert len(reader.read(0, 3)) == N_DONE
         changed(file, "DELETE FROM results WHERE number=1")
-        with pytest.raises(sh.ArchiveError, match="set 1 is not as it was written"):
+        with pytest.raises(sh.datasets.ArchiveError, match="set 1 is not as it was written"):
             reader.read(0, 3)
 
 
@@ -327,7 +327,7 @@ def test_a_message_of_the_database_that_is_no_text(working, tmp_path):
     file = working_file(tmp_path / "x.nc")
     file.write_bytes(working)
     flipped(file, b"tableresultsresults", b"table\xacesultsresults")
-    with pytest.raises(sh.ArchiveError, match=r"x\.nc\.partial'.* is damaged"):
+    with pytest.raises(sh.datasets.ArchiveError, match=r"x\.nc\.partial'.* is damaged"):
         sh.load(file)
 
 
@@ -342,7 +342,7 @@ def test_a_row_of_another_computation(working, tmp_path):
         connection.execute("ATTACH ? AS other", [str(other)])
         connection.execute("DELETE FROM results WHERE number=1")
         connection.execute("INSERT INTO results SELECT * FROM other.results WHERE number=1")
-    with pytest.raises(sh.ArchiveError, match="set 1 is not as it was written"):
+    with pytest.raises(sh.datasets.ArchiveError, match="set 1 is not as it was written"):
         sh.load(file)
 
 
@@ -353,6 +353,6 @@ def test_working_files_of_other_versions(working, tmp_path):
         with closing(sqlite3.connect(file)) as connection:
             connection.execute(f"PRAGMA user_version={number}")
         for use in (lambda: sh.load(file), lambda: sh.resume(tmp_path / "x.nc")):
-            with pytest.raises(sh.ArchiveError, match=words):
+            with pytest.raises(sh.datasets.ArchiveError, match=words):
                 use()
     assert store._FORMAT == 1

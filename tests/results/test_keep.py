@@ -24,7 +24,7 @@ RING = sh.HarmonicBalance(
         friction_coefficient=0.5,
         normal_load=10,
     ),
-    sh.EngineOrder(1),
+    sh.forces.EngineOrder(1),
     harmonics=(1, 3),
 )
 BLADE = sh.HarmonicBalance(
@@ -36,7 +36,7 @@ BLADE = sh.HarmonicBalance(
         friction_coefficient=0.5,
         normal_load=3,
     ),
-    sh.PointForce(),
+    sh.forces.PointForce(),
     harmonics=(1, 3),
 )
 DRAWS = sh.mistuning.uniform(RING, 3, seed=2013, friction_coefficient=0.4, normal_load=0.3)
@@ -180,14 +180,16 @@ def test_nothing_to_verify_does_not_pass():
     """No coefficients; no peaks in the band."""
     kept = sh.frf(RING, BAND, at=GRID, keep=README, verifiable=False, progress=False)
     words = r"nothing to verify, coefficient, .*peak_coefficient were left out by keep=; with veri"
-    with pytest.raises(sh.ArchiveError, match=words):
+    with pytest.raises(sh.datasets.ArchiveError, match=words):
         sh.verify(kept)
     none = sh.frf(RING, (5, 6), at=[5.5], keep=["amplitude"], progress=False)
     result, report = verified(none)
     assert (report["passed"], report["n_peaks"], report["figures"]) == (False, 0, {})
     assert "0 points checked" in summary(result)
     dropped = whole_ensemble().drop_vars(["coefficient", "peak_coefficient"])
-    with pytest.raises(sh.ArchiveError, match=r"expected a result .* without coefficient$"):
+    with pytest.raises(
+        sh.datasets.ArchiveError, match=r"expected a result .* without coefficient$"
+    ):
         sh.verify(dropped)
     result, _ = verified(whole_ensemble().drop_vars("contact_state"))
     assert "not verified for want of contact_state: not in the dataset" in summary(result)
@@ -217,8 +219,8 @@ def test_others_say_what_was_left_out():
         sh.plot.response(kept)
     with pytest.raises(ValueError, match=r"got one without amplitude, left out by keep="):
         sh.statistics.envelope(kept)
-    with pytest.raises(sh.ArchiveError, match=r"without peak_kind, left out by keep="):
-        sh.sensitivity(kept)
+    with pytest.raises(sh.datasets.ArchiveError, match=r"without peak_kind, left out by keep="):
+        sh.datasets.sensitivity(kept)
 
 
 def run(*arguments):

@@ -19,10 +19,10 @@ from tests.quick import quick_first
 
 VALUES = dict(mass=1.0, stiffness=1e4, damping=0.5, friction_coefficient=0.5)
 RING = sh.HarmonicBalance(
-    sh.bladed_disk(3, contact_stiffness=1e6, normal_load=10, **VALUES), sh.EngineOrder(1)
+    sh.bladed_disk(3, contact_stiffness=1e6, normal_load=10, **VALUES), sh.forces.EngineOrder(1)
 )
 BLADE = sh.HarmonicBalance(
-    sh.single_blade(contact_stiffness=1e4, normal_load=3, **VALUES), sh.PointForce()
+    sh.single_blade(contact_stiffness=1e4, normal_load=3, **VALUES), sh.forces.PointForce()
 )
 DRAWS = sh.mistuning.uniform(RING, 5, seed=1, contact_stiffness=0.2, normal_load=0.3)
 NAMED = DRAWS.assign_coords(origin=("sample", list("abcde")))
@@ -169,12 +169,12 @@ def test_a_part_is_a_result_by_itself(made):
         values = whole[name].isel(sample=slice(2, 5)).values[tuple(map(slice, part[name].shape))]
         np.testing.assert_array_equal(part[name].values, values)
     assert json.loads(part.attrs["computed"])[0]["numpy"] == np.__version__
-    parameters = sh.rebuild(part.isel(sample=0)).parameters
+    parameters = sh.datasets.rebuild(part.isel(sample=0)).parameters
     np.testing.assert_array_equal(parameters["normal_load"], DRAWS.normal_load.values[2])
     kinds = ("points", "peaks", "events", "sets")
     for kind in kinds:
-        of_part = sh.table(part, kind)
-        of_whole = sh.table(whole, kind).query("sample >= 2").reset_index(drop=True)
+        of_part = sh.datasets.table(part, kind)
+        of_whole = sh.datasets.table(whole, kind).query("sample >= 2").reset_index(drop=True)
         xr.testing.assert_equal(of_part.to_xarray(), of_whole.to_xarray())
 
 
@@ -221,7 +221,7 @@ def test_samples_are_the_same_whatever_the_parts(law, sampling, tmp_path):
 
 def test_an_interrupted_part_goes_on(interrupted, made, tmp_path):
     """By the same call or from its file; another part of the same sweep is refused there."""
-    with pytest.raises(sh.ArchiveError, match="of another computation, different in part"):
+    with pytest.raises(sh.datasets.ArchiveError, match="of another computation, different in part"):
         call("grid", archive=interrupted, part=(1, 2))
     with pytest.MonkeyPatch.context() as patch:
         stop_after(patch, 1)
@@ -260,7 +260,9 @@ def test_the_same_call_without_a_part_goes_on_with_what_was_merged(made, tmp_pat
 def test_unfinished_parts_are_told_or_asked_for(interrupted, made, tmp_path):
     parts = [made("grid", (1, 2)), interrupted]
     for second in (interrupted, working_file(interrupted)):
-        with pytest.raises(sh.ArchiveError, match=r"two\.nc'.* 1 of its 3 .* unfinished=True"):
+        with pytest.raises(
+            sh.datasets.ArchiveError, match=r"two\.nc'.* 1 of its 3 .* unfinished=True"
+        ):
             merge([parts[0], second], tmp_path / "all.nc")
         with pytest.warns(RuntimeWarning, match="3 of 5 .* missing: 3 to 4 of sample"):
             result = sh.merge([parts[0], second], unfinished=True, progress=False)
@@ -278,7 +280,7 @@ def test_parts_may_overlap(made, tmp_path):
     other["peak_amplitude"][1, 0] *= 1 + 1e-15
     sh.save(other, tmp_path / "other.nc")
     paths = [made("path", (1, 2)), made("path", (2, 2)), tmp_path / "other.nc"]
-    with pytest.raises(sh.ArchiveError) as caught:
+    with pytest.raises(sh.datasets.ArchiveError) as caught:
         merge(paths, tmp_path / "new.nc")
     words = f"other.nc': at sample=2 its peak_amplitude is not that of {str(paths[1])!r}; one"
     assert words in str(caught.value)
@@ -297,7 +299,7 @@ OTHERS = {
 def test_other_computations_are_refused_by_name(what, made, tmp_path):
     call("grid", archive=tmp_path / "two.nc", part=(2, 2), **OTHERS[what]).close()
     text = rf"1 of 2 parts .*two\.nc'.* of another computation than .*different in .*{what}"
-    with pytest.raises(sh.ArchiveError, match=text):
+    with pytest.raises(sh.datasets.ArchiveError, match=text):
         merge([made("grid", (1, 2)), tmp_path / "two.nc"], tmp_path / "all.nc")
     assert os.listdir(tmp_path) == ["two.nc"]
 
@@ -312,7 +314,9 @@ def test_other_versions_are_refused_by_name(package, made, tmp_path):
             text = json.loads(part.attrs["computed"])
             part.attrs["computed"] = json.dumps([text[0] | {package: "9.9"}])
         path = sh.save(part, tmp_path / f"{name}.nc")
-        with pytest.raises(sh.ArchiveError, match=rf"different in {package}_version \(.*9\.9"):
+        with pytest.raises(
+            sh.datasets.ArchiveError, match=rf"different in {package}_version \(.*9\.9"
+        ):
             merge([made("grid", (1, 2)), path], tmp_path / "all.nc")
 
 
@@ -324,7 +328,7 @@ def test_damaged_parts_are_all_told(made, tmp_path):
         (tmp_path / f"{number}.nc").write_bytes(damaged)
     (tmp_path / "cut.nc").write_bytes(whole[: len(whole) // 2])
     paths = [made("grid", (2, 2)), *sorted(tmp_path.iterdir()), tmp_path / "none.nc"]
-    with pytest.raises(sh.ArchiveError, match="5 of 6 parts cannot be merged") as caught:
+    with pytest.raises(sh.datasets.ArchiveError, match="5 of 6 parts cannot be merged") as caught:
         merge(paths, tmp_path / "all.nc")
     for name in ("0.nc", "1.nc", "2.nc", "cut.nc", "none.nc"):
         assert f"{name}'" in str(caught.value)
@@ -342,7 +346,7 @@ def test_a_part_that_was_changed_is_refused(made, tmp_path):
     }
     for text, dataset in cases.items():
         path = sh.save(dataset, tmp_path / "x.nc", overwrite=True)
-        with pytest.raises(sh.ArchiveError, match=text):
+        with pytest.raises(sh.datasets.ArchiveError, match=text):
             merge([path])
 
 
@@ -351,7 +355,7 @@ def test_files_that_are_there_are_not_replaced_without_a_word(made, tmp_path):
     path.write_text("precious")
     with pytest.raises(FileExistsError, match=r"there is 'all\.nc', overwrite=True replaces it"):
         merge(parts, path)
-    with pytest.raises(sh.ArchiveError, match="not replaced by one with gaps"):
+    with pytest.raises(sh.datasets.ArchiveError, match="not replaced by one with gaps"):
         sh.merge(parts[:1], path, overwrite=True, progress=False)
     assert path.read_text() == "precious"
     merge(parts, path, overwrite=True).close()
@@ -360,7 +364,7 @@ def test_files_that_are_there_are_not_replaced_without_a_word(made, tmp_path):
         sh.merge(parts[:1], tmp_path / "gap.nc", progress=False)
     with pytest.raises(FileExistsError, match=r"gap\.nc\.partial', overwrite.*resume"):
         merge(parts, tmp_path / "gap.nc")
-    with pytest.raises(sh.ArchiveError, match="another name than that of a part"):
+    with pytest.raises(sh.datasets.ArchiveError, match="another name than that of a part"):
         merge([*parts, tmp_path / "gap.nc.partial"], tmp_path / "gap.nc", unfinished=True)
     merge(parts, tmp_path / "gap.nc", overwrite=True).close()
     assert sorted(os.listdir(tmp_path)) == ["all.nc", "gap.nc"]
@@ -386,8 +390,16 @@ def test_strange_names_are_names(name, made, tmp_path, monkeypatch):
         (dict(archives=[]), ValueError, "archives: expected at least one part"),
         (dict(archives=[3]), TypeError, "archives=3: expected text or a path"),
         (dict(archives=["no.nc"]), FileNotFoundError, r"path='no.nc': no such file"),
-        (dict(archives=["x.nc"], path="a.partial"), sh.ArchiveError, "name of the archive"),
-        (dict(archives=["x.nc"], path="no/a.nc"), sh.ArchiveError, "existing, writable directory"),
+        (
+            dict(archives=["x.nc"], path="a.partial"),
+            sh.datasets.ArchiveError,
+            "name of the archive",
+        ),
+        (
+            dict(archives=["x.nc"], path="no/a.nc"),
+            sh.datasets.ArchiveError,
+            "existing, writable directory",
+        ),
         (dict(archives=["x.nc"], unfinished=1), TypeError, "unfinished=1: expected True or False"),
     ],
 )

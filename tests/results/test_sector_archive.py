@@ -30,8 +30,8 @@ def moved():
 
 def of_two():
     disk = with_friction(random_disk(6, True))
-    force = sh.EngineOrder(ORDER, pattern={5: 1.0})
-    force += sh.EngineOrder(ORDER, pattern={2: {5: 0.5}, 3: {5: 0.0}})
+    force = sh.forces.EngineOrder(ORDER, pattern={5: 1.0})
+    force += sh.forces.EngineOrder(ORDER, pattern={2: {5: 0.5}, 3: {5: 0.0}})
     return sh.HarmonicBalance(disk, force, HARMONICS)
 
 
@@ -59,23 +59,23 @@ def slider(place):
 
 def turning_sector():
     disk = sh.Sector(rotor(), [0], [2], 5).with_contacts(rub=slider((1, sh.next_sector(1))))
-    return sh.HarmonicBalance(disk, sh.EngineOrder(ORDER, pattern={0: 1.0}), (1, 3))
+    return sh.HarmonicBalance(disk, sh.forces.EngineOrder(ORDER, pattern={0: 1.0}), (1, 3))
 
 
 def turning():
     model = rotor(sh.RayleighDamping(2.0, 1e-5)).with_contacts(rub=slider((1,)))
-    return sh.HarmonicBalance(model, sh.EngineOrder(ORDER), (1, 3))
+    return sh.HarmonicBalance(model, sh.forces.EngineOrder(ORDER), (1, 3))
 
 
 def reduced():
     small = sh.craig_bampton(plate_sector(6), 12, (5, 40), dofs=[77])
-    return sh.HarmonicBalance(small, sh.EngineOrder(2, pattern={60: 3.0}), (1, 3))
+    return sh.HarmonicBalance(small, sh.forces.EngineOrder(2, pattern={60: 3.0}), (1, 3))
 
 
 def lossy():
     model = sh.Model(np.eye(2), sh.StructuralDamping(0.02), np.diag([2e4, 3e4]))
     model = model.with_contacts(rub=slider((1,)))
-    return sh.HarmonicBalance(model, sh.PointForce(1), (1, 3))
+    return sh.HarmonicBalance(model, sh.forces.PointForce(1), (1, 3))
 
 
 PROBLEMS = [sector, moved, of_two, condensed, turning_sector, turning, reduced, lossy]
@@ -90,7 +90,7 @@ def test_a_rebuilt_problem_is_the_same_to_the_bit(make, tmp_path):
     stored = sh.load(tmp_path / "response.nc")
     if over:
         stored, problem = stored.isel(normal_load=1), problem.with_parameters(normal_load=3.0)
-    again = sh.rebuild(stored)
+    again = sh.datasets.rebuild(stored)
     unknowns = 1e-3 * np.random.default_rng(0).normal(size=problem.n_unknowns)
     for omega in 2 * np.pi * np.array([20.0, 23.3]):
         one, other = (each.evaluate(unknowns, omega) for each in (problem, again))
@@ -98,17 +98,17 @@ def test_a_rebuilt_problem_is_the_same_to_the_bit(make, tmp_path):
         np.testing.assert_array_equal(other.jacobian, one.jacobian)
     verified = sh.verify(response, progress=False)
     assert verified.residual_stored.max() < 1e-9
-    assert record_of(again)[0] == record_of(sh.rebuild(sh.solve(again, 24.0)))[0]
+    assert record_of(again)[0] == record_of(sh.datasets.rebuild(sh.solve(again, 24.0)))[0]
 
 
 @pytest.mark.parametrize("make", [sector, condensed, turning])
 def test_damaged_numbers_never_speak(make):
     point = sh.solve(make(), 24.0)
     point["problem_numbers"].values[7] += 1e-9
-    with pytest.raises(sh.ArchiveError, match="not as it was stored"):
-        sh.rebuild(point)
-    with pytest.raises(sh.ArchiveError, match="not in it"):
-        sh.rebuild(point.drop_vars("problem_numbers"))
+    with pytest.raises(sh.datasets.ArchiveError, match="not as it was stored"):
+        sh.datasets.rebuild(point)
+    with pytest.raises(sh.datasets.ArchiveError, match="not in it"):
+        sh.datasets.rebuild(point.drop_vars("problem_numbers"))
 
 
 @pytest.mark.parametrize("make", [moved, turning_sector])
@@ -136,7 +136,7 @@ def test_a_run_that_was_interrupted_is_resumed(make, tmp_path, monkeypatch):
 def test_copies_of_what_was_rebuilt_and_names_of_places():
     problem = condensed()
     point = sh.solve(problem, 24.0)
-    again = pickle.loads(pickle.dumps(sh.rebuild(point)))
+    again = pickle.loads(pickle.dumps(sh.datasets.rebuild(point)))
     assert record_of(again)[0] == record_of(problem)[0]
     assert sh.solve(again, 24.0).equals(point)
     assert again.model.number_of("inner0:z") == 5
@@ -145,12 +145,14 @@ def test_copies_of_what_was_rebuilt_and_names_of_places():
 def test_the_whole_sector_is_given_again_to_recover():
     problem = condensed()
     point = sh.solve(problem, 24.0)
-    again = sh.rebuild(point)
+    again = sh.datasets.rebuild(point)
     with pytest.raises(TypeError, match=r"structure= of symhbm\.recover"):
-        sh.recover(again, point)
+        sh.datasets.recover(again, point)
     disk = with_opening(random_disk(6, True, n_inner=4))
-    assert sh.recover(again, point, structure=disk).identical(sh.recover(problem, point))
+    assert sh.datasets.recover(again, point, structure=disk).identical(
+        sh.datasets.recover(problem, point)
+    )
     with pytest.raises(ValueError, match="its matrices differ"):
-        sh.recover(again, point, structure=random_disk(6, True, n_inner=4, seed=3))
+        sh.datasets.recover(again, point, structure=random_disk(6, True, n_inner=4, seed=3))
     with pytest.raises(TypeError, match="expected a Sector"):
-        sh.recover(again, point, structure=disk.structure)
+        sh.datasets.recover(again, point, structure=disk.structure)

@@ -14,8 +14,8 @@ VALUES = dict(
     friction_coefficient=0.5,
     normal_load=3.0,
 )
-BLADE = sh.HarmonicBalance(sh.single_blade(**VALUES), sh.PointForce())
-RING = sh.HarmonicBalance(sh.bladed_disk(3, **VALUES), sh.EngineOrder(1))
+BLADE = sh.HarmonicBalance(sh.single_blade(**VALUES), sh.forces.PointForce())
+RING = sh.HarmonicBalance(sh.bladed_disk(3, **VALUES), sh.forces.EngineOrder(1))
 BAND = (15.0, 24.0)
 PARAMETERS = set(BLADE.parameters) | set(RING.parameters)
 
@@ -73,7 +73,7 @@ def test_one_number_is_no_dimension():
     curves = sweep(BLADE, {"normal_load": 5})
     assert curves.normal_load.dims == ()
     assert_computed_alone(curves, BLADE.with_parameters(normal_load=5))
-    assert sh.rebuild(curves).parameters["normal_load"].tolist() == [5.0]
+    assert sh.datasets.rebuild(curves).parameters["normal_load"].tolist() == [5.0]
 
 
 @pytest.mark.parametrize("over", [None, {}, xr.Dataset()], ids=repr)

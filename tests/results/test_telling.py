@@ -13,7 +13,7 @@ from symhbm.results.telling import account, as_text
 def response():
     stop = sh.Gap(normal=(0,), normal_stiffness=2e4, gap=1e-3)
     model = sh.Model([[1.0]], [[2.0]], [[1e4]], contacts={"stop": stop})
-    problem = sh.HarmonicBalance(model, sh.PointForce(amplitude=15.0), (0, 1, 2, 3))
+    problem = sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=15.0), (0, 1, 2, 3))
     return sh.frf(problem, (15, 18), over={"gap": [1e-3, 2e-3]}, progress=False)
 
 

@@ -74,7 +74,7 @@ def _mistuned_ring(draws: Draws, number: int) -> tuple[sh.HarmonicBalance, tuple
     )
     order = draws.one_of(*range(n))
     highest = np.sqrt(1e4 + 4 * contact_stiffness) / TURN
-    return sh.HarmonicBalance(disk, sh.EngineOrder(order), (1,)), (12.0, 1.2 * highest)
+    return sh.HarmonicBalance(disk, sh.forces.EngineOrder(order), (1,)), (12.0, 1.2 * highest)
 
 
 def _alike(draws: Draws, number: int) -> tuple[sh.HarmonicBalance, tuple[float, float]]:
@@ -89,13 +89,16 @@ def _alike(draws: Draws, number: int) -> tuple[sh.HarmonicBalance, tuple[float, 
     highest = np.sqrt(1e4 + 4 * given["contact_stiffness"]) / TURN
     if number % 3 == 0:
         blade = sh.single_blade(mass=draws.between(0.5, 2.0), **given)
-        force = sh.PointForce(amplitude=draws.scale(0.3, 3.0))
+        force = sh.forces.PointForce(amplitude=draws.scale(0.3, 3.0))
         return sh.HarmonicBalance(blade, force, harmonics), (5.0, 1.5 * highest)
     n = 3 + number % 10
     order = draws.one_of(*range(1, n))
     if number % 3 == 1:
         disk = sh.bladed_disk(n, mass=1.0, **given)
-        return sh.HarmonicBalance(disk, sh.EngineOrder(order), harmonics), (5.0, 1.2 * highest)
+        return sh.HarmonicBalance(disk, sh.forces.EngineOrder(order), harmonics), (
+            5.0,
+            1.2 * highest,
+        )
     blade = sh.Model([[1.0, 0], [0, 0]], [[2.0, 0], [0, 0]], [[3e4, -2e4], [-2e4, 2e4]])
     shroud = sh.Friction(
         tangential=(0, sh.next_sector(0)),
@@ -104,7 +107,7 @@ def _alike(draws: Draws, number: int) -> tuple[sh.HarmonicBalance, tuple[float, 
         normal_load=given["normal_load"],
     )
     disk = sh.Sector(blade, [0], [1], n).with_contacts(shroud=shroud)
-    force = sh.EngineOrder(order, draws.scale(0.5, 5.0), pattern={0: 1.0})
+    force = sh.forces.EngineOrder(order, draws.scale(0.5, 5.0), pattern={0: 1.0})
     return sh.HarmonicBalance(disk, force, harmonics), (10.0, 1.2 * highest + 30)
 
 
@@ -142,10 +145,10 @@ def _rubbing(draws: Draws, n: int, count: int) -> dict[str, sh.Contacts]:
     return contacts
 
 
-def _force(draws: Draws, n: int, strongest: float = 5.0) -> sh.HarmonicForce:
+def _force(draws: Draws, n: int, strongest: float = 5.0) -> sh.forces.HarmonicForce:
     waves = draws.between(-1, 1, (2, n))
     amplitude = draws.scale(0.5, strongest)
-    return sh.HarmonicForce(cosine={1: waves[0]}, sine={1: waves[1]}, amplitude=amplitude)
+    return sh.forces.HarmonicForce(cosine={1: waves[0]}, sine={1: waves[1]}, amplitude=amplitude)
 
 
 def _several(draws: Draws, number: int) -> tuple[sh.HarmonicBalance, tuple[float, float]]:
@@ -161,16 +164,16 @@ def _several(draws: Draws, number: int) -> tuple[sh.HarmonicBalance, tuple[float
             friction_coefficient=draws.spread(0.5, 0.4, n),
             normal_load=draws.spread(draws.scale(1.0, 20.0), 0.3, n),
         )
-        force: Any = sh.EngineOrder(draws.one_of(*range(1, n)))
+        force: Any = sh.forces.EngineOrder(draws.one_of(*range(1, n)))
         if 0 in harmonics:
-            force = force + sh.StaticLoad(draws.between(-2, 2, n))
+            force = force + sh.forces.StaticLoad(draws.between(-2, 2, n))
         return sh.HarmonicBalance(disk, force, harmonics), (8.0, 40.0)
     n = draws.one_of(1, 2, 3)
     matrices = _matrices(draws, n)
     model = sh.Model(*matrices, contacts=_rubbing(draws, n, draws.one_of(1, 2)))
     force = _force(draws, n)
     if 0 in harmonics:
-        force = force + sh.StaticLoad(draws.between(-2, 2, n))
+        force = force + sh.forces.StaticLoad(draws.between(-2, 2, n))
     return sh.HarmonicBalance(model, force, harmonics), _band(matrices[0], matrices[2])
 
 
@@ -189,7 +192,7 @@ def _turning(draws: Draws, number: int) -> tuple[sh.HarmonicBalance, tuple[float
     at = {speed: stiffness + (TURN / 60 * speed) ** 2 * stiffening for speed in (0, 300)}
     model = sh.Model(mass, damping, stiffness, contacts=contacts)
     rotor = sh.RotatingModel(model, at, coriolis=0.4 * skew)
-    force = sh.EngineOrder(order, draws.scale(0.5, 5.0))
+    force = sh.forces.EngineOrder(order, draws.scale(0.5, 5.0))
     return sh.HarmonicBalance(rotor, force, harmonics), band
 
 
@@ -207,7 +210,7 @@ def _condensed(draws: Draws, number: int) -> tuple[sh.HarmonicBalance, tuple[flo
     contacts = _rubbing(draws, n, draws.one_of(1, 2, 3))
     damping = draws.between(0.3, 1.0) * unit + 1e-5 * stiffness
     model = sh.Model(unit, damping, stiffness, contacts=contacts)
-    force = sh.PointForce(draws.places(n, 1)[0], draws.scale(1.0, 10.0))
+    force = sh.forces.PointForce(draws.places(n, 1)[0], draws.scale(1.0, 10.0))
     dense = stiffness.toarray()
     band = _band(np.eye(n), dense)
     small = sh.condense(model, force, band, harmonics, progress=False)
@@ -231,7 +234,7 @@ def _condensed_sector(
         normal_load=draws.scale(0.5, 5.0),
     )
     sector = sh.Sector(model, left=[0], right=[4], n_sectors=n).with_contacts(shroud=shroud)
-    force = sh.EngineOrder(draws.one_of(*range(1, n)), pattern={3: draws.scale(0.5, 5.0)})
+    force = sh.forces.EngineOrder(draws.one_of(*range(1, n)), pattern={3: draws.scale(0.5, 5.0)})
     band = (8.0, 32.0)
     small = sh.condense(sector, force, band, harmonics, progress=False)
     return sh.HarmonicBalance(small, force, harmonics), band

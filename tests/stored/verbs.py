@@ -38,14 +38,14 @@ QUIET = dict(progress=False)
 def blade(force: Any = None, harmonics: Any = (1, 3), **values: Any) -> sh.HarmonicBalance:
     """One blade on a damper to the ground."""
     return sh.HarmonicBalance(
-        sh.single_blade(**BLADE | values), force or sh.PointForce(), harmonics
+        sh.single_blade(**BLADE | values), force or sh.forces.PointForce(), harmonics
     )
 
 
 def ring(n: int = 5, order: int = 1, harmonics: Any = (1,), **values: Any) -> sh.HarmonicBalance:
     """A tuned ring under an engine order."""
     disk = sh.bladed_disk(n, **BLADE | values)
-    return sh.HarmonicBalance(disk, sh.EngineOrder(order), harmonics)
+    return sh.HarmonicBalance(disk, sh.forces.EngineOrder(order), harmonics)
 
 
 def pressed(contact: str = "shroud", harmonics: Any = (0, 1, 2, 3)) -> sh.HarmonicBalance:
@@ -55,8 +55,8 @@ def pressed(contact: str = "shroud", harmonics: Any = (0, 1, 2, 3)) -> sh.Harmon
         "shroud": lambda: sh.Friction(tangential=(0,), normal=(1,), normal_stiffness=1e4, **stiff),
         "stop": lambda: sh.Gap(normal=(0,), normal_stiffness=1e4, gap=3e-4),
         "planar": lambda: sh.Friction(tangential=(0,), across=(1,), **stiff),
-        "cubic": lambda: sh.Contacts(sh.CubicSpring(), [(0,)], cubic_stiffness=2e10),
-        "user": lambda: sh.SmoothLaw(
+        "cubic": lambda: sh.Contacts(sh.laws.CubicSpring(), [(0,)], cubic_stiffness=2e10),
+        "user": lambda: sh.laws.SmoothLaw(
             lambda x, v, p: p["stiffness_of_fifth"] * x**5 + p["viscosity"] * v,
             dict(stiffness_of_fifth=(1e15, "N/m^5"), viscosity=(0.5, "N s/m")),
             [(0,)],
@@ -66,7 +66,7 @@ def pressed(contact: str = "shroud", harmonics: Any = (0, 1, 2, 3)) -> sh.Harmon
         np.eye(2), np.diag([2.0, 3.0]), np.array([[1.2e4, -2e3], [-2e3, 2.4e4]]),
         contacts={contact: group},
     )  # fmt: skip
-    force = sh.HarmonicForce(cosine={1: [4.0, 0]}, sine={1: [0, 4.0]})
+    force = sh.forces.HarmonicForce(cosine={1: [4.0, 0]}, sine={1: [0, 4.0]})
     return sh.HarmonicBalance(model, force, harmonics)
 
 
@@ -82,13 +82,13 @@ def turning(speed: float | None = None) -> sh.HarmonicBalance:
     skew = np.array([[0.0, 0.4], [-0.4, 0.0]])
     rotor = sh.RotatingModel(model, {0: stiffness, 600: stiffness + 800 * np.eye(2)}, coriolis=skew)
     if speed is not None:
-        return sh.HarmonicBalance(rotor.at(speed), sh.PointForce(amplitude=5.0), (1, 3))
-    return sh.HarmonicBalance(rotor, sh.EngineOrder(2, 5.0), (1, 3))
+        return sh.HarmonicBalance(rotor.at(speed), sh.forces.PointForce(amplitude=5.0), (1, 3))
+    return sh.HarmonicBalance(rotor, sh.forces.EngineOrder(2, 5.0), (1, 3))
 
 
-def tip(order: int = 1) -> sh.EngineOrder:
+def tip(order: int = 1) -> sh.forces.EngineOrder:
     """An engine order on the tip of a chain sector."""
-    return sh.EngineOrder(order, 2.0, pattern={3: 1.0})
+    return sh.forces.EngineOrder(order, 2.0, pattern={3: 1.0})
 
 
 def _response(problem: sh.HarmonicBalance, band: Any = BAND, at: Any = None, **options: Any) -> Any:
@@ -136,7 +136,7 @@ def _archive(problem: sh.HarmonicBalance) -> xr.Dataset:
     with TemporaryDirectory() as folder:
         result = sh.frf(problem, BAND, at=GRID, **QUIET)
         sh.save(result, f"{folder}/kept.nc")
-        again = sh.rebuild(sh.load(f"{folder}/kept.nc"))
+        again = sh.datasets.rebuild(sh.load(f"{folder}/kept.nc"))
     return sh.frf(again, BAND, at=GRID, **QUIET)
 
 
@@ -154,7 +154,7 @@ def _condensed(n: int = 12) -> sh.HarmonicBalance:
         tangential=(3,), contact_stiffness=5e3, friction_coefficient=0.5, normal_load=1.0
     )
     model = sh.Model(np.eye(n), sh.RayleighDamping(0.5, 1e-5), stiffness, contacts={"rub": rub})
-    force = sh.PointForce(7, 3.0)
+    force = sh.forces.PointForce(7, 3.0)
     small = sh.condense(model, force, (3.0, 20.0), (1, 3), **QUIET)
     return sh.HarmonicBalance(small, force, (1, 3))
 
@@ -168,7 +168,7 @@ def _wave() -> tuple[sh.HarmonicBalance, sh.Sector]:
 def _recovered() -> xr.Dataset:
     problem, sector = _wave()
     point = sh.solve(problem, 20.0)
-    return sh.recover(problem, point, sector)
+    return sh.datasets.recover(problem, point, sector)
 
 
 def _negative(**values: Any) -> sh.HarmonicBalance:
@@ -198,21 +198,23 @@ CALLS: dict[str, Callable[[], Any]] = {
         sh.HarmonicBalance(chain_sector(9), tip(2), (1, 3)), (8.0, 32.0)
     ),
     "frf of a turned sector": lambda: _response(
-        sh.HarmonicBalance(plane_sector(6), sh.EngineOrder(2, 1.0, pattern={14: 1.0}), (1,)),
+        sh.HarmonicBalance(plane_sector(6), sh.forces.EngineOrder(2, 1.0, pattern={14: 1.0}), (1,)),
         (8.0, 60.0),
     ),
     "frf of a condensed chain": lambda: _response(_condensed(), (3.0, 20.0)),
     "frf of a condensed sector": lambda: _response(_wave()[0], (8.0, 32.0)),
     "frf of a reduced sector": lambda: _response(
-        sh.HarmonicBalance(reduced(), sh.EngineOrder(2, 5.0, pattern={40: 1.0}), (1,)), (2.0, 50.0)
+        sh.HarmonicBalance(reduced(), sh.forces.EngineOrder(2, 5.0, pattern={40: 1.0}), (1,)),
+        (2.0, 50.0),
     ),
     "frf of a mistuned ring": lambda: _response(
-        sh.HarmonicBalance(mistuned(), sh.EngineOrder(2, 5.0, pattern={40: 1.0}), (1,)), (2.0, 50.0)
+        sh.HarmonicBalance(mistuned(), sh.forces.EngineOrder(2, 5.0, pattern={40: 1.0}), (1,)),
+        (2.0, 50.0),
     ),
     "frf of a moving base": lambda: _response(
         sh.HarmonicBalance(
             pressed("shroud").model,
-            sh.BaseMotion(acceleration=4.0, influence=[1.0, 0.0]),
+            sh.forces.BaseMotion(acceleration=4.0, influence=[1.0, 0.0]),
             (0, 1, 2, 3),
         ),
         (13.0, 27.0),
@@ -225,7 +227,9 @@ CALLS: dict[str, Callable[[], Any]] = {
     "solve with angles": lambda: sh.solve(blade(normal_load=2.0), 19.0, angles="ipopt"),
     "static states": lambda: sh.static_states(
         sh.HarmonicBalance(
-            pressed().model, sh.PointForce() + sh.StaticLoad([3.0, -2.0]), (0, 1, 2, 3)
+            pressed().model,
+            sh.forces.PointForce() + sh.forces.StaticLoad([3.0, -2.0]),
+            (0, 1, 2, 3),
         )
     ),
     "periodic motion": lambda: sh.periodic_motion(ring(n=3, order=1, harmonics=(1, 3)), 18.0),
@@ -237,8 +241,8 @@ CALLS: dict[str, Callable[[], Any]] = {
     "nonlinear modes of a wave": lambda: sh.nonlinear_modes(
         ring(harmonics=(1, 3)), at=[1e-4, 1e-3], amplitude=(1e-5, 1e-2), nodal_diameter=1, **QUIET
     ),
-    "synthesised response": lambda: sh.synthesised_response(
-        sh.nonlinear_modes(blade(), amplitude=(1e-5, 1e-3), **QUIET), sh.PointForce()
+    "synthesised response": lambda: sh.datasets.synthesised_response(
+        sh.nonlinear_modes(blade(), amplitude=(1e-5, 1e-3), **QUIET), sh.forces.PointForce()
     ),
     "limit cycles": lambda: sh.limit_cycles(_negative(), amplitude=(1e-6, 1e-1), **QUIET),
     "limit cycles over a load": lambda: sh.limit_cycles(
@@ -280,14 +284,14 @@ CALLS: dict[str, Callable[[], Any]] = {
     "peak curve": lambda: sh.peak_curve(
         blade(), "normal_load", (0.5, 30.0), [1.0, 3.0, 10.0], frequency=BAND, **QUIET
     ),
-    "sensitivity": lambda: sh.sensitivity(sh.frf(ring(n=4), BAND, **QUIET)).drop_dims(
+    "sensitivity": lambda: sh.datasets.sensitivity(sh.frf(ring(n=4), BAND, **QUIET)).drop_dims(
         ALONG_PATHS, errors="ignore"
     ),
     "natural modes": lambda: sh.natural_modes(chain_sector(9), range(5), count=3),
     "natural modes, stuck": lambda: sh.natural_modes(chain_sector(9), [2], count=3, stuck=True),
     "campbell": lambda: sh.campbell(turning().model, [0.0, 200.0, 400.0], orders=[1, 2]),
     "recovered": _recovered,
-    "other sectors": lambda: sh.sector_response(
+    "other sectors": lambda: sh.datasets.sector_response(
         sh.solve(sh.HarmonicBalance(chain_sector(9), tip(2), (1, 3)), 20.0), [0, 3]
     ),
     "merged": _merged,
@@ -295,7 +299,7 @@ CALLS: dict[str, Callable[[], Any]] = {
     "from an archive": lambda: _archive(ring(n=4, harmonics=(1, 3))),
     "from an archive, planar": lambda: _archive(pressed("planar")),
     "from an archive, reduced": lambda: _archive(
-        sh.HarmonicBalance(reduced(), sh.EngineOrder(2, 5.0, pattern={40: 1.0}), (1,))
+        sh.HarmonicBalance(reduced(), sh.forces.EngineOrder(2, 5.0, pattern={40: 1.0}), (1,))
     ),
     "from a file": _files,
 }

@@ -100,7 +100,7 @@ SMALL = {
                 friction_coefficient=0.5,
                 normal_load=10,
             ),
-            sh.EngineOrder(1, amplitude=1.0),
+            sh.forces.EngineOrder(1, amplitude=1.0),
             (1,),
         ),
     ),
@@ -207,7 +207,7 @@ def test_claims_are_not_taken_on_trust():
 @pytest.mark.parametrize("name", [n for n in STUDIES if n.startswith("fig")])
 def test_problem_of_a_figure_comes_back_from_its_archive(name, datasets):
     if "problem" in datasets[name].attrs:
-        problem = sh.rebuild(datasets[name])
+        problem = sh.datasets.rebuild(datasets[name])
         assert problem.model.n_dof == datasets[name].sizes["dof"]
 
 
@@ -401,7 +401,7 @@ def test_the_linear_lines_of_figure_6_are_the_direct_solution(datasets):
     """Down to the bottom of each antiresonance, wherever a line has a corner."""
     ax, _ = on_source_axes("fig06_point_force", datasets["fig06_point_force"])
     stuck = datasets["fig06_point_force"].sel(normal_load=1e5)
-    ring = fig06_point_force.ring(sh.rebuild(stuck))
+    ring = fig06_point_force.ring(sh.datasets.rebuild(stuck))
     lines = [line for line in ax.lines if len(line.get_xdata()) > 2]
     places = np.unique(np.concatenate([line.get_xdata() for line in lines]))
     direct = dict(zip(places, (20 * np.log10(np.abs([*map(ring.response, places)]))), strict=True))
@@ -451,7 +451,7 @@ def test_full_stick_begins_at_the_load_that_is_stated(name, datasets):
     """At the resonance of the stuck structure contacts slip with a little less, not with more."""
     dataset = datasets[name].isel({d: 0 for d in ("engine_order",) if d in datasets[name].dims})
     curve = dataset.isel({d: 0 for d in ("normal_load",) if d in dataset.dims})
-    problem = sh.rebuild(curve)
+    problem = sh.datasets.rebuild(curve)
     stuck = largest_peak(
         sh.frf(problem.with_parameters(normal_load=1e9), (15, 350), progress=False)
     )

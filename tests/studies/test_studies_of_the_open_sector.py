@@ -83,7 +83,7 @@ def test_a_damped_disk_is_that_of_all_equations(monkeypatch):
     band = sh.natural_modes(found.disk, contacts.WAVE, count=1).frequency.item()
     point = sh.solve(problem, band, throw=True)
     assert (point.contact_state.values == 1).any()
-    whole = sh.recover(problem, point).coefficient.values[found.disk.kept]
+    whole = sh.datasets.recover(problem, point).coefficient.values[found.disk.kept]
     disk = sh.HarmonicBalance(found.disk, problem.excitation, contacts.DAMPER_HARMONICS)
     exact = sh.solve(contacts.with_mass(disk, 0.002), band, throw=True).coefficient.values
     assert np.abs(whole - exact).max() < 1e-9 * np.abs(exact).max()

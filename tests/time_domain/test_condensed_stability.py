@@ -10,7 +10,7 @@ from symhbm.time_domain.floquet import multipliers
 
 BAND = (1.2, 2.6)
 FRICTION = sh.Contacts(
-    sh.Coulomb(),
+    sh.laws.Coulomb(),
     [(10,), (25, 30)],
     contact_stiffness=2e3,
     friction_coefficient=0.5,
@@ -25,7 +25,7 @@ OPENS = sh.Friction(
     normal_load=5.0,
 )
 STOP = sh.Gap(normal=[(20,)], normal_stiffness=3e3, gap=1e-4)
-CUBIC = sh.Contacts(sh.CubicSpring(), [(20,)], cubic_stiffness=1e7)
+CUBIC = sh.Contacts(sh.laws.CubicSpring(), [(20,)], cubic_stiffness=1e7)
 
 
 def chain(contacts, n=40):
@@ -36,7 +36,7 @@ def chain(contacts, n=40):
 
 
 def problems(contacts, harmonics, covered):
-    model, force = chain(contacts), sh.PointForce(39, amplitude=40.0)
+    model, force = chain(contacts), sh.forces.PointForce(39, amplitude=40.0)
     small = sh.condense(
         model, force, BAND, range(covered + 1), dofs=[39], stability=True, progress=False
     )
@@ -55,7 +55,7 @@ def test_multipliers_are_those_of_the_whole_structure(contacts, harmonics):
     unknowns = unknowns_of(small.basis, harmonics, point.coefficient.values)
     everywhere = small.structure.with_modes(unknowns, omega, 40.0)
     assert small.in_modes.evaluate(everywhere, omega).norm < 1e-13
-    recovered = sh.recover(small, point).coefficient.values
+    recovered = sh.datasets.recover(small, point).coefficient.values
     expected = multipliers(whole, omega, unknowns_of(whole.basis, harmonics, recovered))
     found = multipliers(small.in_modes, omega, everywhere)
     # Each leading one is among those of the whole.
@@ -82,7 +82,7 @@ def test_folds_of_a_smooth_law_change_stability():
 
 
 def test_modes_are_exact_between_the_harmonics():
-    model, force = chain(FRICTION), sh.PointForce(39, amplitude=40.0)
+    model, force = chain(FRICTION), sh.forces.PointForce(39, amplitude=40.0)
     errors = []
     for stability in (True, False):
         small = sh.condense(model, force, (1.9, 2.1), (1, 9), stability=stability, progress=False)
@@ -106,7 +106,7 @@ def test_modes_are_exact_between_the_harmonics():
 
 
 def test_what_the_modes_do_not_tell_is_refused(monkeypatch):
-    model, force = chain(FRICTION), sh.PointForce(39, amplitude=40.0)
+    model, force = chain(FRICTION), sh.forces.PointForce(39, amplitude=40.0)
     small = sh.condense(model, force, BAND, progress=False)
     problem = sh.HarmonicBalance(small, force)
     with pytest.raises(ValueError, match="condense it with stability=True"):

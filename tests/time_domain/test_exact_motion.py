@@ -63,13 +63,15 @@ def gyroscopic():
         friction_coefficient=0.5,
         normal_load=[1, 2, 0.1, 50],
     )
-    force = sh.HarmonicForce(cosine={1: [1, 0, 0, 1], 2: [0, 1, 0, 0]}, sine={3: [0, 0, 1, 0]})
+    force = sh.forces.HarmonicForce(
+        cosine={1: [1, 0, 0, 1], 2: [0, 1, 0, 0]}, sine={3: [0, 0, 1, 0]}
+    )
     return sh.HarmonicBalance(model, force, (1, 2, 3))
 
 
 def all_harmonics(normal_load):
     """A mean and even harmonics: no symmetry between the halves of the period."""
-    force = sh.HarmonicForce(
+    force = sh.forces.HarmonicForce(
         cosine={0: [0.3, 0, 0, 0, 0, 0], 1: [1, 0, 0, 0.5, 0, 0], 2: [0, 1, 0, 0, 0, 0.3]},
         sine={3: [0, 0, 0.2, 0, 0, 0]},
     )
@@ -87,7 +89,9 @@ def together():
         friction_coefficient=0.5,
         normal_load=2.0,
     )
-    return sh.HarmonicBalance(model, sh.HarmonicForce(cosine={1: [1, 1], 3: [0.2, 0.2]}), (1, 3))
+    return sh.HarmonicBalance(
+        model, sh.forces.HarmonicForce(cosine={1: [1, 1], 3: [0.2, 0.2]}), (1, 3)
+    )
 
 
 CASES = {
@@ -103,10 +107,10 @@ CASES = {
     "ring, order 0": (partial(ring, 0), 20.0),
     "ring, no friction": (partial(ring, 1, friction_coefficient=0.0), 20.0),
     "ring, no contact spring": (partial(ring, 1, contact_stiffness=0.0), 20.0),
-    "3 blades": (partial(mistuned, 3, 1.0, sh.PointForce(amplitude=3.0)), 100.0),
-    "6 blades": (partial(mistuned, 6, 1.0, sh.PointForce(amplitude=3.0)), 100.0),
-    "13 blades": (partial(mistuned, 13, 20.0, sh.EngineOrder(1)), 75.0),
-    "24 blades": (partial(mistuned, 24, 5.0, sh.EngineOrder(3)), 120.0),
+    "3 blades": (partial(mistuned, 3, 1.0, sh.forces.PointForce(amplitude=3.0)), 100.0),
+    "6 blades": (partial(mistuned, 6, 1.0, sh.forces.PointForce(amplitude=3.0)), 100.0),
+    "13 blades": (partial(mistuned, 13, 20.0, sh.forces.EngineOrder(1)), 75.0),
+    "24 blades": (partial(mistuned, 24, 5.0, sh.forces.EngineOrder(3)), 120.0),
     "all harmonics, slip": (partial(all_harmonics, 1.0), 60.0),
     "all harmonics, stick": (partial(all_harmonics, 100.0), 60.0),
     "gyroscopic": (gyroscopic, 25.0),
@@ -431,7 +435,7 @@ def test_symmetries():
 def test_half_period_is_no_restriction():
     """A force with a vanishing even harmonic takes the map of the whole period."""
     problem, motion = solved("blade")
-    force = sh.HarmonicForce(cosine={1: [1.0], 2: [1e-13]})
+    force = sh.forces.HarmonicForce(cosine={1: [1.0], 2: [1e-13]})
     whole = exact_motion(sh.HarmonicBalance(problem.model, force, (1, 2)), motion.frequency)
     assert motion._linear.antiperiodic
     assert not whole._linear.antiperiodic
@@ -495,8 +499,8 @@ def test_just_beyond_the_onset_of_slip_of_a_ring(hertz, start):
     [
         (partial(blade, normal_load=10.0), (15, 30)),
         (partial(ring, 1, normal_load=100.0), (70, 85)),
-        (partial(mistuned, 3, 20.0, sh.PointForce()), (240, 300)),
-        (partial(mistuned, 6, 100.0, sh.PointForce()), (240, 330)),
+        (partial(mistuned, 3, 20.0, sh.forces.PointForce()), (240, 300)),
+        (partial(mistuned, 6, 100.0, sh.forces.PointForce()), (240, 330)),
     ],
 )
 def test_every_onset_of_slip(build, band):
@@ -518,7 +522,7 @@ def test_onsets_of_slip_of_any_ring(seed):
     n_blades = int(rng.choice([3, 6, 13, 24]))
     order = int(rng.integers(1, min(6, n_blades // 2) + 1))
     load = float(np.exp(rng.uniform(np.log(10), np.log(200))))
-    force = sh.EngineOrder(order) if rng.random() < 0.6 else sh.PointForce()
+    force = sh.forces.EngineOrder(order) if rng.random() < 0.6 else sh.forces.PointForce()
     problem = mistuned(n_blades, load, force, (1, 3))
     if rng.random() < 0.5:
         values = {"contact_stiffness": 1e6, "friction_coefficient": 0.5, "normal_load": load}
@@ -588,7 +592,7 @@ def test_a_body_held_by_its_contact_alone():
         friction_coefficient=0.5,
         normal_load=1.0,
     )
-    motion = exact_motion(sh.HarmonicBalance(model, sh.PointForce()), TURN * 20.0)
+    motion = exact_motion(sh.HarmonicBalance(model, sh.forces.PointForce()), TURN * 20.0)
     assert motion.converged
     assert motion.friction_loss[0] > 0
     # Its momentum after half a period is the integral of the friction force alone.
@@ -609,7 +613,7 @@ def test_start_from_a_neighbour():
 
 
 def test_undamped_resonance_is_singular():
-    body = sh.HarmonicBalance(sh.Model([[1.0]], [[0.0]], [[1e4]]), sh.PointForce())
+    body = sh.HarmonicBalance(sh.Model([[1.0]], [[0.0]], [[1e4]]), sh.forces.PointForce())
     motion = exact_motion(body, 100.0)
     assert not motion.converged
     assert motion.status == sh.Status.SYSTEM_SINGULAR
@@ -626,7 +630,7 @@ def test_bad_input():
         exact_motion(blade(), 100.0, ["a"])
     singular = sh.Model(np.ones((2, 2)), np.eye(2), np.eye(2))
     with pytest.raises(ValueError, match="mass_matrix"):
-        exact_motion(sh.HarmonicBalance(singular, sh.PointForce()), 1.0)
+        exact_motion(sh.HarmonicBalance(singular, sh.forces.PointForce()), 1.0)
 
 
 def polynomial(roots):
@@ -676,7 +680,7 @@ def test_a_march_ends_where_less_than_an_instant_is_left():
     """An event within round-off of the end leaves an interval that no cell is made of."""
     values = dict(mass=1, stiffness=1e4, damping=0.5, contact_stiffness=1e4)
     values |= dict(friction_coefficient=0.5, normal_load=3)
-    problem = sh.HarmonicBalance(sh.single_blade(**values), sh.PointForce(), (1, 3))
+    problem = sh.HarmonicBalance(sh.single_blade(**values), sh.forces.PointForce(), (1, 3))
     linear = LinearMotion(problem, 120.0)
     state = np.array([3e-4, 0.0, 1.0])
     last = march(linear, state, 2 * np.pi).event_angle[-1]

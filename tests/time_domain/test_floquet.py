@@ -49,7 +49,7 @@ def ring(order, normal_load, harmonics=ODD):
         friction_coefficient=0.5,
         normal_load=normal_load,
     )
-    return sh.HarmonicBalance(disk, sh.EngineOrder(order, amplitude=1.0), harmonics)
+    return sh.HarmonicBalance(disk, sh.forces.EngineOrder(order, amplitude=1.0), harmonics)
 
 
 def blade(harmonics=ODD, harmonic=1):
@@ -61,7 +61,9 @@ def blade(harmonics=ODD, harmonic=1):
         friction_coefficient=0.5,
         normal_load=1.5,
     )
-    return sh.HarmonicBalance(model, sh.PointForce(amplitude=1.0, harmonic=harmonic), harmonics)
+    return sh.HarmonicBalance(
+        model, sh.forces.PointForce(amplitude=1.0, harmonic=harmonic), harmonics
+    )
 
 
 def mistuned(force, harmonics):
@@ -78,7 +80,7 @@ def mistuned(force, harmonics):
     return sh.HarmonicBalance(disk, force, harmonics)
 
 
-MEAN = sh.HarmonicForce(
+MEAN = sh.forces.HarmonicForce(
     cosine={0: [0.3, 0, 0, 0, 0], 1: [1, 0, 0, 0.5, 0], 2: [0, 1, 0, 0, 0]},
     sine={3: [0, 0, 0.2, 0, 0]},
 )
@@ -86,7 +88,7 @@ CASES = {
     "blade": (blade, 15.0, 1e-5),
     "ring, six reversals": (partial(ring, 1, 10.0), 63.0, 3e-4),
     "ring, order 3": (partial(ring, 3, 100.0), 211.4, 2e-5),
-    "mistuned": (partial(mistuned, sh.PointForce(amplitude=3.0), ODD), 20.0, 2e-4),
+    "mistuned": (partial(mistuned, sh.forces.PointForce(amplitude=3.0), ODD), 20.0, 2e-4),
     "mistuned, even harmonics": (partial(mistuned, MEAN, ALL), 19.0, 1e-4),
 }
 each_case = pytest.mark.parametrize("name", CASES)
@@ -182,7 +184,9 @@ def several(harmonics):
         friction_coefficient=0.5,
         normal_load=100.0,
     )
-    return sh.HarmonicBalance(model, sh.HarmonicForce(cosine={1: [0.5, 0, 0.3, 0]}), harmonics)
+    return sh.HarmonicBalance(
+        model, sh.forces.HarmonicForce(cosine={1: [0.5, 0, 0.3, 0]}), harmonics
+    )
 
 
 @pytest.mark.parametrize("harmonics", [(1,), (1, 3, 5), (0, 1, 2, 3)])
@@ -253,7 +257,7 @@ def test_friction_beside_a_cubic_spring_against_differences(omega):
         friction_coefficient=0.5,
         normal_load=0.3,
     )
-    problem = sh.HarmonicBalance(model, sh.PointForce(amplitude=0.3), tuple(range(1, 42, 2)))
+    problem = sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=0.3), tuple(range(1, 42, 2)))
     unknowns = solution(problem, omega)
     law = problem.locate(unknowns, omega).groups["friction"].details
     basis = problem.basis
@@ -290,7 +294,7 @@ def damped(draw):
         normal_load=10.0 ** rng.uniform(-2, 1, len(contacts)),
     )
     harmonics = draw(st.sampled_from([(1,), (0, 1), (1, 3), (2, 6), (0, 1, 2, 3, 5)]))
-    force = sh.HarmonicForce(cosine={harmonics[-1]: rng.normal(size=n)})
+    force = sh.forces.HarmonicForce(cosine={harmonics[-1]: rng.normal(size=n)})
     return sh.HarmonicBalance(model, force, harmonics), rng
 
 
@@ -346,6 +350,6 @@ def test_impossible():
     springs = dict(contact_stiffness=1.0, friction_coefficient=0.0, normal_load=0.0)
     model = sh.Model([[1, 1], [1, 1]], np.eye(2), np.eye(2), contacts=[(0,)], **springs)
     with pytest.raises(np.linalg.LinAlgError):
-        multipliers(sh.HarmonicBalance(model, sh.PointForce()), 1.0, np.ones(4))
+        multipliers(sh.HarmonicBalance(model, sh.forces.PointForce()), 1.0, np.ones(4))
     with pytest.raises(ArithmeticError, match="too stiff"):
         multipliers(blade((1,)).with_parameters(stiffness=1e14), 1.0, np.zeros(2))

@@ -95,7 +95,7 @@ def test_derivative_of_the_march():
 
 def test_energy_without_force():
     """An undamped body between events keeps its energy, that of the spring that opens included."""
-    problem = stop(1, 0, 1e4, sh.HarmonicForce(cosine={1: [1e-12]}), 2e4, 10.0)
+    problem = stop(1, 0, 1e4, sh.forces.HarmonicForce(cosine={1: [1e-12]}), 2e4, 10.0)
     linear = LinearMotion(problem, 100.0)
     run = march(linear, np.array([2e-3, 0.0, 0.0]), 5 * TURN)
     assert len(run.event_angle) > 5
@@ -130,12 +130,12 @@ def test_gaps(gap):
 
 def test_a_free_body_that_nothing_holds():
     """Without a spring and never touching it stays where it is, and drifts under a static force."""
-    force = sh.HarmonicForce(cosine={1: [5]})
+    force = sh.forces.HarmonicForce(cosine={1: [5]})
     motion = exact_motion(stop(1, 2, 0, force, 2e4, gap=0.5), 100.0, [0.0, 0.0, 0.0])
     assert motion.converged
     assert motion.open_fraction[0] == 1
     assert motion.coefficients((1,))[0][0, 0] == pytest.approx(-5e-4 / (1 + 4e-4), rel=1e-10)
-    away, towards = (sh.HarmonicForce(cosine={0: [mean], 1: [5]}) for mean in (-1, 1))
+    away, towards = (sh.forces.HarmonicForce(cosine={0: [mean], 1: [5]}) for mean in (-1, 1))
     lost = exact_motion(stop(1, 2, 0, away, 2e4, gap=5e-5), 100.0)
     assert lost.status == Status.NOT_HELD
     held = solved(stop(1, 2, 0, towards, 2e4, gap=5e-5), 100.0 / TURN)

@@ -85,7 +85,7 @@ def test_round_trip(ring, tmp_path):
     problem, motion = ring
     path = sh.save(motion, tmp_path / "motion.nc")
     assert sh.load(path).identical(motion)
-    again = sh.rebuild(sh.load(path))
+    again = sh.datasets.rebuild(sh.load(path))
     assert again.harmonics == problem.harmonics
     assert again.parameters["normal_load"].tolist() == [10.0] * 13
 
@@ -93,7 +93,7 @@ def test_round_trip(ring, tmp_path):
 def test_no_periodic_motion():
     """An undamped resonance: NaN, and a sentence."""
     blade = fig03.problem().model.with_parameters(damping=0, normal_load=0)
-    problem = sh.HarmonicBalance(blade, sh.PointForce())
+    problem = sh.HarmonicBalance(blade, sh.forces.PointForce())
     motion = sh.periodic_motion(problem, 100 / (2 * np.pi))
     assert not bool(motion.converged)
     assert np.isnan(motion.amplitude).all()

@@ -14,8 +14,8 @@ from symhbm.time_domain.planar_motion import PlanarMotion
 from tests.quick import quick_first
 
 MATRICES = np.eye(3), np.diag([2.0, 2.5, 3.0]), np.diag([1e4, 1.21e4, 2.25e4])
-ELLIPSE = sh.HarmonicForce(cosine={1: [10, 0, 6]}, sine={1: [0, 7, 0]})
-LINE = sh.HarmonicForce(cosine={1: [10, 0, 6]}, sine={1: [0, 0, 2]})
+ELLIPSE = sh.forces.HarmonicForce(cosine={1: [10, 0, 6]}, sine={1: [0, 7, 0]})
+LINE = sh.forces.HarmonicForce(cosine={1: [10, 0, 6]}, sine={1: [0, 0, 2]})
 
 
 def pad(normal_load, across=True, **values):
@@ -48,7 +48,7 @@ SYSTEMS = {
         (0, 1),
     ),
     "beside a cubic spring": (
-        dict(pad=pressed(9.0), own=sh.Contacts(sh.CubicSpring(), [(0,)], cubic_stiffness=1e7)),
+        dict(pad=pressed(9.0), own=sh.Contacts(sh.laws.CubicSpring(), [(0,)], cubic_stiffness=1e7)),
         18.5,
         (0, 0),
     ),
@@ -104,7 +104,7 @@ def test_a_circle_in_closed_form():
         normal_load=2 * limit,
     )  # fmt: skip
     body = sh.Model(np.eye(2), 2 * np.eye(2), 1e4 * np.eye(2), contacts=dict(pad=contact))
-    force = sh.HarmonicForce(cosine={1: [10, 0]}, sine={1: [0, 10]})
+    force = sh.forces.HarmonicForce(cosine={1: [10, 0]}, sine={1: [0, 10]})
     motion = exact_motion_of(sh.HarmonicBalance(body, force, (1,)), omega)
     wave, friction = motion.coefficients((1,))
     radius = motion.amplitude[0]

@@ -19,7 +19,7 @@ NINE = (1, 3, 5, 7, 9)
 
 def duffing(damping=0.05, cubic=0.1, force=0.18, harmonics=NINE):
     model = sh.Model([[1.0]], [[damping]], [[1.0]], contacts=[(0,)], cubic_stiffness=cubic)
-    return sh.HarmonicBalance(model, sh.PointForce(amplitude=force), harmonics)
+    return sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=force), harmonics)
 
 
 def chain(cubic=0.3, normal_load=0.3, harmonics=(0, 1, 2, 3)):
@@ -34,7 +34,7 @@ def chain(cubic=0.3, normal_load=0.3, harmonics=(0, 1, 2, 3)):
         normal_load=np.array([1.0, 1.0, 60.0]) * normal_load,
         cubic_stiffness=[cubic, 0.0, -0.2 * cubic],
     )
-    force = sh.HarmonicForce(
+    force = sh.forces.HarmonicForce(
         cosine={0: [0.1, 0.2], 1: [0.5, 0.0], 2: [0.0, 0.2]}, sine={3: [0.1, 0.0]}
     )
     return sh.HarmonicBalance(model, force, harmonics)
@@ -314,7 +314,7 @@ def test_units_do_not_matter():
         contacts=[(0,)],
         cubic_stiffness=0.1 * mass * rate**2 / length**2,
     )
-    force = sh.PointForce(amplitude=0.18 * mass * length * rate**2)
+    force = sh.forces.PointForce(amplitude=0.18 * mass * length * rate**2)
     motion = sh.periodic_motion(
         sh.HarmonicBalance(scaled, force, NINE), 1.2 * rate / TURN, throw=True
     )
@@ -327,7 +327,7 @@ def test_round_trip(tmp_path):
     problem, motion = solved("softening blade")
     loaded = sh.load(sh.save(motion, tmp_path / "motion.nc"))
     assert loaded.identical(motion)
-    again = sh.rebuild(loaded)
+    again = sh.datasets.rebuild(loaded)
     assert again.parameters["cubic_stiffness"].tolist() == [-1e10]
     assert again.harmonics == problem.harmonics
     once_more = sh.periodic_motion(again, 19.5, harmonics=range(32), start=loaded)
@@ -392,6 +392,6 @@ def test_bad_start(start, error, words, cubic):
 
 def test_mass_that_is_not_positive_definite():
     model = sh.Model(np.ones((2, 2)), np.eye(2), np.eye(2), contacts=[(0,)], cubic_stiffness=1.0)
-    problem = sh.HarmonicBalance(model, sh.PointForce())
+    problem = sh.HarmonicBalance(model, sh.forces.PointForce())
     with pytest.raises(ValueError, match="mass_matrix"):
         sh.periodic_motion(problem, 1.0, start=sh.solve(duffing(), 1.0).isel(dof=[0, 0]))

@@ -48,11 +48,11 @@ LAWS = {
 
 def problem_of(name, harmonics=None, **others):
     expression, parameters, breakpoints, orders, _ = LAWS[name]
-    own = sh.SmoothLaw(expression, parameters, [(0, 1)], breakpoints)
+    own = sh.laws.SmoothLaw(expression, parameters, [(0, 1)], breakpoints)
     stiffness = [[1e4, -1e3], [-1e3, 2e4]]
     contacts = {"own": own, **others}
     model = sh.Model(np.eye(2), np.diag([2.0, 3.0]), stiffness, contacts=contacts)
-    return sh.HarmonicBalance(model, sh.PointForce(amplitude=2.0), harmonics or orders)
+    return sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=2.0), harmonics or orders)
 
 
 def unknowns_at(problem, response):
@@ -85,9 +85,9 @@ def test_the_exact_motion_is_that_of_many_harmonics(name):
 def test_multipliers_beside_friction_that_slips(name):
     """From event to event of a contact that slips, against the derivative of the exact motion."""
     rub = sh.Contacts(
-        sh.Coulomb(), [(1,)], contact_stiffness=5e3, friction_coefficient=0.3, normal_load=1.0
+        sh.laws.Coulomb(), [(1,)], contact_stiffness=5e3, friction_coefficient=0.3, normal_load=1.0
     )
-    cube = sh.Contacts(sh.CubicSpring(), [(0,)], cubic_stiffness=1e9)
+    cube = sh.Contacts(sh.laws.CubicSpring(), [(0,)], cubic_stiffness=1e9)
     harmonics = ALL[:20] if name == "gap" else ODD
     problem = problem_of(name, harmonics, rub=rub, cube=cube)
     point = sh.solve(problem, 17.0, stability=True)
@@ -104,22 +104,22 @@ def test_multipliers_beside_friction_that_slips(name):
 
 def test_a_negative_dashpot_is_unstable():
     """Of a velocity, which displacements do not show: the motion at rest grows."""
-    contacts = {"own": sh.SmoothLaw(lambda y, v, p: p["c"] * v, {"c": (-3, "N s/m")}, [(0,)])}
+    contacts = {"own": sh.laws.SmoothLaw(lambda y, v, p: p["c"] * v, {"c": (-3, "N s/m")}, [(0,)])}
     model = sh.Model([[1]], [[2]], [[1e4]], contacts=contacts)
-    point = sh.solve(sh.HarmonicBalance(model, sh.PointForce()), 10.0, stability=True)
+    point = sh.solve(sh.HarmonicBalance(model, sh.forces.PointForce()), 10.0, stability=True)
     assert float(point.growth_rate) == pytest.approx(0.5, rel=1e-9)
     assert int(point.stability) == 0
 
 
 def test_a_rounded_motor_starts_to_grow_where_it_should():
     """Van der Pol's oscillator beside its forced response, against the damping in the mean."""
-    group = sh.SmoothLaw(
+    group = sh.laws.SmoothLaw(
         lambda y, v, p: p["c"] * (y**2 / p["a"] ** 2 - 1) * v,
         {"c": (1.0, "N s/m"), "a": (1e-3, "m")},
         [(0,)],
     )
     model = sh.Model([[1]], [[0.2]], [[1e4]], contacts={"own": group})
-    problem = sh.HarmonicBalance(model, sh.PointForce(amplitude=30.0), ODD[:6])
+    problem = sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=30.0), ODD[:6])
     point = sh.solve(problem, 40.0, stability=True)
     motion = sh.periodic_motion(problem, 40.0, start=point)
     rate = np.log(np.hypot(motion.multiplier_real, motion.multiplier_imag).max()) * 40.0
@@ -133,10 +133,10 @@ def test_a_rounded_motor_starts_to_grow_where_it_should():
 def test_kinks_without_break_points_keep_the_tolerance():
     problem = problem_of("gap")
     expression, parameters, *_ = LAWS["gap"]
-    plain = sh.SmoothLaw(expression, parameters, [(0, 1)])
+    plain = sh.laws.SmoothLaw(expression, parameters, [(0, 1)])
     stiffness = [[1e4, -1e3], [-1e3, 2e4]]
     model = sh.Model(np.eye(2), np.diag([2.0, 3.0]), stiffness, contacts={"own": plain})
-    other = sh.HarmonicBalance(model, sh.PointForce(amplitude=2.0), (0, 1, 2, 3, 4, 5))
+    other = sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=2.0), (0, 1, 2, 3, 4, 5))
     start = sh.solve(problem, 15.0)
     one, two = (sh.periodic_motion(p, 15.0, start=start) for p in (problem, other))
     assert bool(two.converged)

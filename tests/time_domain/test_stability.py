@@ -15,7 +15,7 @@ UPPER_FOLD = 1.26753695951261
 
 def duffing(harmonics=(1,), **changes):
     model = sh.Model([[1.0]], [[0.05]], [[1.0]], contacts=[(0,)], cubic_stiffness=0.1)
-    problem = sh.HarmonicBalance(model, sh.PointForce(amplitude=0.18), harmonics)
+    problem = sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=0.18), harmonics)
     return problem.with_parameters(**changes)
 
 
@@ -115,7 +115,7 @@ def test_neutral_motions_are_unknown(frequency):
 
 
 def test_linear_oscillator_has_its_decay_rate():
-    point = sh.solve(sh.HarmonicBalance(duffing().model, sh.PointForce(amplitude=1e-9)), 0.3)
+    point = sh.solve(sh.HarmonicBalance(duffing().model, sh.forces.PointForce(amplitude=1e-9)), 0.3)
     # -c / (2 m); the cube of a motion of a nanometre is nothing.
     assert float(point.growth_rate) == pytest.approx(-0.025, rel=1e-9)
     assert int(point.stability) == 1
@@ -157,7 +157,7 @@ def test_folds_of_a_slipping_blade(harmonics):
         friction_coefficient=0.5,
         normal_load=[0.0, 0.1],
     )
-    problem = sh.HarmonicBalance(model, sh.PointForce(amplitude=0.18), harmonics)
+    problem = sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=0.18), harmonics)
     curve = sh.frf(problem, (0.05, 0.4), throw=True)
     folds = check_folds(curve)
     slips = curve.contact_state.values[:, 1] == 1
@@ -179,7 +179,7 @@ def test_small_motions_leave_the_static_force_of_a_stuck_contact():
         friction_coefficient=1.0,
         normal_load=1e3,
     )
-    force = sh.HarmonicForce(cosine={0: [0.3, 0], 1: [0.3, 0], 2: [0.2, 0.1]})
+    force = sh.forces.HarmonicForce(cosine={0: [0.3, 0], 1: [0.3, 0], 2: [0.2, 0.1]})
     problem = sh.HarmonicBalance(model, force, range(7))
     point = sh.solve(problem, 0.3, throw=True)
     # Without the sine of the mean.
@@ -190,7 +190,9 @@ def test_small_motions_leave_the_static_force_of_a_stuck_contact():
 
 def test_singular_mass_is_unknown():
     model = sh.Model(np.ones((2, 2)), np.eye(2), np.eye(2), contacts=[(0,)], cubic_stiffness=0.4)
-    point = sh.solve(sh.HarmonicBalance(model, sh.PointForce(amplitude=0.1)), 0.1, throw=True)
+    point = sh.solve(
+        sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=0.1)), 0.1, throw=True
+    )
     assert np.isnan(point.growth_rate)
     assert int(point.stability) == -1
 
@@ -212,7 +214,7 @@ def test_friction_responses_are_stable_where_it_is_asked():
         friction_coefficient=0.5,
         normal_load=3,
     )
-    problem = sh.HarmonicBalance(blade, sh.PointForce(amplitude=1.0), (1, 3, 5))
+    problem = sh.HarmonicBalance(blade, sh.forces.PointForce(amplitude=1.0), (1, 3, 5))
     curve = sh.frf(problem, (15, 25), stability=True)
     assert curve.stability.values.tolist() == [1] * curve.sizes["point"]
     middle = curve.isel(point=curve.sizes["point"] // 2)
@@ -230,7 +232,7 @@ def test_friction_responses_are_stable_where_it_is_asked():
 def test_instability_beside_odd_harmonics():
     """A symmetric motion that small unsymmetric ones leave, which its own harmonics cannot tell."""
     model = sh.Model([[1.0]], [[0.2]], [[1.0]], contacts=[(0,)], cubic_stiffness=1.0)
-    problem = sh.HarmonicBalance(model, sh.PointForce(amplitude=6.0), (1, 3, 5, 7, 9))
+    problem = sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=6.0), (1, 3, 5, 7, 9))
     point = sh.solve(problem, 1 / TURN)
     motion = sh.periodic_motion(problem, 1 / TURN, start=point)
     largest = np.hypot(motion.multiplier_real, motion.multiplier_imag).max()
@@ -272,7 +274,7 @@ def test_without_mass_responses_are_the_limit_of_small_masses_and_stability_is_u
     def problem(mass):
         structure = np.diag([1, mass, mass, 1]), np.diag([2.0, 0, 0, 2]), stiffness
         model = sh.Model(*structure, contacts={"contact": OPENING[name]})
-        force = sh.HarmonicForce(cosine={1: [20.0, 0, 0, 5]})
+        force = sh.forces.HarmonicForce(cosine={1: [20.0, 0, 0, 5]})
         return sh.HarmonicBalance(model, force, (0, 1, 2, 3))
 
     at = np.linspace(14, 18, 9)

@@ -91,7 +91,7 @@ def followed(problem, band, **options):
 
 def duffing(force, damping, harmonics):
     model = sh.Model([[1.0]], [[damping]], [[1.0]], contacts=[(0,)], cubic_stiffness=1.0)
-    return sh.HarmonicBalance(model, sh.PointForce(amplitude=force), harmonics)
+    return sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=force), harmonics)
 
 
 def test_period_doubling():
@@ -137,13 +137,13 @@ def test_neimark_sacker():
 
 def test_a_law_of_velocity():
     """A driven van der Pol oscillator leaves entrainment through a pair of multipliers."""
-    law = sh.SmoothLaw(
+    law = sh.laws.SmoothLaw(
         lambda y, v, p: p["growth"] * (y**2 - 1) * v,
         parameters={"growth": (0.1, "N s/m")},
         directions=[(0,)],
     )
     model = sh.Model([[1.0]], [[0.0]], [[1.0]], contacts={"own": law})
-    problem = sh.HarmonicBalance(model, sh.PointForce(amplitude=0.3), (1, 3, 5, 7, 9))
+    problem = sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=0.3), (1, 3, 5, 7, 9))
     curve = followed(problem, (0.7, 1.4), stability=True)
     found = [index for kind, index in changes_of(curve) if kind == "Neimark-Sacker"]
     assert len(found) == len(changes_of(curve)) == 2
@@ -179,7 +179,7 @@ def test_points_where_more_than_two_branches_meet():
         contacts=[(0,), (1,), (2,)],
         cubic_stiffness=GAMMA,
     )
-    problem = sh.HarmonicBalance(model, sh.HarmonicForce(cosine={1: [0.3] * 3}))
+    problem = sh.HarmonicBalance(model, sh.forces.HarmonicForce(cosine={1: [0.3] * 3}))
     curve = followed(problem, (0.5, 2.0))
     assert not (curve.event_kind == "branch point").any()
     # Differences feel the coupling three times, in a pair twice.
@@ -201,7 +201,7 @@ def test_friction_that_ends_flutter():
         friction_coefficient=0.5,
         normal_load=3.0,
     )
-    problem = sh.HarmonicBalance(model, sh.HarmonicForce(cosine={1: [1.0, 0.5]}), (1, 3, 5))
+    problem = sh.HarmonicBalance(model, sh.forces.HarmonicForce(cosine={1: [1.0, 0.5]}), (1, 3, 5))
     for band in ((14, 24), (24, 14)):
         with warnings.catch_warnings(action="ignore", category=UserWarning):  # not symmetric
             curve = sh.frf(problem, band, stability=True)
@@ -237,7 +237,7 @@ def test_contacts_that_open_double_the_period():
         np.diag([1e4, 2.25e4, 1.04e4, 2.3e4]),
         contacts={"shroud": shroud},
     )
-    force = sh.HarmonicForce(cosine={1: [10, 5, 0, 0]}, sine={1: [0, 0, 10, -5]})
+    force = sh.forces.HarmonicForce(cosine={1: [10, 5, 0, 0]}, sine={1: [0, 0, 10, -5]})
     problem = sh.HarmonicBalance(model, force, harmonics=range(10))
     curve = sh.frf(problem, (23, 25))
     found = changes_of(curve)

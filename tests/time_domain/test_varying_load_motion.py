@@ -308,9 +308,9 @@ def test_derivative_of_the_march(name):
 def test_constant_load_is_the_limit():
     """Without a normal spring it is the law of Coulomb: the same motion to round-off."""
     parts = np.eye(2), np.diag([2.0, 3.0]), np.diag([1e4, 2.25e4])
-    force = sh.HarmonicForce(cosine={1: [10, 0]}, sine={1: [0, 10], 2: [1, 0]})
+    force = sh.forces.HarmonicForce(cosine={1: [10, 0]}, sine={1: [0, 10], 2: [1, 0]})
     coulomb = sh.Contacts(
-        sh.Coulomb(), [(0,)], contact_stiffness=1e4, friction_coefficient=0.3, normal_load=5
+        sh.laws.Coulomb(), [(0,)], contact_stiffness=1e4, friction_coefficient=0.3, normal_load=5
     )
     constant = sh.Model(*parts, contacts={"shroud": coulomb})
     expected = solved(sh.HarmonicBalance(constant, force, range(4)), 18.0)
@@ -331,7 +331,7 @@ def test_preload_on_the_structure():
     rest, pressed = 2e-4, 5.0 - 1e4 * 2e-4
     coupled = two_way(preload="coupled", normal_load=pressed)
     load = 2.25e4 * rest + 5.0
-    force = sh.HarmonicForce(cosine={0: [0, load], 1: [10, 0]}, sine={1: [0, 10]})
+    force = sh.forces.HarmonicForce(cosine={0: [0, load], 1: [10, 0]}, sine={1: [0, 10]})
     problem = sh.HarmonicBalance(coupled.model, force, range(4))
     moved, still = solved(problem, 18.0), solved(two_way(), 18.0)
     tau = np.linspace(0, TURN, 50)
@@ -348,7 +348,7 @@ def test_preload_on_the_structure():
 
 def test_never_slipping_contact_is_centred():
     """Its static force is half-way between where it would begin to slip on either side."""
-    force = sh.HarmonicForce(cosine={1: [1, 0.5], 2: [0, 0.7]}, sine={1: [0.3, 1]})
+    force = sh.forces.HarmonicForce(cosine={1: [1, 0.5], 2: [0, 0.7]}, sine={1: [0.3, 1]})
     stiffness = np.array([[1e4, 3e3], [3e3, 2e4]])
     values = dict(contact_stiffness=1e4, normal_stiffness=1.5e4, friction_coefficient=0.5)
     parts = np.eye(2), np.diag([0.7, 0.9]), stiffness, force, [(0,)], [(1,)]
@@ -463,7 +463,7 @@ def test_beside_a_smooth_law():
     values = two_way().model.values_of(group)
     contacts = {
         "shroud": sh.Contacts(group.law, [(0,)], [(1,)], **values),
-        "stop": sh.Contacts(sh.CubicSpring(), [(0,)], cubic_stiffness=1e-3),
+        "stop": sh.Contacts(sh.laws.CubicSpring(), [(0,)], cubic_stiffness=1e-3),
     }
     model = sh.Model(np.eye(2), np.diag([2.0, 3.0]), np.diag([1e4, 2.25e4]), contacts=contacts)
     problem = sh.HarmonicBalance(model, two_way().excitation, range(20))

@@ -108,7 +108,7 @@ def contact_force() -> list[Comparison]:
 
 
 def _forces_under_moving_loads() -> list[Comparison]:
-    law, basis, rows = sh.VariableLoadFriction(), FourierBasis((0, 1, 2)), []
+    law, basis, rows = sh.laws.VariableLoadFriction(), FourierBasis((0, 1, 2)), []
     names = "contact_stiffness", "normal_stiffness", "friction_coefficient", "normal_load"
     for name, (numbers, u, v, tangential, *_) in STATED["explicit_motions"].items():
         values = {key: np.array([value], float) for key, value in zip(names, numbers, strict=True)}
@@ -133,7 +133,9 @@ def linear() -> list[Comparison]:
         rows.append(compared(what, found, expected, 1e-10, CLOSED, unit="Hz"))
     ring = StuckRing(13, 1.0, 0.5, 1e4, 1e6, 1.0)
     held = sh.bladed_disk(13, **COULOMB_ONLY | dict(contact_stiffness=1e6, normal_load=1e7))
-    at = sh.frf(sh.HarmonicBalance(held, sh.PointForce(0)), (70, 90), at=[75.0], progress=False)
+    at = sh.frf(
+        sh.HarmonicBalance(held, sh.forces.PointForce(0)), (70, 90), at=[75.0], progress=False
+    )
     what, expected = "response of the stuck ring to a point force, 75 Hz", ring.response(75.0)
     found = at.amplitude.values[0]
     return [*rows, compared(what, found, np.abs(expected), 1e-10, "NumPy, dense", unit="m")]

@@ -68,7 +68,7 @@ def pareto_front(
     ``front_value`` (front, variable), ``front_peak_amplitude`` (front, named_peak) [m] and the
     status of each; designs that were found and are not on the front along ``removed``, with the
     reason; ``design_status``, and the ``certificate``: what was computed and checked, and what was
-    not. ``sh.rebuild(front.isel(front=0))`` gives the problem of a point,
+    not. ``sh.datasets.rebuild(front.isel(front=0))`` gives the problem of a point,
     `symhbm.plot.pareto_front` a picture.
 
     Raises
@@ -94,7 +94,7 @@ def pareto_front(
     ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
     ... )
     >>> front = sh.pareto_front(
-    ...     sh.HarmonicBalance(blade, sh.PointForce()), "normal_load", (0.5, 20), (5, 40),
+    ...     sh.HarmonicBalance(blade, sh.forces.PointForce()), "normal_load", (0.5, 20), (5, 40),
     ...     aims={
     ...         "peak": lambda peaks, parameters: peaks["largest"],
     ...         "load": lambda peaks, parameters: parameters["normal_load"][0],

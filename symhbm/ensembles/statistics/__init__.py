@@ -5,7 +5,7 @@ also those opened lazily, which are read in blocks. A sample has failed if its s
 than that the end of the band was reached, or if one of its points is not converged: it is counted
 in ``n_failed`` and enters no statistic. Of an ensemble that is not finished, or a part of one, the
 samples that are there are used, and ``n_missing`` is the number of the others. Every result is a
-Dataset that `symhbm.save` writes and of which `symhbm.rebuild` makes the nominal problem.
+Dataset that `symhbm.save` writes and of which `symhbm.datasets.rebuild` makes the nominal problem.
 """
 
 from symhbm.ensembles.statistics.bands import envelope

@@ -41,7 +41,7 @@ def envelope(dataset: xr.Dataset, quantiles: Sequence[float] = (0.05, 0.5, 0.95)
     ...     13, mass=1, stiffness=1e4, damping=0.5,
     ...     contact_stiffness=1e6, friction_coefficient=0.5, normal_load=10,
     ... )
-    >>> problem = sh.HarmonicBalance(disk, sh.EngineOrder(3))
+    >>> problem = sh.HarmonicBalance(disk, sh.forces.EngineOrder(3))
     >>> draws = sh.mistuning.uniform(disk, 3, seed=1, contact_stiffness=0.2)
     >>> mistuned = sh.frf(problem, (200, 220), at=range(200, 221), over=draws)
     >>> band = sh.statistics.envelope(mistuned, quantiles=(0.5,))

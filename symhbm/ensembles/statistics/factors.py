@@ -50,7 +50,7 @@ def amplification(dataset: xr.Dataset, tuned: xr.Dataset) -> xr.Dataset:
     ...     13, mass=1, stiffness=1e4, damping=0.5,
     ...     contact_stiffness=1e6, friction_coefficient=0.5, normal_load=10,
     ... )
-    >>> problem = sh.HarmonicBalance(disk, sh.EngineOrder(3))
+    >>> problem = sh.HarmonicBalance(disk, sh.forces.EngineOrder(3))
     >>> draws = sh.mistuning.uniform(disk, 2, seed=1, contact_stiffness=0.2)
     >>> mistuned = sh.frf(problem, (200, 220), at=range(200, 221), over=draws)
     >>> tuned = sh.frf(problem, (200, 220), at=range(200, 221))
@@ -111,8 +111,9 @@ def worst(
 
     Returns
     -------
-    That sample of ``dataset``, which `symhbm.rebuild` makes its problem of, with the variables of
-    `amplification`; ``dof_of_largest_...`` is the blade. ``n_failed`` samples took no part.
+    That sample of ``dataset``, which `symhbm.datasets.rebuild` makes its problem of, with the
+    variables of `amplification`; ``dof_of_largest_...`` is the blade. ``n_failed`` samples took no
+    part.
 
     Raises
     ------
@@ -126,7 +127,7 @@ def worst(
     ...     13, mass=1, stiffness=1e4, damping=0.5,
     ...     contact_stiffness=1e6, friction_coefficient=0.5, normal_load=10,
     ... )
-    >>> problem = sh.HarmonicBalance(disk, sh.EngineOrder(3))
+    >>> problem = sh.HarmonicBalance(disk, sh.forces.EngineOrder(3))
     >>> draws = sh.mistuning.uniform(disk, 3, seed=1, contact_stiffness=0.2)
     >>> mistuned = sh.frf(problem, (200, 220), at=range(200, 221), over=draws)
     >>> tuned = sh.frf(problem, (200, 220), at=range(200, 221))

@@ -36,7 +36,7 @@ def localisation(dataset: xr.Dataset) -> xr.Dataset:
     ...     13, mass=1, stiffness=1e4, damping=0.5,
     ...     contact_stiffness=1e6, friction_coefficient=0.5, normal_load=10,
     ... )
-    >>> problem = sh.HarmonicBalance(disk, sh.EngineOrder(3))
+    >>> problem = sh.HarmonicBalance(disk, sh.forces.EngineOrder(3))
     >>> draws = sh.mistuning.uniform(disk, 3, seed=1, contact_stiffness=0.2)
     >>> mistuned = sh.frf(problem, (200, 220), at=range(200, 221), over=draws)
     >>> sh.statistics.localisation(mistuned).localisation_at_peak.values.round(2)

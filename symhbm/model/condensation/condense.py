@@ -134,7 +134,7 @@ def condense(
     ...     M, 0.5 * M + 1e-5 * K, K, contacts=[(199,)],
     ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=0.5,
     ... )
-    >>> force = sh.PointForce(dof=99)
+    >>> force = sh.forces.PointForce(dof=99)
     >>> small = sh.condense(chain, force, frequency=(0.2, 1), dofs=[99])
     >>> response = sh.frf(sh.HarmonicBalance(small, force), (0.2, 1))
     >>> response.structure_dof.values

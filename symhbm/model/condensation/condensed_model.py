@@ -183,7 +183,7 @@ class CondensedModel(Structure):
         if isinstance(self.beneath, PlacesAlone):
             raise TypeError(
                 "structure: this condensed structure was rebuilt from an archive, which does not "
-                "hold the whole one; give it as structure= of symhbm.recover"
+                "hold the whole one; give it as structure= of symhbm.datasets.recover"
             )
         return self.beneath.with_parameters(**self.parameters)
 

@@ -22,7 +22,7 @@ from symhbm.numerics import FourierBasis, check
 
 _GONE = (
     "structure: this condensed sector was rebuilt from an archive, which does not hold the whole "
-    "one; give it as structure= of symhbm.recover"
+    "one; give it as structure= of symhbm.datasets.recover"
 )
 
 

@@ -1,5 +1,6 @@
 """Contact laws: the force of a contact and its derivatives, from its motion over a period."""
 
+from symhbm.model.contacts import laws
 from symhbm.model.contacts.coulomb import (
     Coulomb,
     Loop,
@@ -69,6 +70,7 @@ __all__ = [
     "check_directions",
     "graph_of",
     "is_name",
+    "laws",
     "loops_near_limit",
     "marched",
     "named",

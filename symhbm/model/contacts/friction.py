@@ -60,7 +60,7 @@ class Friction(Contacts):
     ...     np.eye(4), np.diag([2, 3, 2, 3]), np.diag([1e4, 2.25e4, 1.04e4, 2.3e4]),
     ...     contacts={"shroud": shroud},
     ... )
-    >>> force = sh.HarmonicForce(cosine={1: [10, 5, 0, 0]}, sine={1: [0, 0, 10, -5]})
+    >>> force = sh.forces.HarmonicForce(cosine={1: [10, 5, 0, 0]}, sine={1: [0, 0, 10, -5]})
     >>> response = sh.frf(sh.HarmonicBalance(model, force), (10, 35), progress=False)
     >>> "onset of opening" in response.event_kind.values
     True

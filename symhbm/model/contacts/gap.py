@@ -30,7 +30,7 @@ class UnilateralSpring(NormalLaw):
     Examples
     --------
     >>> import symhbm as sh
-    >>> sh.UnilateralSpring("gap")
+    >>> sh.laws.UnilateralSpring("gap")
     UnilateralSpring('gap')
     """
 
@@ -153,7 +153,7 @@ class Gap(Contacts):
     ...     [[1.0]], [[2.0]], [[1e4]],
     ...     contacts={"stop": sh.Gap(normal=(0,), normal_stiffness=2e4, gap=1e-3)},
     ... )
-    >>> problem = sh.HarmonicBalance(blade, sh.PointForce(amplitude=5.0), (0, 1, 2, 3))
+    >>> problem = sh.HarmonicBalance(blade, sh.forces.PointForce(amplitude=5.0), (0, 1, 2, 3))
     >>> sh.frf(problem, (10, 25), progress=False).event_kind.values[0]
     'onset of contact'
     """

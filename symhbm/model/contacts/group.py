@@ -19,7 +19,7 @@ class Contacts:
     Parameters
     ----------
     law
-        The contact law, for example ``symhbm.Coulomb()``.
+        The contact law, for example ``symhbm.laws.Coulomb()``.
     directions : one for each direction of the law, in their order or by their names
         Where contacts act, ``y = w^T x``. ``(first, second)`` is ``x[first] - x[second]``,
         ``(dof,)`` connects to the ground, ``{dof: weight}`` has any weights: one of them, or a
@@ -39,11 +39,11 @@ class Contacts:
     --------
     >>> import symhbm as sh
     >>> shroud = sh.Contacts(
-    ...     sh.Coulomb(), [(0, 1)],
+    ...     sh.laws.Coulomb(), [(0, 1)],
     ...     contact_stiffness=1e4, friction_coefficient=0.3, normal_load=20,
     ... )
     >>> root = sh.Contacts(
-    ...     sh.Coulomb(), [(0,), (1,)],
+    ...     sh.laws.Coulomb(), [(0,), (1,)],
     ...     contact_stiffness=1e6, friction_coefficient=0.3, normal_load=500,
     ... )
     >>> model = sh.Model(
@@ -57,14 +57,16 @@ class Contacts:
 
     >>> import numpy as np
     >>> inclined = sh.Contacts(
-    ...     sh.Coulomb(), {0: np.cos(np.pi / 6), 1: np.sin(np.pi / 6)},
+    ...     sh.laws.Coulomb(), {0: np.cos(np.pi / 6), 1: np.sin(np.pi / 6)},
     ...     contact_stiffness=1e4, friction_coefficient=0.3, normal_load=20,
     ... )
     """
 
     def __init__(self, law: ContactLaw, /, *directions: Any, **values: Any):
         if not isinstance(law, ContactLaw):
-            raise TypeError(f"law={check.shown(law)}: expected a contact law, as symhbm.Coulomb()")
+            raise TypeError(
+                f"law={check.shown(law)}: expected a contact law, as symhbm.laws.Coulomb()"
+            )
         for name, about in law.parameters.items():
             if not is_name(name):
                 raise ValueError(
@@ -73,7 +75,7 @@ class Contacts:
             if not isinstance(about, Parameter):
                 raise TypeError(
                     f"parameters[{name!r}]={check.shown(about)} of {law!r}: expected a "
-                    'symhbm.Parameter, as Parameter("N m-1", "what it is")'
+                    'symhbm.laws.Parameter, as Parameter("N m-1", "what it is")'
                 )
         law.check()
         given = _by_name(law, directions, values)

@@ -55,9 +55,9 @@ class ContactLaw(Record, ABC):
 
     >>> import casadi as ca
     >>> import symhbm as sh
-    >>> class Stop(sh.PolynomialLaw):
+    >>> class Stop(sh.laws.PolynomialLaw):
     ...     directions = ("tangential", "normal")
-    ...     parameters = {"stop_stiffness": sh.Parameter("N m-3", "stiffness of the stop")}
+    ...     parameters = {"stop_stiffness": sh.laws.Parameter("N m-3", "stiffness of the stop")}
     ...     degree = 3
     ...     def force_at(self, displacement, frequency, values):
     ...         return values["stop_stiffness"] * ca.sumsqr(displacement) * displacement

@@ -39,7 +39,7 @@ class Motions(NamedTuple):
     >>> from symhbm.numerics import FourierBasis
     >>> values = {"cubic_stiffness": np.array([1e8])}
     >>> at = Motions(FourierBasis((1,)), np.array([[1e-3, 0.0]]), 100.0, values)
-    >>> sh.CubicSpring().forces(at, sh.CubicSpring().locate(at)).round(6)
+    >>> sh.laws.CubicSpring().forces(at, sh.laws.CubicSpring().locate(at)).round(6)
     array([[0.075, 0.   ]])
     """
 
@@ -73,7 +73,7 @@ class Switch(NamedTuple):
     Examples
     --------
     >>> import symhbm as sh
-    >>> sh.Coulomb().switches[0].begins, sh.Coulomb().switches[0].ends
+    >>> sh.laws.Coulomb().switches[0].begins, sh.laws.Coulomb().switches[0].ends
     ('onset of slip', 'end of slip')
     """
 
@@ -111,7 +111,7 @@ class Located:
     >>> values = {"contact_stiffness": 1e4, "friction_coefficient": 0.5, "normal_load": 3.0}
     >>> values = {name: np.array([value]) for name, value in values.items()}
     >>> at = Motions(FourierBasis((1,)), np.array([[1e-3, 0.0]]), 100.0, values)
-    >>> located = sh.Coulomb().locate(at)
+    >>> located = sh.laws.Coulomb().locate(at)
     >>> located.states, located.margins.round(3)
     (array([[ True]]), array([[1.897]]))
     """

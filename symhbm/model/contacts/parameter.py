@@ -18,7 +18,7 @@ class Parameter(NamedTuple):
     Examples
     --------
     >>> import symhbm as sh
-    >>> stiffness = sh.Parameter("N m-1", "stiffness of the stop", "$k_s$", bound="positive")
+    >>> stiffness = sh.laws.Parameter("N m-1", "stiffness of the stop", "$k_s$", bound="positive")
     >>> stiffness.units, stiffness.bound
     ('N m-1', 'positive')
     """

@@ -34,16 +34,18 @@ class PolynomialLaw(MemorylessLaw):
     A stop of the fourth power, which pushes to one side:
 
     >>> import symhbm as sh
-    >>> class Fourth(sh.PolynomialLaw):
+    >>> class Fourth(sh.laws.PolynomialLaw):
     ...     directions = ("normal",)
-    ...     parameters = {"stop_stiffness": sh.Parameter("N m-4", "stiffness of the stop", "$k_4$")}
+    ...     parameters = {
+    ...         "stop_stiffness": sh.laws.Parameter("N m-4", "stiffness of the stop", "$k_4$")
+    ...     }
     ...     degree = 4
     ...     odd = False
     ...     def force_at(self, displacement, frequency, values):
     ...         return values["stop_stiffness"] * displacement**4
     >>> stop = sh.Contacts(Fourth(), [(0,)], stop_stiffness=1e10)
     >>> blade = sh.Model([[1.0]], [[5.0]], [[1e4]], contacts={"stop": stop})
-    >>> problem = sh.HarmonicBalance(blade, sh.PointForce(), harmonics=(0, 1, 2))
+    >>> problem = sh.HarmonicBalance(blade, sh.forces.PointForce(), harmonics=(0, 1, 2))
     >>> bool(sh.solve(problem, 12.0).converged)
     True
     """
@@ -162,9 +164,10 @@ class CubicSpring(PolynomialLaw):
     Examples
     --------
     >>> import symhbm as sh
-    >>> spring = sh.Contacts(sh.CubicSpring(), [(0,)], cubic_stiffness=1e8)
+    >>> spring = sh.Contacts(sh.laws.CubicSpring(), [(0,)], cubic_stiffness=1e8)
     >>> oscillator = sh.Model([[1.0]], [[0.5]], [[1e4]], contacts={"spring": spring})
-    >>> problem = sh.HarmonicBalance(oscillator, sh.PointForce(amplitude=0.1), harmonics=(1, 3))
+    >>> force = sh.forces.PointForce(amplitude=0.1)
+    >>> problem = sh.HarmonicBalance(oscillator, force, harmonics=(1, 3))
     >>> sh.frf(problem, (14, 18)).event_kind.values
     array(['fold', 'fold'], dtype=object)
     """

@@ -48,7 +48,7 @@ class Influence:
     >>> disk = sh.Sector(blade, left=[0], right=[1], n_sectors=12)
     >>> wind = sh.Influence({0: 1.0}, {-1: 40j, 0: 90j, 1: -30j}, frequency=30)
     >>> moved = disk.with_influences(wind)
-    >>> problem = sh.HarmonicBalance(moved, sh.EngineOrder(3, pattern={0: 1.0}))
+    >>> problem = sh.HarmonicBalance(moved, sh.forces.EngineOrder(3, pattern={0: 1.0}))
     >>> sh.frf(problem, (20, 60), progress=False).n_peaks.item()
     1
     """

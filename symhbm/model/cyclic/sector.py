@@ -84,11 +84,11 @@ class Sector(PolynomialStructure):
     >>> sh.natural_modes(disk, nodal_diameter=3).frequency.values.round(3)
     array([35.588])
     >>> shroud = sh.Contacts(
-    ...     sh.Coulomb(), (0, sh.next_sector(0)),
+    ...     sh.laws.Coulomb(), (0, sh.next_sector(0)),
     ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
     ... )
     >>> disk = disk.with_contacts(shroud=shroud)
-    >>> force = sh.EngineOrder(3, pattern={0: 1.0})
+    >>> force = sh.forces.EngineOrder(3, pattern={0: 1.0})
     >>> response = sh.frf(sh.HarmonicBalance(disk, force), (20, 60))
     >>> response.n_peaks.item()
     1

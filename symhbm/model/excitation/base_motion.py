@@ -45,7 +45,7 @@ class BaseMotion(Excitation):
     motion
         ``"relative"``: displacements are those relative to the base, and the ground of contacts
         moves with it. ``"absolute"``: they are absolute, and the ground of contacts stands still.
-        Results state it, and `symhbm.seen_from` gives one from the other.
+        Results state it, and `symhbm.datasets.seen_from` gives one from the other.
 
     Raises
     ------
@@ -73,7 +73,7 @@ class BaseMotion(Excitation):
     ...     mass=1, stiffness=1e4, damping=0.5,
     ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
     ... )
-    >>> problem = sh.HarmonicBalance(blade, sh.BaseMotion(acceleration=1.0))
+    >>> problem = sh.HarmonicBalance(blade, sh.forces.BaseMotion(acceleration=1.0))
     >>> response = sh.frf(problem, (10, 30))
     >>> response.attrs["displacements"], response.peak_amplitude.values.round(7)
     ('relative to the moving base', array([0.0003085]))
@@ -305,5 +305,5 @@ def _check_whole(structure: Any) -> None:
     if structure.engine_order is not None:
         raise ValueError(
             "excitation: expected a structure that does not turn; a base moves one that turns in "
-            "directions that change, give the force as a symhbm.FrequencyForce"
+            "directions that change, give the force as a symhbm.forces.FrequencyForce"
         )

@@ -113,7 +113,7 @@ class Excitation(Record, ABC):
             if not isinstance(force, Excitation):
                 raise TypeError(
                     f"{check.shown(force)}: expected an excitation to add, as "
-                    "symhbm.StaticLoad(values)"
+                    "symhbm.forces.StaticLoad(values)"
                 )
         return ForceSum((*_parts(self), *_parts(other)))
 

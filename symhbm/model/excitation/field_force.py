@@ -32,8 +32,8 @@ class FieldForce(Excitation):
     Examples
     --------
     >>> import symhbm as sh
-    >>> force = sh.FieldForce([1.0, 0.5j], amplitude=3.0)
-    >>> named = sh.FieldForce({1: {"tip:x": 1.0}, 2: {"tip:x": 0.1j, "root:y": 0.2}})
+    >>> force = sh.forces.FieldForce([1.0, 0.5j], amplitude=3.0)
+    >>> named = sh.forces.FieldForce({1: {"tip:x": 1.0}, 2: {"tip:x": 0.1j, "root:y": 0.2}})
     """
 
     pattern: Any

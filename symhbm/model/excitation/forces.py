@@ -37,7 +37,7 @@ class PointForce(Excitation):
     >>> import symhbm as sh
     >>> tip = sh.Places(node=[7, 7], direction=["x", "y"], label=["tip", "tip"])
     >>> blade = sh.Model(np.eye(2), np.eye(2), 1e4 * np.eye(2), places=tip)
-    >>> problem = sh.HarmonicBalance(blade, sh.PointForce(dof="tip:y", amplitude=1.0))
+    >>> problem = sh.HarmonicBalance(blade, sh.forces.PointForce(dof="tip:y", amplitude=1.0))
     >>> sh.solve(problem, 10.0).amplitude.values.round(8)
     array([0.        , 0.00016522])
     """
@@ -88,7 +88,7 @@ class EngineOrder(Excitation):
     Examples
     --------
     >>> import symhbm as sh
-    >>> force = sh.EngineOrder(3, amplitude=2.0, pattern={1: {0: 1.0, 4: 0.5j}, 2: {0: 0.1}})
+    >>> force = sh.forces.EngineOrder(3, amplitude=2.0, pattern={1: {0: 1.0, 4: 0.5j}, 2: {0: 0.1}})
     """
 
     order: int
@@ -170,7 +170,7 @@ class HarmonicForce(Excitation):
     Unit force on the first of two degrees of freedom, and a tenth of it at the third harmonic:
 
     >>> import symhbm as sh
-    >>> force = sh.HarmonicForce(cosine={1: [1, 0]}, sine={3: [0.1, 0]}, amplitude=2.0)
+    >>> force = sh.forces.HarmonicForce(cosine={1: [1, 0]}, sine={3: [0.1, 0]}, amplitude=2.0)
     """
 
     cosine: Mapping[int, ArrayLike] = field(default_factory=dict)
@@ -208,7 +208,7 @@ class HarmonicForce(Excitation):
             if isinstance(self.cosine[0], dict):
                 raise TypeError(
                     f"cosine[0]={check.shown(self.cosine[0])}: expected one value per DOF; a "
-                    "symhbm.StaticLoad takes places"
+                    "symhbm.forces.StaticLoad takes places"
                 )
             # The table is this force's own.
             mean = self.amplitude * np.array(self.cosine.pop(0))  # type: ignore[attr-defined]
@@ -269,8 +269,8 @@ def sector_order(force: Excitation, n_sectors: int) -> int:
     for part in moving:
         if not isinstance(part, EngineOrder) or part.pattern is None:
             raise ValueError(
-                f"excitation={check.shown(part)}: expected symhbm.EngineOrder(order, pattern=...) "
-                "with the force on one sector, and static loads beside it"
+                f"excitation={check.shown(part)}: expected an EngineOrder(order, pattern=...) with "
+                "the force on one sector, and static loads beside it"
             )
     orders = {part.order % n_sectors for part in moving}  # type: ignore[attr-defined]
     if len(orders) != 1:
@@ -287,5 +287,5 @@ def check_whole(force: Excitation) -> None:
         if isinstance(part, EngineOrder) and part.pattern is not None:
             raise ValueError(
                 "excitation: pattern is the force on one sector of a symhbm.Sector, expected None "
-                "for a whole structure, with blades=..., or a symhbm.HarmonicForce"
+                "for a whole structure, with blades=..., or a symhbm.forces.HarmonicForce"
             )

@@ -27,8 +27,8 @@ class FrequencyForce(Excitation):
     An unbalance of 2e-3 kg m on a rotor drives it with ``m e omega^2``:
 
     >>> import symhbm as sh
-    >>> force = sh.FrequencyForce(
-    ...     {2: sh.PointForce()}, amplitude=2e-3, units="kg m", meaning="unbalance"
+    >>> force = sh.forces.FrequencyForce(
+    ...     {2: sh.forces.PointForce()}, amplitude=2e-3, units="kg m", meaning="unbalance"
     ... )
     >>> rotor = sh.Model([[10.0]], [[100.0]], [[1e6]])
     >>> response = sh.frf(sh.HarmonicBalance(rotor, force), (20, 100))
@@ -48,7 +48,7 @@ class FrequencyForce(Excitation):
         if not isinstance(self.forces, Mapping) or not self.forces:
             raise TypeError(
                 f"forces={check.shown(self.forces)}: expected {{power: force}}, as in "
-                "{2: symhbm.PointForce()}"
+                "{2: symhbm.forces.PointForce()}"
             )
         forces = {}
         for power, force in self.forces.items():

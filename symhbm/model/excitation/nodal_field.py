@@ -33,7 +33,7 @@ def nodal_field(
     Examples
     --------
     >>> import symhbm as sh
-    >>> sh.nodal_field([7, 9], [[1.0, 0.0], [0.5j, 2.0]], directions=("x", "y"))["9:x"]
+    >>> sh.forces.nodal_field([7, 9], [[1.0, 0.0], [0.5j, 2.0]], directions=("x", "y"))["9:x"]
     0.5j
     """
     numbers = np.atleast_1d(check.array("node", node))

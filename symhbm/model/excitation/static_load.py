@@ -33,7 +33,7 @@ class StaticLoad(Excitation):
     ...     mass=1, stiffness=1e4, damping=0.5,
     ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
     ... )
-    >>> force = sh.PointForce(amplitude=2.0) + sh.StaticLoad([20.0])
+    >>> force = sh.forces.PointForce(amplitude=2.0) + sh.forces.StaticLoad([20.0])
     >>> point = sh.solve(sh.HarmonicBalance(blade, force, (0, 1)), 19.5)
     >>> point.coefficient.sel(harmonic=0, component="cos").values.round(6)
     array([0.002])

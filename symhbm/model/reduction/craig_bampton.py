@@ -123,7 +123,7 @@ def craig_bampton(
     >>> small = sh.craig_bampton(chain, modes=12, frequency=(0.2, 1), dofs=[99])
     >>> small.n_dof, small.certificate.frequency_error < 1e-2
     (14, True)
-    >>> response = sh.frf(sh.HarmonicBalance(small, sh.PointForce(dof=99)), (0.2, 1))
+    >>> response = sh.frf(sh.HarmonicBalance(small, sh.forces.PointForce(dof=99)), (0.2, 1))
     >>> response.structure_dof.values[:2]
     array([ 99, 199])
     """

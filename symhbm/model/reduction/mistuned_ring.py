@@ -273,7 +273,7 @@ def mistuned_ring(
     >>> ring = sh.mistuned_ring(disk, stiffness_deviation=0.02 * (np.arange(12) == 4))
     >>> sh.natural_modes(ring, count=3).frequency.values.round(2)
     array([15.93, 19.73, 19.75])
-    >>> force = sh.EngineOrder(3, pattern={0: 1.0})
+    >>> force = sh.forces.EngineOrder(3, pattern={0: 1.0})
     >>> response = sh.frf(sh.HarmonicBalance(ring, force), (30, 40), progress=False)
     >>> response.sizes["dof"]
     12

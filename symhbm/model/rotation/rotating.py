@@ -67,7 +67,7 @@ class RotatingModel(Model):
     >>> rotor = sh.RotatingModel(blade, stiffness={0: [[1e4]], 300: [[1.5e4]]})
     >>> sh.natural_modes(rotor.at(300)).frequency.values.round(2)
     array([19.49])
-    >>> problem = sh.HarmonicBalance(rotor, sh.EngineOrder(3, amplitude=2.0))
+    >>> problem = sh.HarmonicBalance(rotor, sh.forces.EngineOrder(3, amplitude=2.0))
     >>> response = sh.frf(problem, (10, 40), progress=False)
     >>> response.peak_speed.values.round(0)  # turns per minute
     array([487.])

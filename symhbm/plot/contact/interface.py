@@ -52,7 +52,7 @@ def contact_map(
     ...     np.eye(2), np.eye(2), 1e4 * np.eye(2), contacts=[("1:x",), ("2:x",)],
     ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=[0.1, 5], places=places,
     ... )
-    >>> point = sh.solve(sh.HarmonicBalance(blade, sh.PointForce("tip:x")), 19)
+    >>> point = sh.solve(sh.HarmonicBalance(blade, sh.forces.PointForce("tip:x")), 19)
     >>> figure = sh.plot.contact_map(point)
     >>> figure.savefig("contacts.png")
     """

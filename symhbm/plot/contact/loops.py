@@ -88,7 +88,7 @@ def hysteresis(dataset: xr.Dataset, *, contact: int = 0, ax: Axes | None = None)
     ...     mass=1, stiffness=1e4, damping=0.5,
     ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
     ... )
-    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> problem = sh.HarmonicBalance(blade, sh.forces.PointForce())
     >>> sh.plot.hysteresis(sh.solve(problem, 20.0)).savefig("loop.png")
     """
     found = _of_friction(dataset, contact)
@@ -157,7 +157,7 @@ def normal_force(
     ...     [[1.0]], [[2.0]], [[1e4]],
     ...     contacts={"stop": sh.Gap(normal=(0,), normal_stiffness=2e4, gap=1e-3)},
     ... )
-    >>> problem = sh.HarmonicBalance(blade, sh.PointForce(amplitude=15.0), (0, 1, 2, 3))
+    >>> problem = sh.HarmonicBalance(blade, sh.forces.PointForce(amplitude=15.0), (0, 1, 2, 3))
     >>> figure = sh.plot.normal_force(sh.solve(problem, 17))
     >>> figure.savefig("normal_force.png")
     """

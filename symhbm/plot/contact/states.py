@@ -82,7 +82,7 @@ def states(dataset: xr.Dataset, *, contact: int | None = None, ax: Axes | None =
     ...     [[1.0]], [[2.0]], [[1e4]],
     ...     contacts={"stop": sh.Gap(normal=(0,), normal_stiffness=2e4, gap=1e-3)},
     ... )
-    >>> problem = sh.HarmonicBalance(blade, sh.PointForce(amplitude=15.0), (0, 1, 2, 3))
+    >>> problem = sh.HarmonicBalance(blade, sh.forces.PointForce(amplitude=15.0), (0, 1, 2, 3))
     >>> figure = sh.plot.states(sh.frf(problem, (10, 25), progress=False))
     >>> figure.savefig("states.png")
     """

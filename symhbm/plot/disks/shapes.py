@@ -65,7 +65,8 @@ def disk(
         Instant ``omega t`` [rad]; by default that of the largest displacement.
     blades
         Places of the blades along ``dof``, in their order around the disk. By default those that
-        the problem knows: all of `symhbm.bladed_disk`, else those of the `symhbm.EngineOrder`.
+        the problem knows: all of `symhbm.bladed_disk`, else those of the
+        `symhbm.forces.EngineOrder`.
     ax
         Axes to draw into, without another picture; by default a new figure.
 
@@ -82,7 +83,7 @@ def disk(
     ...     13, mass=1, stiffness=1e4, damping=0.5,
     ...     contact_stiffness=1e6, friction_coefficient=0.5, normal_load=10,
     ... )
-    >>> response = sh.frf(sh.HarmonicBalance(disk, sh.EngineOrder(3)), (200, 220))
+    >>> response = sh.frf(sh.HarmonicBalance(disk, sh.forces.EngineOrder(3)), (200, 220))
     >>> sh.plot.disk(response).savefig("disk.png")
     """
     check_variables(dataset, "coefficient", "harmonic", "frequency")

@@ -106,7 +106,7 @@ def envelope(
     ...     5, mass=1, stiffness=1e4, damping=0.5,
     ...     contact_stiffness=1e5, friction_coefficient=0.5, normal_load=10,
     ... )
-    >>> problem = sh.HarmonicBalance(disk, sh.EngineOrder(2))
+    >>> problem = sh.HarmonicBalance(disk, sh.forces.EngineOrder(2))
     >>> loads = xr.DataArray(np.linspace(8, 12, 15).reshape(3, 5), dims=("sample", "contact"))
     >>> grid = np.linspace(60, 95, 31)
     >>> ensemble = sh.frf(problem, (60, 95), at=grid, over={"normal_load": loads})

@@ -89,7 +89,7 @@ def model(structure: Any, *, force: Any = None, ax: Axes | None = None) -> Pictu
     ...     13, mass=1, stiffness=1e4, damping=0.5,
     ...     contact_stiffness=1e6, friction_coefficient=0.5, normal_load=10,
     ... )
-    >>> sh.plot.model(disk, force=sh.EngineOrder(3)).savefig("disk.png")
+    >>> sh.plot.model(disk, force=sh.forces.EngineOrder(3)).savefig("disk.png")
     """
     drawn, load = _model_and_force(structure, force)
     parts = network(drawn)

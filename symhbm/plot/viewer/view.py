@@ -62,7 +62,7 @@ def view(
     ...     mass=1, stiffness=1e4, damping=0.5,
     ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
     ... )
-    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> problem = sh.HarmonicBalance(blade, sh.forces.PointForce())
     >>> response = sh.frf(problem, (10, 30), over={"normal_load": [1, 3]}, progress=False)
     >>> sh.view(response, "blade.html").name
     'blade.html'

@@ -36,9 +36,9 @@ def sector_response(response: xr.Dataset, sector: int | Iterable[int]) -> xr.Dat
     >>> import symhbm as sh
     >>> blade = sh.Model([[1.0, 0], [0, 0]], [[2.0, 0], [0, 0]], [[3e4, -2e4], [-2e4, 2e4]])
     >>> disk = sh.Sector(blade, left=[0], right=[1], n_sectors=12)
-    >>> problem = sh.HarmonicBalance(disk, sh.EngineOrder(3, pattern={0: 1.0}))
+    >>> problem = sh.HarmonicBalance(disk, sh.forces.EngineOrder(3, pattern={0: 1.0}))
     >>> first = sh.solve(problem, 30)
-    >>> second = sh.sector_response(first, 1)  # it lags by a quarter of a period
+    >>> second = sh.datasets.sector_response(first, 1)  # it lags by a quarter of a period
     >>> bool(abs(second.coefficient[..., 1] - first.coefficient[..., 0]).max() < 1e-15)
     True
     """

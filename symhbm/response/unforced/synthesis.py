@@ -81,9 +81,9 @@ def synthesised_response(
     ...     mass=1, stiffness=1e4, damping=0.5,
     ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
     ... )
-    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> problem = sh.HarmonicBalance(blade, sh.forces.PointForce())
     >>> modes = sh.nonlinear_modes(problem, progress=False)
-    >>> near = sh.synthesised_response(modes)
+    >>> near = sh.datasets.synthesised_response(modes)
     >>> near.peak_amplitude.values.round(8)  # as sh.frf tells it
     array([0.00030849])
     """

@@ -77,7 +77,7 @@ def verify(
     ...     mass=1, stiffness=1e4, damping=0.5,
     ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
     ... )
-    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> problem = sh.HarmonicBalance(blade, sh.forces.PointForce())
     >>> verified = sh.verify(sh.frf(problem, (10, 30)), exact="none")
     >>> verified.residual_stored.max().item() < 1e-9
     True

@@ -80,7 +80,7 @@ def merge(
     ...     mass=1, stiffness=1e4, damping=0.5,
     ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
     ... )
-    >>> problem, loads = sh.HarmonicBalance(blade, sh.PointForce()), {"normal_load": [1, 3]}
+    >>> problem, loads = sh.HarmonicBalance(blade, sh.forces.PointForce()), {"normal_load": [1, 3]}
     >>> for k in (1, 2):
     ...     part = sh.frf(problem, (10, 30), over=loads, archive=f"loads_{k}.nc", part=(k, 2))
     >>> sh.merge(["loads_1.nc", "loads_2.nc"]).peak_frequency.values.ravel().round(2)

@@ -60,7 +60,7 @@ def save(dataset: xr.Dataset, path: str | os.PathLike[str], *, overwrite: bool =
     ...     mass=1, stiffness=1e4, damping=0.5,
     ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
     ... )
-    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> problem = sh.HarmonicBalance(blade, sh.forces.PointForce())
     >>> sh.save(sh.frf(problem, (10, 30)), "blade").name
     'blade.nc'
     """
@@ -141,7 +141,7 @@ def load(path: str | os.PathLike[str], lazy: bool = False) -> xr.Dataset:
     ...     mass=1, stiffness=1e4, damping=0.5,
     ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
     ... )
-    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> problem = sh.HarmonicBalance(blade, sh.forces.PointForce())
     >>> path = sh.save(sh.frf(problem, (10, 30)), "blade.nc")
     >>> sh.load(path).peak_frequency.values.round(3)
     array([19.374])
@@ -259,9 +259,9 @@ def rebuild(dataset: xr.Dataset, laws: Iterable[ContactLaw] = ()) -> HarmonicBal
     ...     mass=1, stiffness=1e4, damping=0.5,
     ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
     ... )
-    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> problem = sh.HarmonicBalance(blade, sh.forces.PointForce())
     >>> loads = sh.frf(problem, (10, 30), over={"normal_load": [1, 3]})
-    >>> again = sh.rebuild(loads.sel(normal_load=1))
+    >>> again = sh.datasets.rebuild(loads.sel(normal_load=1))
     >>> again.parameters["normal_load"]
     array([1.])
     """

@@ -48,7 +48,7 @@ class ArchiveError(OSError, ValueError):
     ...     _ = file.write("no archive")
     >>> try:
     ...     sh.load("notes.nc")
-    ... except sh.ArchiveError as error:
+    ... except sh.datasets.ArchiveError as error:
     ...     print(type(error).__name__)
     ArchiveError
     """

@@ -65,9 +65,9 @@ def table(
     ...     mass=1, stiffness=1e4, damping=0.5,
     ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
     ... )
-    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> problem = sh.HarmonicBalance(blade, sh.forces.PointForce())
     >>> sweep = sh.frf(problem, (10, 30), over={"normal_load": [1, 3]})
-    >>> peaks = sh.table(sweep, "peaks")
+    >>> peaks = sh.datasets.table(sweep, "peaks")
     >>> peaks[["normal_load", "peak_frequency", "peak_kind"]].round(3).values.tolist()
     [[1.0, 15.923, 'smooth'], [3.0, 19.374, 'smooth']]
     >>> peaks.attrs["units"]["peak_amplitude"]

@@ -90,10 +90,10 @@ def motion(
 
     >>> import symhbm as sh
     >>> blade = sh.Model([[1.0]], [[0.5]], [[1e4]])
-    >>> point = sh.solve(sh.HarmonicBalance(blade, sh.PointForce()), 100 / 6.283185307179586)
-    >>> round(sh.motion(point).phase_lag.item(), 6)
+    >>> point = sh.solve(sh.HarmonicBalance(blade, sh.forces.PointForce()), 100 / 6.283185307179586)
+    >>> round(sh.datasets.motion(point).phase_lag.item(), 6)
     1.570796
-    >>> round(sh.motion(point).velocity_amplitude.item(), 6)
+    >>> round(sh.datasets.motion(point).velocity_amplitude.item(), 6)
     2.0
     """
     check_dataset("result", result)

@@ -46,7 +46,7 @@ def seen_from(
     Dataset with ``coefficient`` and ``amplitude`` [m] of these displacements, the frequency, and
     all coordinates of the result; the attribute ``displacements`` tells which they are. Linear
     outputs are left out, they are those of the displacements that were solved for; of a result that
-    `symhbm.output` made they are those of the others.
+    `symhbm.datasets.output` made they are those of the others.
 
     Raises
     ------
@@ -60,9 +60,9 @@ def seen_from(
 
     >>> import symhbm as sh
     >>> oscillator = sh.Model([[1.0]], [[10.0]], [[1e4]])
-    >>> problem = sh.HarmonicBalance(oscillator, sh.BaseMotion(displacement=1e-3))
+    >>> problem = sh.HarmonicBalance(oscillator, sh.forces.BaseMotion(displacement=1e-3))
     >>> point = sh.solve(problem, 100 / 6.283185307179586)
-    >>> absolute = sh.seen_from(point, "ground")
+    >>> absolute = sh.datasets.seen_from(point, "ground")
     >>> round(point.amplitude.item(), 9), round(absolute.amplitude.item(), 9)
     (0.01, 0.010049876)
     """
@@ -74,7 +74,7 @@ def seen_from(
     ]
     if not bases:
         raise ValueError(
-            "result: expected a response to a symhbm.BaseMotion, its base stands still"
+            "result: expected a response to a symhbm.forces.BaseMotion, its base stands still"
         )
     name = f"{prefix}frequency" if f"{prefix}frequency" in result else "frequency"
     check_present(result, f"{prefix}coefficient", name, "force_amplitude", container="result")

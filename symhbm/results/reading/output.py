@@ -16,9 +16,9 @@ def output(result: xr.Dataset, name: str) -> xr.Dataset:
     """A result in which a linear output takes the place of displacements.
 
     ``amplitude`` and ``coefficient`` are those of the output in its units, and ``dof`` numbers its
-    rows, so that `symhbm.motion`, `symhbm.table`, `symhbm.statistics` and `symhbm.plot.response`
-    take it as they take any result. Peaks are there where they are those of this output, of a
-    problem with ``peaks_of=name``.
+    rows, so that `symhbm.datasets.motion`, `symhbm.datasets.table`, `symhbm.statistics` and
+    `symhbm.plot.response` take it as they take any result. Peaks are there where they are those of
+    this output, of a problem with ``peaks_of=name``.
 
     Parameters
     ----------
@@ -39,9 +39,9 @@ def output(result: xr.Dataset, name: str) -> xr.Dataset:
     >>> pair = sh.Model(
     ...     [[1, 0], [0, 1]], [[0.5, 0], [0, 0.5]], [[2e4, -1e4], [-1e4, 1e4]]
     ... ).with_outputs({"stress": {0: -1e9, 1: 1e9}}, units="Pa")
-    >>> problem = sh.HarmonicBalance(pair, sh.PointForce(), peaks_of="stress")
-    >>> stress = sh.output(sh.frf(problem, (5, 40)), "stress")
-    >>> sh.motion(stress, "peaks").phase_lag.dims, stress.peak_amplitude.values.round(0)
+    >>> problem = sh.HarmonicBalance(pair, sh.forces.PointForce(), peaks_of="stress")
+    >>> stress = sh.datasets.output(sh.frf(problem, (5, 40)), "stress")
+    >>> sh.datasets.motion(stress, "peaks").phase_lag.dims, stress.peak_amplitude.values.round(0)
     (('peak', 'dof', 'harmonic'), array([ 5528121., 14472141.]))
     """
     check_dataset("result", result)

@@ -41,9 +41,9 @@ def trimmed(result: xr.Dataset) -> xr.Dataset:
     ...     mass=1, stiffness=1e4, damping=0.5,
     ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
     ... )
-    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> problem = sh.HarmonicBalance(blade, sh.forces.PointForce())
     >>> sweep = sh.frf(problem, (10, 30), over={"normal_load": [1, 3]})
-    >>> curve = sh.trimmed(sweep.sel(normal_load=3))
+    >>> curve = sh.datasets.trimmed(sweep.sel(normal_load=3))
     >>> curve.sizes["point"] == curve.n_points.item() < sweep.sizes["point"]
     True
     """

@@ -16,7 +16,7 @@ def problem_of(**changes):
     """Two degrees of freedom, the directions of a contact to the ground."""
     matrices = np.eye(2), np.diag([2.0, 3.0]), [[1e4, 5e2], [5e2, 1.6e4]]
     model = sh.Model(*matrices, contacts={"shroud": sh.Friction(**(PRESSED | changes))})
-    wave = sh.HarmonicForce(cosine={1: [5, 0]}, sine={1: [0, 8]})
+    wave = sh.forces.HarmonicForce(cosine={1: [5, 0]}, sine={1: [0, 8]})
     return sh.HarmonicBalance(model, wave, range(8))
 
 
@@ -34,7 +34,7 @@ def test_a_small_force_has_the_response_of_a_larger_one(contact):
     model = sh.Model(np.eye(3), np.diag([2.0, 3.0, 2.0]), stiffness, contacts={"pad": contact})
     found = []
     for size in (1e-12, 1e-3):
-        wave = sh.HarmonicForce(cosine={1: [5, 0, 1]}, sine={1: [0, 8, 2]}, amplitude=size)
+        wave = sh.forces.HarmonicForce(cosine={1: [5, 0, 1]}, sine={1: [0, 8, 2]}, amplitude=size)
         problem = sh.HarmonicBalance(model, wave, range(4))
         response = sh.frf(problem, (15, 35), at=[17.0, 23.0, 29.0], progress=False)
         assert response.status.item() == sh.Status.REACHED_END
@@ -72,8 +72,8 @@ def test_constant_planar_friction_beside_a_coupled_stop():
     stop = sh.Gap(normal=(0,), normal_stiffness=1e4, gap=1e-3, preload="coupled")
     matrices = np.eye(2), np.diag([2.0, 3.0]), np.diag([1e4, 1.6e4])
     model = sh.Model(*matrices, contacts={"pad": pad, "stop": stop})
-    load = sh.StaticLoad([20.0, 0.0])
-    wave = sh.HarmonicForce(cosine={1: [5, 0]}, sine={1: [0, 5]})
+    load = sh.forces.StaticLoad([20.0, 0.0])
+    wave = sh.forces.HarmonicForce(cosine={1: [5, 0]}, sine={1: [0, 5]})
     problem = sh.HarmonicBalance(model, wave + load, range(4))
     response = sh.frf(problem, (12, 20), progress=False)
     assert response.status.item() == sh.Status.REACHED_END
@@ -104,7 +104,7 @@ def test_round_off_of_a_stiff_contact_stops_no_path(harmonics):
         )  # fmt: skip
         matrices = np.eye(2), np.diag([2.0, 3.0]), [[3e4, -1e4], [-1e4, 4e4]]
         model = sh.Model(*matrices, contacts={"joint": joint})
-        problem = sh.HarmonicBalance(model, sh.HarmonicForce({1: [10, 0]}), harmonics)
+        problem = sh.HarmonicBalance(model, sh.forces.HarmonicForce({1: [10, 0]}), harmonics)
         response = sh.frf(problem, (15, 45), max_points=150, progress=False)
         assert response.status.item() == sh.Status.REACHED_END
         assert response.rejected_steps.item() < 80

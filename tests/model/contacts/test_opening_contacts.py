@@ -32,13 +32,13 @@ def two_way(given="normal_load", **changes):
     )
     if given == "gap":
         values["gap"] = -values.pop("normal_load") / values["normal_stiffness"]
-    law = sh.VariableLoadFriction(given)
+    law = sh.laws.VariableLoadFriction(given)
     contact = sh.Contacts(law, [(0,)], [(1,)], **(values | changes))
     matrices = np.eye(2), np.diag([2.0, 3.0]), np.diag([1e4, 2.25e4])
     return sh.Model(*matrices, contacts={"shroud": contact})
 
 
-TURNING = sh.HarmonicForce(cosine={1: [10, 0]}, sine={1: [0, 10]})
+TURNING = sh.forces.HarmonicForce(cosine={1: [10, 0]}, sine={1: [0, 10]})
 
 
 def problem_of(highest, **changes):
@@ -47,13 +47,13 @@ def problem_of(highest, **changes):
 
 def stop(**options):
     """A blade and a unilateral spring under a preload."""
-    law = sh.UnilateralSpring(**options)
+    law = sh.laws.UnilateralSpring(**options)
     contact = sh.Contacts(law, [(0,)], normal_stiffness=2e4, **{law.given: 10.0})
     return sh.Model([[1.0]], [[2.0]], [[1e4]], contacts={"stop": contact})
 
 
 def stop_problem(highest):
-    return sh.HarmonicBalance(stop(), sh.PointForce(amplitude=5.0), range(highest + 1))
+    return sh.HarmonicBalance(stop(), sh.forces.PointForce(amplitude=5.0), range(highest + 1))
 
 
 @pytest.mark.parametrize("highest", TRUNCATION)
@@ -75,13 +75,13 @@ def test_cold_starts_find_exact_motions_up_to_truncation(highest):
 
 def test_a_coupled_preload_moves_the_mean_alone():
     """The same contact with its preload as a static load in harmonic 0."""
-    law = sh.VariableLoadFriction(preload="coupled")
+    law = sh.laws.VariableLoadFriction(preload="coupled")
     values = two_way().parameters
     contact = sh.Contacts(law, [(0,)], [(1,)], **{n: values[n] for n in law.parameters})
     matrices = np.eye(2), np.diag([2.0, 3.0]), np.diag([1e4, 2.25e4])
     coupled = sh.Model(*matrices, contacts={"shroud": contact})
     # Where the preload is a static force, the reference is where nothing is loaded.
-    force = sh.HarmonicForce(cosine={0: [0, 5.0], 1: [10, 0]}, sine={1: [0, 10]})
+    force = sh.forces.HarmonicForce(cosine={0: [0, 5.0], 1: [10, 0]}, sine={1: [0, 10]})
     at = sh.solve(sh.HarmonicBalance(coupled, force, range(6)), 24)
     balanced = sh.solve(problem_of(5), 24)
     np.testing.assert_allclose(
@@ -208,7 +208,7 @@ def test_archives_keep_and_rebuild_such_contacts(tmp_path):
     sh.save(response, path)
     loaded = sh.load(path)
     np.testing.assert_array_equal(loaded.open_fraction, response.open_fraction)
-    rebuilt = sh.rebuild(loaded)
+    rebuilt = sh.datasets.rebuild(loaded)
     assert rebuilt.model.groups[0].law == problem.model.groups[0].law
     report = sh.verify(loaded, exact=2, progress=False)
     verification = json.loads(report.attrs["verification"])
@@ -224,7 +224,7 @@ def test_archives_keep_and_rebuild_such_contacts(tmp_path):
 
 def test_sensitivities_of_peaks_agree_with_differences():
     problem = problem_of(3)
-    found = sh.sensitivity(sh.frf(problem, (19, 35)))
+    found = sh.datasets.sensitivity(sh.frf(problem, (19, 35)))
     assert found.sensitivity_status.values.ravel().tolist() == ["exact"]
     for name in PARAMETERS:
         value, step = float(problem.parameters[name][0]), 1e-4

@@ -47,7 +47,7 @@ def stop(load: float = 1.0, **more: float) -> sh.Contacts:
 
 
 EACH = [shroud, slider, disc, stop]
-FORCE = sh.HarmonicForce(cosine={1: [10, 0]}, sine={1: [0, 10]})
+FORCE = sh.forces.HarmonicForce(cosine={1: [10, 0]}, sine={1: [0, 10]})
 
 
 def problem_of(group: sh.Contacts, harmonics=(0, 1, 2, 3)) -> sh.HarmonicBalance:
@@ -85,7 +85,7 @@ def test_peaks_of_a_path_are_those_of_single_frequencies(contact):
 def test_sensitivities_by_the_load_agree_with_differences(contact):
     turning = problem_of(contact(centrifugal_load=4e-3, engine_order=ORDER), (0, 1))
     response = sh.frf(turning, (12, 24), progress=False, throw=True)
-    found = sh.sensitivity(response)
+    found = sh.datasets.sensitivity(response)
     step = 1e-6
     ends = []
     for way in (1, -1):
@@ -103,7 +103,7 @@ def test_archives_keep_the_engine_order(tmp_path):
     turning = problem_of(slider(centrifugal_load=4e-3, engine_order=ORDER), (1,))
     response = sh.frf(turning, (12, 24), progress=False)
     sh.save(response, tmp_path / "turning.nc")
-    rebuilt = sh.rebuild(sh.load(tmp_path / "turning.nc"))
+    rebuilt = sh.datasets.rebuild(sh.load(tmp_path / "turning.nc"))
     assert rebuilt.model.groups[0].law == turning.model.groups[0].law
     assert rebuilt.model.groups[0].law.engine_order == ORDER
 
@@ -115,13 +115,13 @@ def test_one_without_the_other_is_refused():
         slider(centrifugal_load=0.1, engine_order=0)
 
 
-@pytest.mark.parametrize("force", [sh.EngineOrder(2), sh.EngineOrder(3, harmonic=2)])
+@pytest.mark.parametrize("force", [sh.forces.EngineOrder(2), sh.forces.EngineOrder(3, harmonic=2)])
 def test_the_force_has_the_same_order(force):
     model = sh.Model(*MATRICES, contacts={"own": slider(centrifugal_load=0.1, engine_order=ORDER)})
     with pytest.raises(ValueError, match="engine_order"):
         sh.HarmonicBalance(model, force, (1, 2))
-    sh.HarmonicBalance(model, sh.EngineOrder(ORDER), (1,))
-    sh.HarmonicBalance(model, sh.EngineOrder(2 * ORDER, harmonic=2), (1, 2))
+    sh.HarmonicBalance(model, sh.forces.EngineOrder(ORDER), (1,))
+    sh.HarmonicBalance(model, sh.forces.EngineOrder(2 * ORDER, harmonic=2), (1, 2))
 
 
 def test_results_tell_the_speed(tmp_path):

@@ -24,7 +24,7 @@ def wedge(friction=0.3, amplitude=2.0, push=PUSH, **load):
     )
     matrices = np.diag([1.0, MASS, MASS]), np.diag([2.0, 1.0, 1.0]), np.diag([2e4, 0, 0])
     model = sh.Model(*matrices, contacts={"damper": contacts})
-    force = sh.PointForce(0, amplitude=amplitude) + sh.StaticLoad({1: push})
+    force = sh.forces.PointForce(0, amplitude=amplitude) + sh.forces.StaticLoad({1: push})
     return sh.HarmonicBalance(model, force, (0, 1, 2, 3))
 
 
@@ -79,5 +79,5 @@ def test_vibrations_grow_about_the_place_of_rest():
 def test_problems_without_static_loads_start_from_rest():
     contact = sh.Gap(normal=(0,), normal_stiffness=2e4, normal_load=10.0)
     blade = sh.Model([[1.0]], [[2.0]], [[1e4]], contacts={"stop": contact})
-    problem = sh.HarmonicBalance(blade, sh.PointForce(amplitude=5.0), (0, 1, 2))
+    problem = sh.HarmonicBalance(blade, sh.forces.PointForce(amplitude=5.0), (0, 1, 2))
     assert not position_at_rest(problem, 100.0).any()

@@ -13,7 +13,7 @@ from symhbm.numerics import FourierBasis
 from symhbm.numerics.loops import Loop
 from tests.reference import STATED
 
-LAW = sh.VariableLoadFriction()
+LAW = sh.laws.VariableLoadFriction()
 NAMES = "contact_stiffness", "normal_stiffness", "friction_coefficient", "normal_load"
 
 
@@ -203,7 +203,7 @@ def test_constant_load_is_todays_law():
             friction_coefficient=rng.uniform(0.1, 0.6, n),
             normal_load=rng.uniform(0.1, 3, n),
         )
-        coulomb = sh.Coulomb()
+        coulomb = sh.laws.Coulomb()
         at_today = Motions(basis, u, 1.0, of_today)
         today = coulomb.locate(at_today)
         values = of_today | {"normal_stiffness": np.zeros(n)}
@@ -234,7 +234,7 @@ def random_cases(count, seed):
 @pytest.mark.parametrize("given_as", ["normal_load", "gap"])
 @pytest.mark.parametrize("preload", ["balanced", "coupled"])
 def test_derivatives_agree_with_differences(given_as, preload):
-    law, kinds = sh.VariableLoadFriction(given_as, preload), set()
+    law, kinds = sh.laws.VariableLoadFriction(given_as, preload), set()
     derivatives = Derivatives(FourierBasis((0, 1, 2, 3)), law)
     for _, motion, rng in random_cases(60, seed=5):
         numbers = dict(zip(NAMES, rng.uniform([0.5, 0.5, 0.2, 0.1], [2, 2, 1, 2]), strict=True))
@@ -331,7 +331,7 @@ def test_slip_keeps_its_derivative_at_the_limit_whatever_round_off_says():
 
 @pytest.mark.parametrize("given_as", ["normal_load", "gap"])
 def test_margins_and_their_expansions(given_as):
-    law = sh.VariableLoadFriction(given_as)
+    law = sh.laws.VariableLoadFriction(given_as)
     for basis, motion, rng in random_cases(20, seed=8):
         names, size = [*law.parameters], len(motion)
         numbers = dict(zip(NAMES, rng.uniform([0.5, 0.5, 0.2, 0.1], [2, 2, 1, 2]), strict=True))
@@ -424,9 +424,9 @@ def test_inclined_contacts_with_a_wall_that_rests(ratio):
 
 def test_words_that_are_none_are_refused():
     with pytest.raises(ValueError, match="given='load': expected one of 'normal_load', 'gap'"):
-        sh.VariableLoadFriction("load")
+        sh.laws.VariableLoadFriction("load")
     with pytest.raises(ValueError, match="preload='static': expected one of 'balanced', 'coupled'"):
-        sh.VariableLoadFriction(preload="static")
+        sh.laws.VariableLoadFriction(preload="static")
 
 
 def test_loops_run_without_a_compiler(monkeypatch):
@@ -458,7 +458,7 @@ def test_a_contact_that_touches_by_round_off_is_apart():
 @pytest.mark.parametrize("seed", range(4))
 def test_terms_are_at_least_as_large_as_the_force(seed):
     """Round-off scales with them, whatever the sign of what gaps and loads leave."""
-    law, basis = sh.VariableLoadFriction(), FourierBasis((0, 1, 2))
+    law, basis = sh.laws.VariableLoadFriction(), FourierBasis((0, 1, 2))
     rng = np.random.default_rng(seed)
     values = dict(
         contact_stiffness=2e3, normal_stiffness=1e3, friction_coefficient=0.4, normal_load=1.0
@@ -474,7 +474,7 @@ def test_terms_are_at_least_as_large_as_the_force(seed):
 def test_second_derivatives_without_friction_are_those_of_a_constant_load():
     """By motion and friction coefficient: the force turns its sign where the motion turns."""
     basis, rng = FourierBasis((0, 1, 2, 3)), np.random.default_rng(4)
-    varying, coulomb = Derivatives(basis), Derivatives(basis, sh.Coulomb())
+    varying, coulomb = Derivatives(basis), Derivatives(basis, sh.laws.Coulomb())
     size, n = basis.n_components, 2 * basis.n_components
     motion, weights = rng.normal(size=n), rng.normal(size=n)
     values = dict(zip(NAMES, (1.3, 0.0, 0.0, 0.7), strict=True))

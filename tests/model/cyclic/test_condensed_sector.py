@@ -50,7 +50,7 @@ def direct(disk, n, s, force):
 def test_condensed_stiffness_is_that_of_all_equations(order):
     """At frequencies that it was not made from, of both senses of one wave, and of none."""
     disk, tip, pattern = damped_disk((2, 3, 1, 2))
-    force = sh.EngineOrder(order, pattern={1: pattern, 2: pattern})
+    force = sh.forces.EngineOrder(order, pattern={1: pattern, 2: pattern})
     small = sh.condense(disk, force, (800, 2200), (1, 2), dofs=[tip])
     assert small.certificate.error < 1e-9
     assert small.certificate.friction_bound < 1e-7
@@ -79,7 +79,7 @@ def test_condensed_stiffness_is_that_of_all_equations(order):
 @pytest.mark.parametrize("opens", [False, True])
 def test_responses_are_those_of_the_sector(opens):
     disk, tip, pattern = damped_disk((1, 3, 1, 1), n_sectors=6, opens=opens)
-    force = sh.EngineOrder(5, pattern={1: pattern, 2: {tip: 60 - 60j}})
+    force = sh.forces.EngineOrder(5, pattern={1: pattern, 2: {tip: 60 - 60j}})
     small = sh.condense(disk, force, (2000, 9000), (0, 1, 2), dofs=[tip])
     condensed = sh.HarmonicBalance(small, force, (0, 1, 2))
     point = sh.solve(condensed, 4100.0)
@@ -88,7 +88,7 @@ def test_responses_are_those_of_the_sector(opens):
     size = abs(one.coefficient).max().item()
     kept = np.searchsorted(disk.kept, small.dofs)
     assert abs(one.coefficient.values[kept] - point.coefficient.values).max() < 1e-9 * size
-    everywhere = sh.recover(condensed, point)
+    everywhere = sh.datasets.recover(condensed, point)
     assert everywhere.residual_norm < 1e-10
     whole = everywhere.coefficient.values
     assert abs(whole[disk.kept] - one.coefficient.values).max() < 1e-9 * size
@@ -99,18 +99,18 @@ def test_responses_are_those_of_the_sector(opens):
 @pytest.mark.parametrize("opens", [False, True])
 def test_responses_are_those_of_the_ring_of_twelve(opens):
     disk, tip, pattern = damped_disk((1, 3, 1, 1), n_sectors=12, opens=opens)
-    force = sh.EngineOrder(5, pattern={1: pattern, 2: {tip: 60 - 60j}})
+    force = sh.forces.EngineOrder(5, pattern={1: pattern, 2: {tip: 60 - 60j}})
     small = sh.condense(disk, force, (2000, 9000), HARMONICS, dofs=[tip])
     condensed = sh.HarmonicBalance(small, force, HARMONICS)
     point = sh.solve(condensed, 4100.0)
     assert (point.contact_state.values > 0).any()
-    everywhere = sh.recover(condensed, point)
+    everywhere = sh.datasets.recover(condensed, point)
     ring = assembled(disk, force.placed(disk.number_of))
     motion = sh.solve(sh.HarmonicBalance(ring.model, ring.force, HARMONICS), 4100.0).coefficient
     size = abs(motion).max().item()
     for j in (0, 2, 11):
         of_sector = np.tensordot(ring.motions[j].toarray(), motion.values, 1)
-        told = sh.sector_response(everywhere, j).coefficient.values
+        told = sh.datasets.sector_response(everywhere, j).coefficient.values
         assert abs(of_sector - told).max() < 1e-9 * size
 
 
@@ -135,7 +135,7 @@ def test_peaks_are_those_of_the_sector():
 
 def test_several_engine_orders_and_copies():
     disk, tip, pattern = damped_disk((1, 3, 1, 1), n_sectors=12)
-    forces = [sh.EngineOrder(order, pattern=pattern) for order in (2, 10, 5)]
+    forces = [sh.forces.EngineOrder(order, pattern=pattern) for order in (2, 10, 5)]
     small = sh.condense(disk, forces, (2000, 6000), (0, 1), dofs=[tip])
     assert sorted(small.waves) == [0, 2, 5]
     problems = [sh.HarmonicBalance(small, force, (0, 1)) for force in forces]
@@ -151,13 +151,13 @@ def test_several_engine_orders_and_copies():
         abs(points[0].coefficient - points[1].coefficient).max() > 1e-3 * points[0].amplitude.max()
     )
     with pytest.raises(ValueError, match="does not know engine order 3"):
-        sh.HarmonicBalance(small, sh.EngineOrder(3, pattern=pattern), (0, 1))
+        sh.HarmonicBalance(small, sh.forces.EngineOrder(3, pattern=pattern), (0, 1))
     with pytest.raises(ValueError, match="does not know this force"):
-        sh.HarmonicBalance(small, sh.EngineOrder(2, pattern={50: 1.0}), (0, 1))
+        sh.HarmonicBalance(small, sh.forces.EngineOrder(2, pattern={50: 1.0}), (0, 1))
     with pytest.raises(ValueError, match="not right"):
         sh.condense(disk, forces, (2000, 6000), dofs=[int(disk.interfaces.right[0])])
     with pytest.raises(ValueError, match=r"expected symhbm\.EngineOrder"):
-        sh.condense(disk, sh.PointForce(), (2000, 6000))
+        sh.condense(disk, sh.forces.PointForce(), (2000, 6000))
 
 
 @pytest.mark.parametrize("order", [3, 21, 0])
@@ -165,7 +165,7 @@ def test_several_engine_orders_and_copies():
 def test_displacements_of_contacts_are_enough(order, opens):
     """Contacts to the next sector and across the cut: responses of both sides, everywhere."""
     disk, tip, pattern = damped_disk((1, 3, 1, 1), opens=opens)
-    force = sh.EngineOrder(order, pattern={1: pattern, 2: {tip: 60 - 60j}})
+    force = sh.forces.EngineOrder(order, pattern={1: pattern, 2: {tip: 60 - 60j}})
     everywhere = []
     for keep, size in (("touched", 9 + opens), ("displacements", 4 + opens)):
         small = sh.condense(disk, force, (2000, 6000), (0, 1, 2), dofs=[tip], keep=keep)
@@ -173,7 +173,7 @@ def test_displacements_of_contacts_are_enough(order, opens):
         assert small.certificate.error < 1e-10
         problem = sh.HarmonicBalance(small, force, (0, 1, 2))
         point = sh.solve(problem, 4100.0)
-        everywhere.append(sh.recover(problem, point))
+        everywhere.append(sh.datasets.recover(problem, point))
         assert everywhere[-1].residual_norm < 1e-10
     assert point.label.values[-1] == "displacement of contact 2"
     again = sh.solve(pickle.loads(pickle.dumps(problem)), 4100.0)

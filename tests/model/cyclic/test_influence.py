@@ -49,14 +49,14 @@ def ring(load: float = 1.0) -> sh.HarmonicBalance:
     )
     model = sh.Model(mass, damping, stiffness, contacts={"shroud": sliders})
     pattern = np.kron(np.exp(-2j * np.pi * ORDER * np.arange(N) / N), [0.2, 1.0])
-    wave = sh.HarmonicForce(cosine={1: pattern.real}, sine={1: -pattern.imag})
+    wave = sh.forces.HarmonicForce(cosine={1: pattern.real}, sine={1: -pattern.imag})
     return sh.HarmonicBalance(model, wave, (1, 3))
 
 
 @pytest.mark.filterwarnings("ignore:is this what was meant")
 def test_waves_are_those_of_the_ring():
     moved = disk().with_influences(sh.Influence(SHAPE, COEFFICIENTS, FREQUENCY))
-    force = sh.EngineOrder(ORDER, pattern={0: 0.2, 1: 1.0})
+    force = sh.forces.EngineOrder(ORDER, pattern={0: 0.2, 1: 1.0})
     wave, whole = sh.HarmonicBalance(moved, force, (1, 3)), ring()
     for frequency in (40.0, 52.0, 60.0):
         one, all_of_them = sh.solve(wave, frequency), sh.solve(whole, frequency)
@@ -69,7 +69,9 @@ def test_waves_are_those_of_the_ring():
 @pytest.mark.filterwarnings("ignore:is this what was meant")
 def test_peaks_are_those_of_the_ring():
     moved = disk(0.1).with_influences(sh.Influence(SHAPE, COEFFICIENTS, FREQUENCY))
-    problem = sh.HarmonicBalance(moved, sh.EngineOrder(ORDER, pattern={0: 0.2, 1: 1.0}), (1, 3))
+    problem = sh.HarmonicBalance(
+        moved, sh.forces.EngineOrder(ORDER, pattern={0: 0.2, 1: 1.0}), (1, 3)
+    )
     one = sh.frf(problem, (30, 80), progress=False)
     whole = sh.frf(ring(0.1), (30, 80), progress=False)
     peaks = [np.unique(found.peak_frequency.values.round(7)) for found in (one, whole)]
@@ -134,7 +136,7 @@ def test_waves_are_as_many_as_sectors(count):
 @pytest.mark.filterwarnings("ignore:is this what was meant")
 def test_the_ring_of_a_sector_takes_them_along():
     moved = disk().with_influences(sh.Influence(SHAPE, COEFFICIENTS, FREQUENCY))
-    force = sh.EngineOrder(ORDER, pattern={0: 0.2, 1: 1.0})
+    force = sh.forces.EngineOrder(ORDER, pattern={0: 0.2, 1: 1.0})
     wave = sh.HarmonicBalance(moved, force, (1, 3))
     tuned = sh.HarmonicBalance(sh.mistuned_ring(moved), force, (1, 3))
     whole = ring()
@@ -154,7 +156,7 @@ def test_influences_and_outputs_of_a_reduced_sector_number_places_of_the_whole(p
     before = sh.craig_bampton(before, 12, (5, 40), dofs=kept)
     after = sh.craig_bampton(whole, 12, (5, 40), dofs=kept)
     after = after.with_influences(wind).with_outputs(rows, units="Pa")
-    force = sh.EngineOrder(2, pattern={77: 1.0}, amplitude=0.01)
+    force = sh.forces.EngineOrder(2, pattern={77: 1.0}, amplitude=0.01)
     one, other = (sh.solve(sh.HarmonicBalance(each, force), 17.0) for each in (before, after))
     for name in ("coefficient", "bending_coefficient"):
         np.testing.assert_allclose(one[name], other[name], rtol=1e-12, atol=1e-20)
@@ -167,7 +169,7 @@ def test_a_reduced_sector_and_its_ring_take_them_along(damping):
     wind = sh.Influence({tip: 1.0, 75: 0.5}, {-1: 4e3j, 0: 3e4 + 9e3j, 1: -3e3j}, 20.0)
     moved = whole.with_influences(wind)
     reduced = sh.craig_bampton(moved, 12, (5, 40), dofs=[tip], blade=blade)
-    force = sh.EngineOrder(2, pattern={tip: 1.0}, amplitude=0.01)
+    force = sh.forces.EngineOrder(2, pattern={tip: 1.0}, amplitude=0.01)
     models = moved, reduced, sh.mistuned_ring(reduced), sh.craig_bampton(whole, 12, (5, 40))
     tips = []
     for model in models:

@@ -34,7 +34,7 @@ def test_a_sector_moves_as_the_whole_ring(contacts, cartesian, order):
     assert (first.contact_state.values > 0).any()
     size = abs(everywhere).max()
     for sector in (0, 1, 4):
-        of_sector = sh.sector_response(first, sector).coefficient.values
+        of_sector = sh.datasets.sector_response(first, sector).coefficient.values
         assert abs(of_places(disk, ring, everywhere, sector) - of_sector).max() < 1e-9 * size
     opposite = sh.solve(sh.HarmonicBalance(disk, wave(6 - order, disk), HARMONICS), 24.0)
     if order != 3:
@@ -95,7 +95,9 @@ def test_axes_of_the_cylinder_give_what_cartesian_ones_give():
     second = cartesian.with_contacts(rub=sh.Friction(tangential=pair, **FRICTION))
     forces = ({0: 1.0, 1: 2j}, {"tip:x": 1.0, "tip:y": 2j})
     points = [
-        sh.solve(sh.HarmonicBalance(disk, sh.EngineOrder(3, 5.0, pattern=pattern), (1, 3)), 30.0)
+        sh.solve(
+            sh.HarmonicBalance(disk, sh.forces.EngineOrder(3, 5.0, pattern=pattern), (1, 3)), 30.0
+        )
         for disk, pattern in zip((first, second), forces, strict=True)
     ]
     assert points[0].contact_state.item() == 1
@@ -149,18 +151,22 @@ def test_narrow_resonances_are_counted_wave_by_wave():
         (lambda m: m.with_contacts(a=sh.Gap(normal=(0, sh.next_sector(0)), normal_stiffness=1.0,
                                             gap=1.0)), TypeError, "only a symhbm.Sector"),
         (lambda m: sh.next_sector(sh.next_sector(1)), TypeError, "this sector"),
-        (lambda m: sh.HarmonicBalance(sector(m), sh.EngineOrder(2)), ValueError, "pattern="),
-        (lambda m: sh.HarmonicBalance(sector(m), sh.PointForce()), ValueError, "EngineOrder"),
+        (lambda m: sh.HarmonicBalance(sector(m), sh.forces.EngineOrder(2)), ValueError, "pattern="),
+        (lambda m: sh.HarmonicBalance(sector(m), sh.forces.PointForce()),
+         ValueError, "EngineOrder"),
         (lambda m: sh.HarmonicBalance(sector(m), two_orders()), ValueError, "one engine order"),
-        (lambda m: sh.HarmonicBalance(m, sh.EngineOrder(2, pattern={0: 1})), ValueError, "Sector"),
-        (lambda m: sh.HarmonicBalance(sector(m), sh.EngineOrder(2, pattern=[1, 2])), ValueError,
+        (lambda m: sh.HarmonicBalance(m, sh.forces.EngineOrder(2, pattern={0: 1})),
+         ValueError, "Sector"),
+        (lambda m: sh.HarmonicBalance(sector(m), sh.forces.EngineOrder(2, pattern=[1, 2])),
+         ValueError,
          "pattern: expected 4 values"),
-        (lambda m: sh.EngineOrder(2, pattern={0: "a"}), TypeError, "a complex number"),
-        (lambda m: sh.EngineOrder(2, pattern={0: np.nan}), ValueError, "finite"),
-        (lambda m: sh.EngineOrder(2, blades=[1], pattern={0: 1}), ValueError, "blades=None"),
+        (lambda m: sh.forces.EngineOrder(2, pattern={0: "a"}), TypeError, "a complex number"),
+        (lambda m: sh.forces.EngineOrder(2, pattern={0: np.nan}), ValueError, "finite"),
+        (lambda m: sh.forces.EngineOrder(2, blades=[1], pattern={0: 1}), ValueError, "blades=None"),
         (lambda m: sh.periodic_motion(sh.HarmonicBalance(sector(m), one_order()), 5.0), TypeError,
          "craig_bampton"),
-        (lambda m: sh.sector_response(sh.solve(sh.HarmonicBalance(sector(m), one_order()), 5.0), 6),
+        (lambda m: sh.datasets.sector_response(sh.solve(sh.HarmonicBalance(sector(m), one_order()),
+         5.0), 6),
          ValueError, "sector=6"),
     ],
 )  # fmt: skip
@@ -175,11 +181,11 @@ def sector(model):
 
 
 def one_order():
-    return sh.EngineOrder(2, pattern={0: 1.0})
+    return sh.forces.EngineOrder(2, pattern={0: 1.0})
 
 
 def two_orders():
-    return one_order() + sh.EngineOrder(3, pattern={0: 1.0})
+    return one_order() + sh.forces.EngineOrder(3, pattern={0: 1.0})
 
 
 def test_interfaces_that_do_not_fit_are_refused():
@@ -213,7 +219,7 @@ def test_archives_and_loops_of_contacts(tmp_path):
     problem = sh.HarmonicBalance(disk, wave(2, disk), HARMONICS)
     sh.save(sh.solve(problem, 24.0), tmp_path / "point.nc")
     point = sh.load(tmp_path / "point.nc")
-    assert sh.solve(sh.rebuild(point), 24.0).equals(point)
+    assert sh.solve(sh.datasets.rebuild(point), 24.0).equals(point)
     given = point.coefficient.transpose("dof", "harmonic", "component").values
     moves = problem.layout.relative(unknowns_of(problem.basis, HARMONICS, given))
     for contact, rows in enumerate(disk.contact_rows):

@@ -66,7 +66,7 @@ def test_damping_by_a_rule_comes_back(rule, tmp_path):
     assert again.damping == rule
     natural = sh.natural_modes(model).frequency.values[0]
     found, expected = (
-        sh.solve(sh.HarmonicBalance(each, sh.PointForce(0)), natural).amplitude.values
+        sh.solve(sh.HarmonicBalance(each, sh.forces.PointForce(0)), natural).amplitude.values
         for each in (again, model)
     )
     np.testing.assert_allclose(found, expected, rtol=1e-13)

@@ -33,7 +33,7 @@ def test_all_modes_are_exact(chain):
     small = sh.craig_bampton(chain, N - 4, BAND, dofs=[60])
     assert small.certificate.error < 1e-10
     assert small.certificate.frequency_error < 1e-12
-    force = sh.PointForce(dof=20)
+    force = sh.forces.PointForce(dof=20)
     exact, found = (sh.solve(sh.HarmonicBalance(m, force, (1, 3)), 0.7) for m in (chain, small))
     scale = np.abs(exact.coefficient).max()
     assert_allclose(found.coefficient, exact.coefficient[small.dofs], atol=1e-10 * scale)
@@ -73,23 +73,25 @@ def test_modal_rows_are_the_coordinates_of_modes(reduced):
 def test_forces_are_those_of_the_whole_structure(chain, reduced):
     shape = np.zeros((N, 2))
     shape[20, 0] = 1.0
-    basis = sh.HarmonicBalance(chain, sh.PointForce(dof=20)).basis
-    assert_allclose(reduced.felt_shape(sh.PointForce(dof=20), basis), reduced.basis.T @ shape)
+    basis = sh.HarmonicBalance(chain, sh.forces.PointForce(dof=20)).basis
+    assert_allclose(
+        reduced.felt_shape(sh.forces.PointForce(dof=20), basis), reduced.basis.T @ shape
+    )
 
 
 def test_all_verbs_take_it(reduced, tmp_path):
-    problem = sh.HarmonicBalance(reduced, sh.PointForce(dof=20, amplitude=2.0), (1, 3))
+    problem = sh.HarmonicBalance(reduced, sh.forces.PointForce(dof=20, amplitude=2.0), (1, 3))
     response = sh.frf(problem, (0.3, 0.6), progress=False)
     assert response.structure_dof.values.tolist() == reduced.dofs.tolist()
     point = response.isel(point=3)
     motion = sh.periodic_motion(problem, frequency=float(point.frequency))
     assert bool(motion.converged)
     sh.save(response, tmp_path / "reduced.nc")
-    again = sh.rebuild(sh.load(tmp_path / "reduced.nc"))
+    again = sh.datasets.rebuild(sh.load(tmp_path / "reduced.nc"))
     assert_allclose(again.model.stiffness_matrix.toarray(), reduced.stiffness_matrix.toarray())
     both = [sh.solve(each, 0.5).coefficient for each in (problem, again)]
     assert_allclose(both[1], both[0], atol=1e-12)
-    assert "peak_amplitude_by_normal_load" in sh.sensitivity(response)
+    assert "peak_amplitude_by_normal_load" in sh.datasets.sensitivity(response)
 
 
 def test_it_is_sent_to_workers(reduced):
@@ -117,7 +119,7 @@ def test_a_sector_with_all_modes_is_exact():
     disk = plate_sector(6)
     small = sh.craig_bampton(disk, 67, (1, 60), dofs=[76])
     assert small.structure.certificate.error < 1e-9
-    force = sh.EngineOrder(2, pattern={76: 1.0, 50: 0.3j}, amplitude=30.0)
+    force = sh.forces.EngineOrder(2, pattern={76: 1.0, 50: 0.3j}, amplitude=30.0)
     exact, found = (sh.solve(sh.HarmonicBalance(m, force, (0, 1, 2)), 25.0) for m in (disk, small))
     order = np.searchsorted(exact.structure_dof, found.structure_dof)
     scale = np.abs(exact.coefficient).max()
@@ -128,7 +130,7 @@ def test_interfaces_turn_with_the_axes():
     disk = plane_sector(6)
     small = sh.craig_bampton(disk, 4, (1, 400), dofs=["4:x", "4:y"])
     assert small.structure.certificate.error < 1e-8
-    force = sh.EngineOrder(1, pattern={"4:x": 1.0, "4:y": 0.5j}, amplitude=10.0)
+    force = sh.forces.EngineOrder(1, pattern={"4:x": 1.0, "4:y": 0.5j}, amplitude=10.0)
     exact, found = (sh.solve(sh.HarmonicBalance(m, force, (1, 3)), 60.0) for m in (disk, small))
     order = np.searchsorted(exact.structure_dof, found.structure_dof)
     scale = np.abs(exact.coefficient).max()
@@ -175,7 +177,7 @@ def test_what_is_reduced_is_not_reduced_again(chain, reduce):
     """A number would be one of the whole structure, or one of its modes."""
     small = sh.craig_bampton(chain, 4, (0.5, 3), dofs=[9])
     sector = sh.craig_bampton(plate_sector(4, sh.RayleighDamping(2.0, 1e-5)), 4, (5, 40))
-    for given, force in ((small, sh.PointForce(dof=9)), (sector, sh.EngineOrder(1))):
+    for given, force in ((small, sh.forces.PointForce(dof=9)), (sector, sh.forces.EngineOrder(1))):
         arguments = (4, (1, 2)) if reduce is sh.craig_bampton else (force, (1, 2))
         with pytest.raises(ValueError, match="expected a whole structure, this one is reduced"):
             reduce(given, *arguments, dofs=[9])

@@ -18,7 +18,7 @@ DEVIATIONS = 0.02 * np.random.default_rng(3).standard_normal(N)
 OF_MODES = {
     f"frequency_deviation_{k}": 0.04 * np.random.default_rng(k).standard_normal(N) for k in (0, 1)
 }
-FORCE = sh.EngineOrder(3, pattern={TIP: 1.0, 50: 0.5j}, amplitude=30.0)
+FORCE = sh.forces.EngineOrder(3, pattern={TIP: 1.0, 50: 0.5j}, amplitude=30.0)
 
 
 @pytest.fixture(scope="module")
@@ -92,7 +92,7 @@ def wave_of(number, harmonic_force):
         for dof, phasor in {TIP: 1.0, 50: 0.5j}.items():
             turned = phasor * np.exp(-2j * np.pi * 3 * j / N)
             cosine[number[j, dof]], sine[number[j, dof]] = turned.real, -turned.imag
-    return sh.HarmonicForce({1: cosine}, {1: sine}, amplitude=harmonic_force)
+    return sh.forces.HarmonicForce({1: cosine}, {1: sine}, amplitude=harmonic_force)
 
 
 def tips(point):
@@ -111,12 +111,12 @@ def test_a_tuned_ring_has_the_waves_of_its_sector(disk):
 @pytest.mark.parametrize("make", [plate_sector, plane_sector])
 def test_a_tuned_ring_responds_as_its_sector(make):
     disk = make(6)
-    modes, dofs, force = (20, [TIP], sh.EngineOrder(2, pattern={TIP: 1.0}, amplitude=30.0))
+    modes, dofs, force = (20, [TIP], sh.forces.EngineOrder(2, pattern={TIP: 1.0}, amplitude=30.0))
     if make is plane_sector:
-        force = sh.EngineOrder(2, pattern={"4:y": 1.0, "4:x": 0.3j}, amplitude=9.0)
+        force = sh.forces.EngineOrder(2, pattern={"4:y": 1.0, "4:x": 0.3j}, amplitude=9.0)
         modes, dofs = 3, [8, 9]
     small = sh.craig_bampton(disk, modes, (1, 100), dofs=dofs)
-    load = sh.StaticLoad({dofs[0]: 2.0})
+    load = sh.forces.StaticLoad({dofs[0]: 2.0})
     one, whole = (
         sh.solve(sh.HarmonicBalance(model, force + load, (0, 1, 3)), 27.0)
         for model in (small, sh.mistuned_ring(small))
@@ -124,7 +124,7 @@ def test_a_tuned_ring_responds_as_its_sector(make):
     scale = np.abs(one.coefficient).max()
     for j in range(6):
         own = whole.coefficient.values.reshape(6, small.n_dof, 3, 2)[j]
-        expected = sh.sector_response(one, j).coefficient
+        expected = sh.datasets.sector_response(one, j).coefficient
         assert_allclose(own, expected, atol=1e-10 * scale)
 
 
@@ -254,7 +254,7 @@ def small_ring(**deviations):
     return sh.mistuned_ring(disk.with_contacts(shroud=shroud), **deviations)
 
 
-PATTERN = sh.EngineOrder(2, pattern={0: 1.0}, amplitude=20.0)
+PATTERN = sh.forces.EngineOrder(2, pattern={0: 1.0}, amplitude=20.0)
 
 
 def test_sweeps_draws_and_archives(tmp_path):
@@ -268,7 +268,7 @@ def test_sweeps_draws_and_archives(tmp_path):
     alone = sh.frf(problem.with_parameters(stiffness_deviation=spread[1]), (20, 45), progress=False)
     assert_allclose(response.isel(sample=1).peak_amplitude.max(), alone.peak_amplitude.max())
     sh.save(alone, tmp_path / "ring.nc")
-    again = sh.rebuild(sh.load(tmp_path / "ring.nc"))
+    again = sh.datasets.rebuild(sh.load(tmp_path / "ring.nc"))
     assert_allclose(again.model.stiffness_deviation, spread[1])
     both = [sh.solve(p, 30.0).coefficient for p in (alone_problem(problem, spread[1]), again)]
     assert_allclose(both[1], both[0], atol=1e-14)
@@ -289,7 +289,7 @@ def test_sensitivity_agrees_with_differences():
         return response, float(response.peak_amplitude.max())
 
     response, top = highest(0.0)
-    slopes = sh.sensitivity(response).peak_amplitude_by_stiffness_deviation
+    slopes = sh.datasets.sensitivity(response).peak_amplitude_by_stiffness_deviation
     peak = int(response.peak_amplitude.values.argmax())
     dof = int(response.peak_dof[peak])
     found = float(slopes.isel(peak=peak, peaking_dof=dof, blade=2))
@@ -319,7 +319,7 @@ def test_a_condensed_ring_agrees(reduced, keep):
 def test_places_of_a_ring_are_kept_by_name():
     """Those of the first sector; what is at its right interface moves as the next one's left."""
     disk = plane_sector(6)
-    ring, force = sh.mistuned_ring(disk), sh.EngineOrder(1, pattern={"4:x": 1.0})
+    ring, force = sh.mistuned_ring(disk), sh.forces.EngineOrder(1, pattern={"4:x": 1.0})
     small = sh.condense(ring, force, (20, 80), (1,), dofs=["4:x"], progress=False)
     [place] = np.flatnonzero(ring.kept == disk.number_of("4:x"))
     assert place in small.dofs
@@ -336,7 +336,7 @@ def test_places_of_a_ring_are_kept_by_name():
 
 def test_structural_damping_of_a_ring():
     disk = plate_sector(4, sh.StructuralDamping(0.02))
-    force = sh.EngineOrder(1, pattern={TIP: 1.0}, amplitude=30.0)
+    force = sh.forces.EngineOrder(1, pattern={TIP: 1.0}, amplitude=30.0)
     one = sh.solve(sh.HarmonicBalance(disk, force), 27.0)
     ring = sh.mistuned_ring(disk)
     problem = sh.HarmonicBalance(ring, force)
@@ -385,7 +385,7 @@ VALUES = {
 @pytest.fixture(scope="module")
 def of_modes(of_chains):
     ring = sh.mistuned_ring(of_chains, **VALUES)
-    return sh.HarmonicBalance(ring, sh.EngineOrder(1, pattern={3: 1.0}, amplitude=4.0))
+    return sh.HarmonicBalance(ring, sh.forces.EngineOrder(1, pattern={3: 1.0}, amplitude=4.0))
 
 
 BAND = (12, 25)
@@ -402,7 +402,7 @@ def test_modes_in_sweeps_draws_and_archives(of_modes, tmp_path):
     assert response[name].long_name == "deviation of the frequency of mode 1 of the blade alone"
     sh.save(response, tmp_path / "ring.nc")
     loaded = sh.load(tmp_path / "ring.nc")
-    again = sh.rebuild(loaded.isel(sample=1))
+    again = sh.datasets.rebuild(loaded.isel(sample=1))
     chosen = of_modes.with_parameters(**{n: draws[n][1] for n in (name, "normal_load")})
     for matrix in ("mass_matrix", "damping_matrix", "stiffness_matrix"):
         one, other = (getattr(problem.model, matrix) for problem in (chosen, again))
@@ -420,7 +420,7 @@ def test_modes_in_sweeps_draws_and_archives(of_modes, tmp_path):
 def test_statistics_keep_the_modes_of_blades(of_modes):
     draws = sh.mistuning.uniform(of_modes, 3, seed=1, frequency_deviation_1=0.05)
     response = sh.frf(of_modes, BAND, at=[15.0, 17.0], over=draws, progress=False)
-    again = sh.rebuild(sh.statistics.envelope(response)).model
+    again = sh.datasets.rebuild(sh.statistics.envelope(response)).model
     assert abs(again.stiffness_matrix - of_modes.model.stiffness_matrix).max() == 0
 
 
@@ -433,7 +433,7 @@ def test_sensitivity_to_modes_agrees_with_differences(of_modes):
         return response, float(response.peak_amplitude.max())
 
     response, _ = highest(0.0)
-    slopes = sh.sensitivity(response)[f"peak_amplitude_by_{name}"]
+    slopes = sh.datasets.sensitivity(response)[f"peak_amplitude_by_{name}"]
     peak = int(response.peak_amplitude.values.argmax())
     dof = int(response.peak_dof[peak])
     found = float(slopes.isel(peak=peak, peaking_dof=dof, blade=2))
@@ -501,9 +501,9 @@ def test_a_reduced_sector_of_an_archive_has_its_blade(tmp_path):
     """A ring of the sector that an archive holds deviates as one of the sector itself."""
     disk = plate_sector(4)
     small = sh.craig_bampton(disk, 12, (1, 40), dofs=[TIP], blade=BLADE, blade_modes=2)
-    problem = sh.HarmonicBalance(small, sh.EngineOrder(1, pattern={TIP: 1.0}))
+    problem = sh.HarmonicBalance(small, sh.forces.EngineOrder(1, pattern={TIP: 1.0}))
     sh.save(sh.solve(problem, 20.0), tmp_path / "sector.nc")
-    again = sh.rebuild(sh.load(tmp_path / "sector.nc")).model
+    again = sh.datasets.rebuild(sh.load(tmp_path / "sector.nc")).model
     deviations = dict(stiffness_deviation=0.05 * np.arange(4), frequency_deviation_1=0.02)
     rings = [sh.mistuned_ring(sector, **deviations) for sector in (small, again)]
     assert (rings[0].stiffness_matrix != rings[1].stiffness_matrix).nnz == 0
@@ -527,20 +527,23 @@ def shrouded(damping=None, air=()):
 def test_archives_of_condensed_rings_are_those_of_the_ring(tmp_path):
     """The pattern of a sector acts on all of them, static loads, too; interrupted runs go on."""
     ring = sh.mistuned_ring(shrouded(), stiffness_deviation=0.02 * np.arange(5))
-    waves = sh.EngineOrder(2, pattern={1: 5.0 + 1j}), sh.EngineOrder(3, pattern={1: 2.0})
+    waves = (
+        sh.forces.EngineOrder(2, pattern={1: 5.0 + 1j}),
+        sh.forces.EngineOrder(3, pattern={1: 2.0}),
+    )
     for force in (waves[0], waves[0] + waves[1]):
         problem = sh.HarmonicBalance(sh.condense(ring, force, (15, 60), progress=False), force)
         path = tmp_path / f"{type(force).__name__}.nc"
         response = sh.frf(problem, (15, 60), archive=path, progress=False)
-        rebuilt = sh.rebuild(sh.load(path))
+        rebuilt = sh.datasets.rebuild(sh.load(path))
         expected = sh.solve(sh.HarmonicBalance(ring, force), 35.0).amplitude.values
         kept = response.structure_dof.values
         found = sh.solve(rebuilt, 35.0).amplitude.values
         np.testing.assert_allclose(found, expected[kept], rtol=1e-9)
         audit = sh.verify(sh.load(path), progress=False)
         assert audit.residual_stored.max() < 1e-9
-        slopes = sh.sensitivity(sh.load(path)).peak_amplitude_by_normal_load
-        own = sh.sensitivity(response).peak_amplitude_by_normal_load
+        slopes = sh.datasets.sensitivity(sh.load(path)).peak_amplitude_by_normal_load
+        own = sh.datasets.sensitivity(response).peak_amplitude_by_normal_load
         leading = np.isfinite(own)
         assert leading.any("contact").any("peaking_dof").all()
         np.testing.assert_allclose(slopes.values, own.values, rtol=1e-6, atol=1e-12)
@@ -550,9 +553,9 @@ def test_archives_of_rings_with_a_loss_factor_are_rebuilt(tmp_path):
     air = sh.Influence({1: 1.0}, {-1: 100 - 20j, 0: 300 + 60j}, 40.0)
     sector = shrouded(sh.StructuralDamping(0.02), [air])
     ring = sh.mistuned_ring(sector, stiffness_deviation=0.02 * np.arange(5))
-    problem = sh.HarmonicBalance(ring, sh.EngineOrder(2, pattern={1: 5.0}))
+    problem = sh.HarmonicBalance(ring, sh.forces.EngineOrder(2, pattern={1: 5.0}))
     sh.frf(problem, (15, 60), archive=tmp_path / "ring.nc", progress=False)
-    rebuilt = sh.rebuild(sh.load(tmp_path / "ring.nc"))
+    rebuilt = sh.datasets.rebuild(sh.load(tmp_path / "ring.nc"))
     expected = sh.solve(problem, 35.0).amplitude.values
     np.testing.assert_allclose(sh.solve(rebuilt, 35.0).amplitude.values, expected, rtol=1e-12)
     other = problem.with_parameters(mass_deviation=0.01)
@@ -563,7 +566,7 @@ def test_archives_of_rings_with_a_loss_factor_are_rebuilt(tmp_path):
 
 def test_a_ring_with_a_loss_factor_of_a_part_is_not_condensed():
     sector = shrouded(sh.StructuralDamping(0.02))
-    force = sh.EngineOrder(2, pattern={1: 5.0})
+    force = sh.forces.EngineOrder(2, pattern={1: 5.0})
     sh.condense(sh.mistuned_ring(sector), force, (15, 60), progress=False)
     deviating = sh.mistuned_ring(sector, stiffness_deviation=0.01)
     with pytest.raises(TypeError, match="of the tuned disk without the air"):

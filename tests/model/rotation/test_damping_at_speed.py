@@ -20,7 +20,7 @@ RULES = [
     sh.StructuralDamping(0.03),
     np.diag([3.0, 2.0, 0]),
 ]
-FORCE = sh.EngineOrder(2, pattern={1: 2.0, 0: 1j})
+FORCE = sh.forces.EngineOrder(2, pattern={1: 2.0, 0: 1j})
 
 
 def disk(rule, **friction):
@@ -114,7 +114,7 @@ def test_reduced_structures_at_a_speed_keep_coriolis_forces(rule):
     model = sh.Model(np.eye(n), rule, springs)
     rotor = sh.RotatingModel(model, {0: springs, 900: springs + 3e3 * np.eye(n)}, skew).at(700)
     small = sh.craig_bampton(rotor, n - 1, (5, 60), dofs=[0])
-    force = sh.PointForce(0)
+    force = sh.forces.PointForce(0)
     for frequency in (12.0, 20.0):
         exact = sh.solve(sh.HarmonicBalance(rotor, force), frequency).amplitude.values[0]
         found = sh.solve(sh.HarmonicBalance(small, force), frequency).amplitude.values[0]
@@ -127,9 +127,9 @@ def test_archive_of_a_structure_at_a_speed_is_rebuilt(tmp_path):
     damper = sh.Friction(
         tangential=(1,), contact_stiffness=1e4, friction_coefficient=0.5, normal_load=1.0, **loads
     )
-    problem = sh.HarmonicBalance(rotor.with_contacts(damper=damper), sh.PointForce(1, 5.0))
+    problem = sh.HarmonicBalance(rotor.with_contacts(damper=damper), sh.forces.PointForce(1, 5.0))
     sh.frf(problem, (20, 60), archive=tmp_path / "a.nc", progress=False)
-    again = sh.rebuild(sh.load(tmp_path / "a.nc"))
+    again = sh.datasets.rebuild(sh.load(tmp_path / "a.nc"))
     expected = sh.solve(problem, 40.0).amplitude.values
     np.testing.assert_allclose(sh.solve(again, 40.0).amplitude.values, expected, rtol=1e-13)
 
@@ -150,7 +150,7 @@ def test_loads_at_a_speed_are_those_of_the_speed():
     )
     runs = {0: [[1e4]], 300: [[1.1e4]]}
     rotor = sh.RotatingModel(sh.Model([[1.0]], [[1.0]], [[1e4]]), runs).at(600)
-    push = sh.PointForce() + sh.StaticLoad([30.0])
+    push = sh.forces.PointForce() + sh.forces.StaticLoad([30.0])
     pressed = sh.HarmonicBalance(rotor.with_contacts(stop=stop), push, (0, 1))
     load = 1e-3 * (2 * np.pi * 10) ** 2 - 1e4 * 1e-3  # -6.05 N: a gap of 0.6 mm is left
     rest = sh.static_states(pressed).static_displacement.item()

@@ -16,7 +16,7 @@ STIFFENING = np.array([[2.0, -0.2], [-0.2, 1.0]])
 FOURTH = np.array([[3e-5, 1e-5], [1e-5, 2e-5]])
 CORIOLIS = np.array([[0.0, -0.6], [0.6, 0.0]])
 SLIDER = dict(contact_stiffness=5e3, friction_coefficient=0.4, normal_load=2.0)
-FORCE = sh.HarmonicForce(cosine={1: [1, 0]}, sine={1: [0, 0.5]})
+FORCE = sh.forces.HarmonicForce(cosine={1: [1, 0]}, sine={1: [0, 0.5]})
 
 
 def stiffness_at(speed: float, fourth: bool = True) -> np.ndarray:
@@ -45,7 +45,7 @@ def rotor_of(speeds=(0, 300, 500), coriolis=CORIOLIS, **named: sh.Contacts) -> s
     return sh.RotatingModel(model, stiffness, coriolis=coriolis)
 
 
-class Wave(sh.EngineOrder):
+class Wave(sh.forces.EngineOrder):
     """The force of an engine order on two degrees of freedom that are no blades."""
 
     def shape(self, n_dof, basis):
@@ -184,7 +184,7 @@ def test_a_sector_turns_as_the_ring_does():
         normal_load=0.05,
     )
     disk = sh.Sector(rotor, [0], [2], n_sectors).with_contacts(shroud=slider)
-    force = sh.EngineOrder(ORDER, amplitude=2.0, pattern={0: 1.0, 1: 0.5})
+    force = sh.forces.EngineOrder(ORDER, amplitude=2.0, pattern={0: 1.0, 1: 0.5})
     frequency, harmonics = 20.0, (1, 2, 3)
     along = sh.solve(sh.HarmonicBalance(disk, force, harmonics), frequency)
     at = sh.HarmonicBalance(disk.at(60 * frequency / ORDER), force, harmonics)
@@ -206,7 +206,7 @@ def test_a_sector_turns_as_the_ring_does():
     )
     lags = 2 * np.pi * ORDER * np.arange(n_sectors) / n_sectors
     pattern = np.kron(np.exp(-1j * lags), [1.0, 0.5])
-    wave = sh.HarmonicForce(cosine={1: pattern.real}, sine={1: -pattern.imag}, amplitude=2.0)
+    wave = sh.forces.HarmonicForce(cosine={1: pattern.real}, sine={1: -pattern.imag}, amplitude=2.0)
     whole = sh.HarmonicBalance(sh.Model(*ring, contacts={"shroud": between}), wave, harmonics)
     everywhere = sh.solve(whole, frequency)
     first = everywhere.coefficient.values[:2]
@@ -239,7 +239,7 @@ def test_what_is_no_rotation_is_refused(stiffness, coriolis, words):
 
 def test_a_speed_needs_an_engine_order():
     with pytest.raises(ValueError, match="one engine order"):
-        sh.HarmonicBalance(rotor_of(), sh.PointForce())
+        sh.HarmonicBalance(rotor_of(), sh.forces.PointForce())
     problem = sh.HarmonicBalance(rotor_of(), Wave(ORDER))
     with pytest.raises(TypeError, match=r"RotatingModel.at\(speed\)"):
         sh.periodic_motion(problem, 20.0)
@@ -262,13 +262,16 @@ def test_blades_with_parameters_of_their_own_have_none_left():
 
 
 def test_reductions_ask_for_one_speed():
-    rotor, force = rotor_of((0, 300), tip=sh.Contacts(sh.Coulomb(), (0,), **SLIDER)), Wave(ORDER)
+    rotor, force = (
+        rotor_of((0, 300), tip=sh.Contacts(sh.laws.Coulomb(), (0,), **SLIDER)),
+        Wave(ORDER),
+    )
     with pytest.raises(TypeError, match=r"RotatingModel.at\(speed\)"):
         sh.condense(rotor, force, (10, 40))
     with pytest.raises(TypeError, match=r"RotatingModel.at\(speed\)"):
         sh.craig_bampton(rotor, 1, (10, 40))
     disk = sh.Sector(rotor_of((0, 300)), [0], [1], 6)
-    pattern = sh.EngineOrder(ORDER, pattern={0: 1.0})
+    pattern = sh.forces.EngineOrder(ORDER, pattern={0: 1.0})
     for reduce in (
         lambda sector: sh.condense(sector, pattern, (10, 40), (0, 1)),
         lambda sector: sh.craig_bampton(sector, 1, (10, 40)),

@@ -51,16 +51,16 @@ def many_blades():
 
 def test_long_arrays_are_short_texts():
     damper = sh.Contacts(
-        sh.Coulomb(),
+        sh.laws.Coulomb(),
         [(i,) for i in range(N)],
         contact_stiffness=[*VALUES],
         friction_coefficient=0.5,
         normal_load=VALUES,
     )
-    forces = sh.HarmonicForce(cosine={1: VALUES}) + sh.StaticLoad(VALUES)
+    forces = sh.forces.HarmonicForce(cosine={1: VALUES}) + sh.forces.StaticLoad(VALUES)
     places = sh.Places(range(N), ["z"] * N, label=[f"tip{i}" for i in range(N)])
     things = [many_blades(), damper, forces, places, sh.ModalDamping(VALUES)]
-    things += [sh.HarmonicBalance(many_blades(), sh.HarmonicForce(cosine={1: VALUES}))]
+    things += [sh.HarmonicBalance(many_blades(), sh.forces.HarmonicForce(cosine={1: VALUES}))]
     for thing in things:
         assert len(repr(thing)) < 700
         assert len(repr(thing).splitlines()) < 12
@@ -71,7 +71,11 @@ def test_long_arrays_are_short_texts():
 def test_many_groups_are_some_lines():
     groups = {
         f"damper{i}": sh.Contacts(
-            sh.Coulomb(), [(i,)], contact_stiffness=1e4, friction_coefficient=0.5, normal_load=1 + i
+            sh.laws.Coulomb(),
+            [(i,)],
+            contact_stiffness=1e4,
+            friction_coefficient=0.5,
+            normal_load=1 + i,
         )
         for i in range(30)
     }
@@ -82,7 +86,7 @@ def test_many_groups_are_some_lines():
 
 
 def test_short_values_are_whole():
-    assert repr(sh.HarmonicForce(cosine={1: [1, 0]})) == (
+    assert repr(sh.forces.HarmonicForce(cosine={1: [1, 0]})) == (
         "HarmonicForce(cosine={1: (1.0, 0.0)}, sine={}, amplitude=1.0, mean=None)"
     )
     assert check.brief((1,)) == "(1,)"
@@ -97,7 +101,7 @@ def test_table_of_a_problem():
         mass=1, stiffness=1e4, damping=0.5,
         contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
     )  # fmt: skip
-    rows = Cells(sh.HarmonicBalance(blade, sh.PointForce(), (1, 3))._repr_html_()).rows
+    rows = Cells(sh.HarmonicBalance(blade, sh.forces.PointForce(), (1, 3))._repr_html_()).rows
     assert rows["harmonics"] == "(1, 3)"
     assert rows["unknowns"] == "4"
     assert rows["structure"] == "1 lumped blade, 1 contact"
@@ -144,10 +148,10 @@ def test_no_frequencies_where_they_have_no_meaning():
 def test_remarks_of_structures_that_were_made_of_others():
     eye, next_to = np.eye(12), np.eye(12, k=1) + np.eye(12, k=-1)
     damper = sh.Contacts(
-        sh.Coulomb(), [(0,)], contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3
+        sh.laws.Coulomb(), [(0,)], contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3
     )
     whole = sh.Model(eye, 0.1 * eye, 1e4 * (2 * eye - next_to), contacts={"tip": damper})
-    condensed = sh.condense(whole, sh.PointForce(dof=0), (5, 20), progress=False)
+    condensed = sh.condense(whole, sh.forces.PointForce(dof=0), (5, 20), progress=False)
     reduced = sh.craig_bampton(whole, 5, (5, 20))
     for structure, word in ((condensed, "kept of 12"), (reduced, "reduced from 12")):
         assert word in repr(structure)

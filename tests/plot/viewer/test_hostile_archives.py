@@ -20,7 +20,7 @@ PROBLEM = sh.HarmonicBalance(
         3, mass=1, stiffness=1e4, damping=0.5,
         contact_stiffness=1e6, friction_coefficient=0.5, normal_load=10,
     ),
-    sh.EngineOrder(1),
+    sh.forces.EngineOrder(1),
 )  # fmt: skip
 ALL = "".join(ATTACKS)
 

@@ -12,14 +12,14 @@ from tests.pages import check
 
 BLADE = dict(mass=1, stiffness=1e4, damping=0.5, contact_stiffness=1e4, friction_coefficient=0.5)
 PROBLEM = sh.HarmonicBalance(
-    sh.single_blade(**BLADE, normal_load=3), sh.PointForce(), harmonics=(1, 3)
+    sh.single_blade(**BLADE, normal_load=3), sh.forces.PointForce(), harmonics=(1, 3)
 )
 DISK = sh.bladed_disk(5, **BLADE | dict(contact_stiffness=1e6, normal_load=10))
-WAVE = sh.EngineOrder(1)
+WAVE = sh.forces.EngineOrder(1)
 RING = sh.HarmonicBalance(DISK, WAVE)
 DUFFING = sh.HarmonicBalance(
     sh.Model([[1.0]], [[0.05]], [[1.0]], contacts=[(0,)], cubic_stiffness=0.1),
-    sh.PointForce(amplitude=0.18),
+    sh.forces.PointForce(amplitude=0.18),
 )
 SELF_EXCITED = sh.HarmonicBalance(
     sh.single_blade(**BLADE | dict(damping=-0.5), normal_load=3), harmonics=(1, 3)
@@ -34,7 +34,7 @@ CHAIN = sh.Model(
     friction_coefficient=0.5,
     normal_load=1.0,
 )
-PUSH = sh.PointForce(dof=0)
+PUSH = sh.forces.PointForce(dof=0)
 CLAMPED = sh.single_blade(**BLADE, normal_load=3)
 
 

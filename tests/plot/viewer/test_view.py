@@ -21,7 +21,7 @@ BLADE = sh.single_blade(
     mass=1, stiffness=1e4, damping=0.5,
     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
 )  # fmt: skip
-PROBLEM = sh.HarmonicBalance(BLADE, sh.PointForce(), harmonics=(1, 3))
+PROBLEM = sh.HarmonicBalance(BLADE, sh.forces.PointForce(), harmonics=(1, 3))
 
 
 @cache
@@ -160,7 +160,7 @@ def test_a_page_never_has_more_than_it_may(tmp_path, monkeypatch):
         contact_stiffness=1e6, friction_coefficient=0.5, normal_load=10,
     )  # fmt: skip
     orders = {"engine_order": [1, 2], "normal_load": [5, 10, 20]}
-    problem = sh.HarmonicBalance(disk, sh.EngineOrder(1))
+    problem = sh.HarmonicBalance(disk, sh.forces.EngineOrder(1))
     disks = sh.frf(problem, (100, 300), over=orders, sector=False, progress=False)
     whole = sh.view(disks, tmp_path / "whole.html").stat().st_size
     module = sys.modules["symhbm.plot.viewer.view"]

@@ -160,7 +160,7 @@ def test_response_above_the_critical_speed():
     """Against the two by two problem; no doubt is said of what spin softening took."""
     rotor, speed = whirling(), 2 * np.pi * 25
     stiffness = (1e4 - speed**2) * np.eye(2)
-    problem = sh.HarmonicBalance(rotor.at(1500), sh.PointForce(0))
+    problem = sh.HarmonicBalance(rotor.at(1500), sh.forces.PointForce(0))
     response = sh.frf(problem, (5, 45), at=[7.0, 9.0, 30.0, 41.0], progress=False)
     for frequency, found in zip(response.frequency, response.amplitude.values, strict=True):
         omega = 2 * np.pi * float(frequency)

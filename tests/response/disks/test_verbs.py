@@ -6,7 +6,7 @@ import pytest
 import symhbm as sh
 
 BAND = (40.0, 60.0)
-FORCE = sh.EngineOrder(2, pattern={0: 1.0}, amplitude=20.0)
+FORCE = sh.forces.EngineOrder(2, pattern={0: 1.0}, amplitude=20.0)
 STIFFNESS = np.array([[3e4, -2e4], [-2e4, 2e4]])
 
 
@@ -27,7 +27,9 @@ def problems():
 
 
 def test_derivatives_of_a_sector_are_those_of_all_contacts():
-    one, ring = (sh.sensitivity(sh.frf(p, BAND, progress=False)).isel(peak=0) for p in problems())
+    one, ring = (
+        sh.datasets.sensitivity(sh.frf(p, BAND, progress=False)).isel(peak=0) for p in problems()
+    )
     assert one.peak_amplitude.item() == pytest.approx(ring.peak_amplitude.item(), rel=1e-9)
     for name in ("normal_load", "contact_stiffness"):
         own = one[f"peak_amplitude_by_{name}"].values.ravel()[0]
@@ -82,9 +84,9 @@ def test_reduced_structures_with_matrices_know_stability():
         )
     })  # fmt: skip
     small = sh.craig_bampton(chain, 2, (1, 20), dofs=[0])
-    problem = sh.HarmonicBalance(small, sh.PointForce(0))
+    problem = sh.HarmonicBalance(small, sh.forces.PointForce(0))
     assert np.all(sh.frf(problem, (5, 15), stability=True, progress=False).stability == 1)
     turning = sh.RotatingModel(chain, {0: 1e4 * np.eye(4), 100: 2e4 * np.eye(4)})
-    problem = sh.HarmonicBalance(turning, sh.EngineOrder(2))
+    problem = sh.HarmonicBalance(turning, sh.forces.EngineOrder(2))
     with pytest.raises(ValueError, match=r"stability=True: .*RotatingModel.at\(speed\)"):
         sh.frf(problem, (5, 15), stability=True, progress=False)

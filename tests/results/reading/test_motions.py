@@ -8,7 +8,7 @@ from symhbm.results.reading import HISTORIES, MOTIONS
 
 MASS, DAMPING, STIFFNESS = 2.0, 3.0, 1e4
 LINEAR = sh.HarmonicBalance(
-    sh.Model([[MASS]], [[DAMPING]], [[STIFFNESS]]), sh.PointForce(amplitude=5.0)
+    sh.Model([[MASS]], [[DAMPING]], [[STIFFNESS]]), sh.forces.PointForce(amplitude=5.0)
 )
 BLADE = sh.single_blade(
     mass=1, stiffness=1e4, damping=0.5,
@@ -19,14 +19,14 @@ ANGLE = np.linspace(0, 2 * np.pi, 4001)
 
 @pytest.fixture(scope="module")
 def sweep():
-    problem = sh.HarmonicBalance(BLADE, sh.PointForce(), (1, 3, 5))
+    problem = sh.HarmonicBalance(BLADE, sh.forces.PointForce(), (1, 3, 5))
     return sh.frf(problem, (10, 30), over={"normal_load": [1, 3]}, progress=False)
 
 
 @pytest.mark.parametrize("frequency", [3.0, 11.0, 30.0])
 def test_sign_conventions_by_the_closed_form_of_a_linear_blade(frequency):
     omega = 2 * np.pi * frequency
-    found = sh.motion(sh.solve(LINEAR, frequency))
+    found = sh.datasets.motion(sh.solve(LINEAR, frequency))
     expected = 5.0 / (STIFFNESS - MASS * omega**2 + 1j * omega * DAMPING)
     assert found.complex_amplitude.item() == pytest.approx(expected, rel=1e-12)
     lag = np.arctan2(omega * DAMPING, STIFFNESS - MASS * omega**2)
@@ -40,7 +40,7 @@ def test_sign_conventions_by_the_closed_form_of_a_linear_blade(frequency):
 
 
 def test_extremes_are_those_of_histories(sweep):
-    found = sh.motion(sweep, angle=ANGLE)
+    found = sh.datasets.motion(sweep, angle=ANGLE)
     close = dict(rtol=1e-4, atol=0, equal_nan=True)
     top, bottom = found.displacement.max("angle"), found.displacement.min("angle")
     np.testing.assert_allclose(found.peak_to_peak, top - bottom, **close)
@@ -51,7 +51,7 @@ def test_extremes_are_those_of_histories(sweep):
 
 
 def test_histories_are_sums_of_complex_amplitudes(sweep):
-    found = sh.motion(sweep, angle=ANGLE[::100])
+    found = sh.datasets.motion(sweep, angle=ANGLE[::100])
     turn = np.exp(1j * found.harmonic * found.angle)
     dims = found.displacement.dims
     speed = 2j * np.pi * found.frequency * found.harmonic
@@ -64,22 +64,22 @@ def test_histories_are_sums_of_complex_amplitudes(sweep):
 def test_motion_without_truncation_agrees():
     """The exact motion marches in time and knows nothing of coefficients."""
     frequency = 19.0
-    problem = sh.HarmonicBalance(BLADE, sh.PointForce(), range(1, 40, 2))
+    problem = sh.HarmonicBalance(BLADE, sh.forces.PointForce(), range(1, 40, 2))
     exact = sh.periodic_motion(problem, frequency)
-    found = sh.motion(sh.solve(problem, frequency), angle=exact.angle.values)
+    found = sh.datasets.motion(sh.solve(problem, frequency), angle=exact.angle.values)
     for name in ("displacement", "velocity"):
         expected = exact[name].isel(dof=0).values
         error = np.abs(found[name].isel(dof=0) - expected).max() / np.abs(expected).max()
         assert error < 1e-4
     span = exact.displacement.max("angle") - exact.displacement.min("angle")
-    assert sh.motion(exact).peak_to_peak.item() == pytest.approx(span.item(), rel=1e-4)
+    assert sh.datasets.motion(exact).peak_to_peak.item() == pytest.approx(span.item(), rel=1e-4)
 
 
 def test_a_mean_is_no_oscillation():
-    force = sh.PointForce() + sh.StaticLoad([200.0])
+    force = sh.forces.PointForce() + sh.forces.StaticLoad([200.0])
     blade = sh.Model([[MASS]], [[DAMPING]], [[STIFFNESS]])
     point = sh.solve(sh.HarmonicBalance(blade, force, (0, 1)), 5.0)
-    found = sh.motion(point)
+    found = sh.datasets.motion(point)
     mean, first = found.harmonic_amplitude.values[0]
     assert mean == pytest.approx(200 / STIFFNESS)
     assert found.peak_to_peak.item() == pytest.approx(2 * first)
@@ -88,10 +88,10 @@ def test_a_mean_is_no_oscillation():
 
 
 def test_peaks_and_padding(sweep):
-    peaks = sh.motion(sweep, "peaks")
+    peaks = sh.datasets.motion(sweep, "peaks")
     expected = sweep.peak_amplitude.values
     np.testing.assert_allclose(peaks.peak_to_peak.values[..., 0] / 2, expected, rtol=1e-9)
-    points = sh.motion(sweep)
+    points = sh.datasets.motion(sweep)
     short = int(np.argmin(sweep.n_points.values))
     tail = points.isel(normal_load=short, point=slice(int(sweep.n_points.min()), None))
     assert tail.sizes["point"]
@@ -101,37 +101,43 @@ def test_peaks_and_padding(sweep):
 def test_a_curve_without_peaks():
     response = sh.frf(LINEAR, (6, 10), progress=False)
     assert response.n_peaks == 0
-    found = sh.motion(response, "peaks", angle=[0.0])
+    found = sh.datasets.motion(response, "peaks", angle=[0.0])
     assert found.complex_amplitude.shape == (0, 1, 1)
-    assert len(sh.table(response, "peaks")) == 0
+    assert len(sh.datasets.table(response, "peaks")) == 0
 
 
 def test_one_degree_of_freedom(sweep):
-    assert sh.motion(sweep.isel(dof=0)).identical(sh.motion(sweep).isel(dof=0))
+    assert sh.datasets.motion(sweep.isel(dof=0)).identical(sh.datasets.motion(sweep).isel(dof=0))
 
 
 def test_along_another_parameter_and_without_motion():
-    problem = sh.HarmonicBalance(BLADE, sh.PointForce())
+    problem = sh.HarmonicBalance(BLADE, sh.forces.PointForce())
     followed = sh.follow(problem, "normal_load", (1, 9), frequency=19, at=[1, 9], progress=False)
-    found = sh.motion(followed)
+    found = sh.datasets.motion(followed)
     speed = 2 * np.pi * 19 * followed.amplitude
     np.testing.assert_allclose(found.velocity_amplitude, speed.transpose(..., "dof"), rtol=1e-12)
-    still = sh.motion(sh.solve(sh.HarmonicBalance(BLADE, sh.PointForce(amplitude=0.0)), 10.0))
+    still = sh.datasets.motion(
+        sh.solve(sh.HarmonicBalance(BLADE, sh.forces.PointForce(amplitude=0.0)), 10.0)
+    )
     assert still.peak_to_peak.item() == 0.0
     assert np.isnan(still.phase_lag.item())
 
 
 def test_units_of_all(sweep):
-    found = sh.motion(sweep, angle=[0.0])
+    found = sh.datasets.motion(sweep, angle=[0.0])
     assert {*found.data_vars} == {*MOTIONS, *HISTORIES}
     assert all("units" in found[name].attrs for name in found.variables if name != "component")
 
 
 BAD = {
-    "result": (TypeError, "result=3", lambda ds: sh.motion(3)),
-    "kind": (ValueError, "kind='events'", lambda ds: sh.motion(ds, "events")),
-    "angle": (ValueError, "angle=", lambda ds: sh.motion(ds, angle=[[0.0]])),
-    "missing": (KeyError, "'coefficient'", lambda ds: sh.motion(ds.drop_vars("coefficient"))),
+    "result": (TypeError, "result=3", lambda ds: sh.datasets.motion(3)),
+    "kind": (ValueError, "kind='events'", lambda ds: sh.datasets.motion(ds, "events")),
+    "angle": (ValueError, "angle=", lambda ds: sh.datasets.motion(ds, angle=[[0.0]])),
+    "missing": (
+        KeyError,
+        "'coefficient'",
+        lambda ds: sh.datasets.motion(ds.drop_vars("coefficient")),
+    ),
 }
 
 

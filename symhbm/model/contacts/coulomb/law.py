@@ -39,9 +39,9 @@ class Coulomb(ContactLaw):
     A damper that centrifugal force presses against its blades:
 
     >>> import symhbm as sh
-    >>> class PressedDamper(sh.Coulomb):
-    ...     parameters = sh.Coulomb.parameters | {
-    ...         "damper_mass": sh.Parameter("kg", "mass of the damper")
+    >>> class PressedDamper(sh.laws.Coulomb):
+    ...     parameters = sh.laws.Coulomb.parameters | {
+    ...         "damper_mass": sh.laws.Parameter("kg", "mass of the damper")
     ...     }
     ...     def slip_limit(self, frequency, values):
     ...         speed = frequency / 3  # of engine order 3
@@ -52,7 +52,7 @@ class Coulomb(ContactLaw):
     ...     normal_load=0, damper_mass=0.02,
     ... )
     >>> blade = sh.Model([[1]], [[0.5]], [[1e4]], contacts={"damper": group})
-    >>> problem = sh.HarmonicBalance(blade, sh.PointForce())
+    >>> problem = sh.HarmonicBalance(blade, sh.forces.PointForce())
     >>> sh.frf(problem, (10, 30), progress=False).n_peaks.item()
     1
     """

@@ -72,7 +72,7 @@ class PlanarFriction(NormalLaw):
 
     ``given`` names the parameter of a load that varies with the normal displacement; with
     ``"constant"`` there is no normal direction, and the limit is ``mu F_n``. ``preload`` is that of
-    `symhbm.VariableLoadFriction`. Raises ValueError for other words.
+    `symhbm.laws.VariableLoadFriction`. Raises ValueError for other words.
 
     Examples
     --------
@@ -80,11 +80,11 @@ class PlanarFriction(NormalLaw):
 
     >>> import symhbm as sh
     >>> pad = sh.Contacts(
-    ...     sh.PlanarFriction("constant"), [(0,)], [(1,)],
+    ...     sh.laws.PlanarFriction("constant"), [(0,)], [(1,)],
     ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=2,
     ... )
     >>> body = sh.Model([[1, 0], [0, 1]], [[2, 0], [0, 2]], [[1e4, 0], [0, 1e4]], {"pad": pad})
-    >>> problem = sh.HarmonicBalance(body, sh.EngineOrder(1))
+    >>> problem = sh.HarmonicBalance(body, sh.forces.EngineOrder(1))
     >>> float(sh.solve(problem, 18).slip_distance[0]) > 0
     True
     """

@@ -1,4 +1,4 @@
-"""`symhbm.SmoothLaw`: a group of contacts whose force is an expression of the user's own."""
+"""`symhbm.laws.SmoothLaw`: a group of contacts whose force is an expression of the user's own."""
 
 import re
 from collections.abc import Callable, Iterable, Mapping
@@ -38,7 +38,7 @@ class SmoothLaw(Contacts):
         the displacement is measured: a spring is positive. It may depend on nothing else.
     parameters : mapping from names to (value, units) or (value, units, meaning)
         Its parameters, at least one; a value is one number or one per contact. In place of units a
-        `symhbm.Parameter` tells bounds too, and whether designs may vary it.
+        `symhbm.laws.Parameter` tells bounds too, and whether designs may vary it.
     directions
         Where contacts act, as of `symhbm.Contacts`; for several directions a mapping from their
         names to as many each.
@@ -57,14 +57,14 @@ class SmoothLaw(Contacts):
     --------
     >>> import casadi as ca
     >>> import symhbm as sh
-    >>> stop = sh.SmoothLaw(
+    >>> stop = sh.laws.SmoothLaw(
     ...     lambda y, v, p: p["k"] * ca.fmax(y - p["gap"], 0),
     ...     parameters={"k": (2e4, "N/m"), "gap": (5e-4, "m")},
     ...     directions=[(0,)],
     ...     breakpoints=lambda y, v, p: y - p["gap"],
     ... )
     >>> blade = sh.Model([[1]], [[5]], [[1e4]], contacts={"stop": stop})
-    >>> problem = sh.HarmonicBalance(blade, sh.PointForce(), harmonics=(0, 1, 2, 3))
+    >>> problem = sh.HarmonicBalance(blade, sh.forces.PointForce(), harmonics=(0, 1, 2, 3))
     >>> sh.solve(problem, 20).sampling_error.item() < 1e-11
     True
     """
@@ -264,7 +264,7 @@ def _check_at_rest(law: SmoothForce, values: dict[str, Any]) -> None:
     if np.abs(np.array(near) - force).max() > ROUND_OFF * size:
         raise ValueError(
             "expression: the force jumps at rest, expected a continuous one; ca.tanh(v / p['eps']) "
-            "rounds off a sign, symhbm.Coulomb is dry friction"
+            "rounds off a sign, symhbm.laws.Coulomb is dry friction"
         )
 
 

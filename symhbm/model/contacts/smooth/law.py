@@ -27,7 +27,7 @@ _SIZES = 10.0 ** np.repeat(np.arange(-9.0, 2.0), 4)
 
 
 class SmoothForce(MemorylessLaw):
-    """The law of `symhbm.SmoothLaw`: a force whose ``graph`` is plain operations.
+    """The law of `symhbm.laws.SmoothLaw`: a force whose ``graph`` is plain operations.
 
     Beside the force it tells as many functions of ``breakpoints``; ``odd``, whether the opposite
     motion has the opposite force.

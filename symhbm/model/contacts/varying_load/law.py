@@ -88,7 +88,7 @@ class VariableLoadFriction(NormalLaw):
     Examples
     --------
     >>> import symhbm as sh
-    >>> sh.VariableLoadFriction("gap").parameters["gap"].units
+    >>> sh.laws.VariableLoadFriction("gap").parameters["gap"].units
     'm'
     """
 

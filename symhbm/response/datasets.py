@@ -1,0 +1,22 @@
+"""What is asked of a dataset: tables, motions, outputs, other places, the problem behind it."""
+
+from symhbm.peaks import sensitivity
+from symhbm.response.disks import sector_response
+from symhbm.response.recover import recover
+from symhbm.response.unforced import synthesised_response
+from symhbm.results.archive import ArchiveError, rebuild
+from symhbm.results.reading import motion, output, seen_from, table, trimmed
+
+__all__ = [
+    "ArchiveError",
+    "motion",
+    "output",
+    "rebuild",
+    "recover",
+    "sector_response",
+    "seen_from",
+    "sensitivity",
+    "synthesised_response",
+    "table",
+    "trimmed",
+]
