@@ -97,7 +97,7 @@ class Case(NamedTuple):
     @property
     def options(self) -> dict[str, Any]:
         """How its mode is asked for."""
-        return dict(dof=self.dof, nodal_diameter=self.nodal_diameter, progress=False, throw=True)
+        return dict(place=self.dof, nodal_diameter=self.nodal_diameter, progress=False, throw=True)
 
 
 class Disk(NamedTuple):
@@ -128,7 +128,7 @@ def disk(grid: tuple[int, int, int, int] = COARSE) -> Disk:
         normal_load=NORMAL_LOAD,
     )
     whole = sector.disk.with_contacts(damper=damper)
-    options: dict[str, Any] = dict(interface_modes=INTERFACE_MODES, dofs=[tip])
+    options: dict[str, Any] = dict(interface_modes=INTERFACE_MODES, places=[tip])
     reduced: Any = sh.craig_bampton(whole, MODES, REDUCED, **options)
     # What moves along x of the first sector, in the axes of the next one.
     turn = 2 * np.pi / whole.n_sectors
@@ -200,16 +200,16 @@ def compute(progress: bool = True) -> xr.Dataset:
 def _of_case(case: Case) -> xr.Dataset:
     problem, one = case.problem(), case.problem((1,))
     load = float(np.mean(problem.parameters["normal_load"]))
-    modes = sh.nonlinear_modes(problem, amplitude=case.amplitudes, **case.options)
+    modes = sh.nonlinear_modes(problem, band=case.amplitudes, **case.options)
     best, best_of_one = (
         sh.maximise_damping(each, "normal_load", case.loads, amplitude=case.design, **case.options)
         for each in (problem, one)
     )
     chosen = problem.with_parameters(normal_load=best.design_value.item())
-    of_best = sh.nonlinear_modes(chosen, amplitude=case.amplitudes, **case.options)
+    of_best = sh.nonlinear_modes(chosen, band=case.amplitudes, **case.options)
     # With one harmonic, beside what is computed without the library.
     grid = np.geomspace(*case.amplitudes, CHECKED)
-    of_one = sh.nonlinear_modes(one, at=grid, amplitude=case.amplitudes, **case.options)
+    of_one = sh.nonlinear_modes(one, at=grid, band=case.amplitudes, **case.options)
     of_one = of_one.isel(solution=0)
     expected = [case.mode(a, load, f) for a, f in zip(grid, of_one.frequency.values, strict=True)]
     value = best_of_one.design_value.item()
@@ -295,7 +295,7 @@ def _blade_in_time(case: Case) -> xr.Dataset:
     """The mode of the blade with many harmonics, and the exact one, at the amplitude of design."""
     at = [case.design]
     found = sh.nonlinear_modes(
-        case.problem(MANY), at=at, amplitude=case.amplitudes, **case.options
+        case.problem(MANY), at=at, band=case.amplitudes, **case.options
     ).isel(solution=0, amplitude=0)
     load = float(np.mean(case.problem().parameters["normal_load"]))
     one = wave(case.model, None, load)
@@ -312,7 +312,7 @@ def _all_equations(case: Case) -> xr.Dataset:
     for size in case.forces:
         force = sh.forces.EngineOrder(ORDER, pattern={found.tip: size})
         small = sh.condense(
-            found.whole, force, case.band, case.harmonics, dofs=[found.tip], progress=False
+            found.whole, force, case.band, case.harmonics, places=[found.tip], progress=False
         )
         response = sh.frf(
             sh.HarmonicBalance(small, force, case.harmonics), case.band, progress=False, throw=True

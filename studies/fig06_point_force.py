@@ -42,7 +42,7 @@ ROUND_OFF = 1e-12
 def problem(harmonics: tuple[int, ...] = (1,)) -> sh.HarmonicBalance:
     """Return the disk of Fig. 8 with 1 N on blade 0."""
     disk = fig08.problem().model.with_parameters(normal_load=NORMAL_LOAD)
-    return sh.HarmonicBalance(disk, sh.forces.PointForce(dof=0, amplitude=1.0), harmonics)
+    return sh.HarmonicBalance(disk, sh.forces.PointForce(place=0, amplitude=1.0), harmonics)
 
 
 def ring(problem: sh.HarmonicBalance) -> StuckRing:

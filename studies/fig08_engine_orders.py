@@ -77,7 +77,7 @@ def compute(progress: bool = True) -> xr.Dataset:
     """Follow the response of the full ring at every engine order, and under Eq. (12) in phase."""
     over = {"engine_order": ENGINE_ORDERS}
     options = dict(throw=True, progress=progress)
-    dataset = sh.frf(problem(), BAND, over=over, sector=False, **options)  # type: ignore[arg-type]
+    dataset = sh.frf(problem().with_by_sector(False), BAND, over=over, **options)  # type: ignore[arg-type]
     about = {"units": "dB", "long_name": "largest difference of blades under Eq. (12) in phase"}
     waves = sh.frf(problem(), NEAR, over={"engine_order": DIAMETERS}, **options)  # type: ignore[arg-type]
     of_wave = {

@@ -53,7 +53,7 @@ def problem(harmonics: tuple[int, ...] = (1,)) -> sh.HarmonicBalance:
 
 def compute(progress: bool = True) -> xr.Dataset:
     """Follow the response at the loads of the source and at the best one; and peaks over loads."""
-    options = dict(frequency=BAND, throw=True, progress=False)
+    options = dict(frequency_band=BAND, throw=True, progress=False)
     scan = sh.peak_curve(problem(), "normal_load", LOADS, **options)  # type: ignore[arg-type]
     best = float(scan.minimum_normal_load[scan.minimum_amplitude.values.argmin()])
     over = {"normal_load": np.append(best, NORMAL_LOADS)}

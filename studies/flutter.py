@@ -154,7 +154,7 @@ def compute(progress: bool = True) -> xr.Dataset:
 
 def _blade() -> xr.Dataset:
     """Cycles of the blade over its damping, its mode at one, and exact cycles."""
-    options: dict[str, Any] = dict(amplitude=(1e-6, WIDEST), progress=False, throw=True)
+    options: dict[str, Any] = dict(amplitudes=(1e-6, WIDEST), progress=False, throw=True)
     over = sh.limit_cycles(blade(HARMONICS), "damping", BAND, stability=True, **options)
     of_one, of_many = (
         sh.limit_cycles(blade(one), "damping", BAND, **options) for one in ((1,), MANY)
@@ -162,7 +162,7 @@ def _blade() -> xr.Dataset:
     folded = of_one.event_kind.values == "fold"
     on_grid = sh.limit_cycles(blade(MANY), "damping", BAND, at=[*EXACT_AT], **options)
     told = sh.limit_cycles(blade(MANY, EXACT_AT[-1]), **options)
-    modes = sh.nonlinear_modes(blade(HARMONICS), amplitude=(1e-5, 1e-1), progress=False)
+    modes = sh.nonlinear_modes(blade(HARMONICS), band=(1e-5, 1e-1), progress=False)
     closed: Any = minimize_scalar(
         _cycle_damping, bounds=np.log([2e-4, 6e-4]), method="bounded", options={"xatol": 1e-10}
     )
@@ -217,7 +217,7 @@ def _ring() -> xr.Dataset:
             found = sh.limit_cycles(
                 problem,
                 nodal_diameter=n,
-                amplitude=(1e-6, WIDEST),
+                amplitudes=(1e-6, WIDEST),
                 stability=several,
                 progress=False,
                 throw=True,
@@ -280,14 +280,14 @@ def _disk(found: damping.Disk) -> xr.Dataset:
     wind = sh.Influence({found.tip: 1.0}, disk_air(), frequency=DISK_FREQUENCY)
     model = found.reduced.with_influences(wind)
     many, single = (sh.HarmonicBalance(model, harmonics=one) for one in ((1, 3), (1,)))
-    span: dict[str, Any] = dict(amplitude=(1e-7, DISK_WIDEST))
+    span: dict[str, Any] = dict(amplitudes=(1e-7, DISK_WIDEST))
     ratios, stuck = np.zeros((2, len(waves)))
     whole_ratio = np.zeros(len(waves))
     cycles = np.full((len(waves), 2), np.nan)
-    options: dict[str, Any] = dict(dof=found.tip, progress=False, throw=True)
+    options: dict[str, Any] = dict(place=found.tip, progress=False, throw=True)
     for i, n in enumerate(waves.tolist()):
         small = sh.nonlinear_modes(
-            single, at=[STUCK], amplitude=(STUCK, 1e-8), nodal_diameter=n, **options
+            single, at=[STUCK], band=(STUCK, 1e-8), nodal_diameter=n, **options
         )
         ratios[i], stuck[i] = (small[name].item() for name in ("damping_ratio", "frequency"))
         whole = found.wave(n)

@@ -83,14 +83,14 @@ def _of_limit(one: Limit, found: damping.Disk) -> xr.Dataset:
     low, high = one.amplitude
     middle = float(np.sqrt(low * high))
     options: dict[str, Any] = dict(
-        dof=one.dof, nodal_diameter=one.nodal_diameter, progress=False, throw=True
+        place=one.dof, nodal_diameter=one.nodal_diameter, progress=False, throw=True
     )
     best = sh.maximise_flutter_limit(
         one.problem, "normal_load", one.loads, one.amplitude, **options | dict(throw=False)
     )
     larger = sh.flutter_limit(
         one.problem, "normal_load", one.loads, np.geomspace(*one.loads, N_LOADS),
-        amplitude=one.amplitude, disturbance=middle, **options,
+        amplitudes=one.amplitude, disturbance=middle, **options,
     )  # fmt: skip
     load = float(np.mean(one.problem.parameters["normal_load"]))
     amplitude, ratio = _most_damped(one, found, load, best)

@@ -131,7 +131,7 @@ def _condensed(
     disk = sector.disk.with_contacts(**{name: make(sector) for name, make in contacts.items()})
     tip = f"{sector.near(RADII[2], 0.0, THICKNESS / 2)}:y"
     force = sh.forces.EngineOrder(ORDER, pattern={tip: FORCE})
-    small = sh.condense(disk, force, band, harmonics, dofs=[tip], progress=False)
+    small = sh.condense(disk, force, band, harmonics, places=[tip], progress=False)
     at = int(np.flatnonzero(small.dofs == disk.number_of(tip))[0])
     return Condensed(sh.HarmonicBalance(small, force, harmonics), disk, band, at)
 

@@ -80,7 +80,7 @@ def disk(kind: str, grid: tuple[int, int, int, int] = COARSE, n_sectors: int = 2
     radius = np.hypot(*sector.structure.places.coordinates.T[:2])
     blade = np.flatnonzero(radius > RADII[1] + THICKNESS / 6)
     reduced = sh.craig_bampton(
-        whole, MODES, BAND, interface_modes=INTERFACE_MODES, dofs=[tip], blade=blade
+        whole, MODES, BAND, interface_modes=INTERFACE_MODES, places=[tip], blade=blade
     )
     force = sh.forces.EngineOrder(ORDER, pattern={tip: FORCE})
     ring = sh.mistuned_ring(reduced)

@@ -76,7 +76,7 @@ def compute(
     """
     problem = fig12.problem() if problem is None else problem
     known, fresh = draws(problem, n_design, n_fresh)
-    keep = dict(frequency=BAND, throw=True, progress=False)
+    keep = dict(frequency_band=BAND, throw=True, progress=False)
     tuned = sh.minimise_peak(problem, "normal_load", BOUNDS, **keep)  # type: ignore
     with ProcessPoolExecutor() as pool:
         found = [

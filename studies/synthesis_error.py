@@ -95,7 +95,7 @@ def compute(case: Case) -> Iterator[Row]:
     modes = sh.nonlinear_modes(
         problem,
         mode=case.mode,
-        amplitude=(1e-6, 1e-1),
+        band=(1e-6, 1e-1),
         nodal_diameter=case.nodal_diameter,
         progress=False,
     )

@@ -35,11 +35,13 @@ def ring(n_blades=13, contact_stiffness=1e6, engine_order=3, harmonics=(1,), **p
     return sh.HarmonicBalance(model, sh.forces.EngineOrder(engine_order, amplitude=1.0), harmonics)
 
 
-def design(problem, parameters="normal_load", bounds=BOUNDS, frequency=BAND, over=None, **options):
+def design(
+    problem, parameters="normal_load", bounds=BOUNDS, frequency_band=BAND, over=None, **options
+):
     """The design from few starts, silent."""
     options = dict(n_starts=1, progress=False) | options
     with any_status():
-        return sh.minimise_peak(problem, parameters, bounds, frequency, over, **options)
+        return sh.minimise_peak(problem, parameters, bounds, frequency_band, over, **options)
 
 
 @contextmanager

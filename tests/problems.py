@@ -149,7 +149,7 @@ def mistuned(law: str) -> Any:
 
 def reduced(law: str, speed: float = 0.0) -> Any:
     """A sector with as many fixed-interface modes as there are: exact."""
-    return sh.craig_bampton(sector(law, speed), 1, BAND, dofs=[1, 2, 3])
+    return sh.craig_bampton(sector(law, speed), 1, BAND, places=[1, 2, 3])
 
 
 STRUCTURES: dict[str, Callable[[str], Any]] = {

@@ -66,15 +66,19 @@ class Public(Autosummary):
 
     optional_arguments = 100
     final_argument_whitespace = False
-    option_spec: ClassVar = {"module": directives.unchanged}
+    option_spec: ClassVar = {"module": directives.unchanged, "at-a-glance": directives.flag}
 
     def run(self) -> list[Node]:
         """Return the table, and a hidden list of pages."""
         names = self.arguments
         if "module" in self.options:
             module = self.options["module"]
-            names = [name for name in public_names() if name.startswith(f"{module}.")]
-        self.options = {"toctree": "generated", "nosignatures": None}
+            top = module == "symhbm"
+            names = [
+                n for n in public_names() if ("." not in n if top else n.startswith(f"{module}."))
+            ]
+        pages = {} if "at-a-glance" in self.options else {"toctree": "generated"}
+        self.options = pages | {"nosignatures": None}
         self.content = StringList(names, "<public>")
         # Names without a module are of this one, in the table and in its first lines.
         self.env.ref_context["py:module"] = "symhbm"

@@ -60,6 +60,9 @@ class HarmonicBalance:
     peaks_of
         The output of the model, by name, whose peaks are looked for in place of those of
         displacements, see `symhbm.Structure.with_outputs`.
+    by_sector
+        Solve one sector where all of them move alike (a tuned disk under an engine order), and give
+        the results of all ``n_sectors``. False solves all sectors: a cross-check.
     symmetry
         Balance the first of the sectors that `symhbm.model.find_symmetry` tells: the unknowns
         are its coefficients alone, the contacts its own.
@@ -107,6 +110,7 @@ class HarmonicBalance:
         samples: int | None = None,
         symmetry: Symmetry | None = None,
         peaks_of: str | None = None,
+        by_sector: bool = True,
     ):
         if not isinstance(model, Structure):
             raise TypeError(f"model={check.shown(model)}: expected a Model")
@@ -129,7 +133,8 @@ class HarmonicBalance:
         if peaks_of is not None:
             check.known(check.text("peaks_of", peaks_of), model.outputs, "output of the model")
         given = model, excitation, basis, samples, symmetry
-        self._set(*given, {}, None, frozenset(), peaks_of)
+        by_sector = check.flag("by_sector", by_sector)
+        self._set(*given, {}, None, frozenset(), peaks_of, by_sector)
 
     def _set(
         self,
@@ -142,6 +147,7 @@ class HarmonicBalance:
         linear: DynamicStiffness | None,
         active: frozenset[str],
         peaks_of: str | None,
+        by_sector: bool,
     ) -> None:
         """Store all of it; what is ``shared`` by copies of a problem is made once.
 
@@ -150,6 +156,7 @@ class HarmonicBalance:
         check_speed(model, excitation)
         self.model, self.excitation, self.basis = model, excitation, basis
         self.samples, self.symmetry, self.peaks_of = samples, symmetry, peaks_of
+        self.by_sector = by_sector
         self._shared = shared
         self.groups: tuple[BalancedGroup, ...] = self._once(
             ("groups", symmetry, samples), lambda: balanced_groups(model, symmetry, samples)
@@ -192,6 +199,7 @@ class HarmonicBalance:
             linear=self.structure,
             active=self._active,
             peaks_of=self.peaks_of,
+            by_sector=self.by_sector,
         )
         other = object.__new__(HarmonicBalance)
         other._set(**(given | changes))
@@ -358,6 +366,10 @@ class HarmonicBalance:
             check.known(output, self.model.outputs, "output of the model")
         return self._copy(peaks_of=output)
 
+    def with_by_sector(self, by_sector: bool) -> "HarmonicBalance":
+        """The same problem, whose sectors that move alike are solved for by one, or all."""
+        return self._copy(by_sector=check.flag("by_sector", by_sector))
+
     def output_of(self, name: str, unknowns: FloatArray) -> FloatArray:
         """Coefficients (.., n_rows, n_components) of an output from unknowns (.., n_unknowns)."""
         values = (self._observation(name) @ unknowns.reshape(-1, self.n_unknowns).T).T
@@ -426,7 +438,7 @@ class HarmonicBalance:
     @cached_property
     def equal_sectors(self) -> Symmetry | None:
         """The symmetry of sectors that move alike, as of `symhbm.model.find_symmetry`."""
-        return find_symmetry(self.model, self.excitation, self.basis)
+        return find_symmetry(self.model, self.excitation, self.basis) if self.by_sector else None
 
     def of_sector(self, symmetry: Symmetry) -> "HarmonicBalance":
         """Balance of the first of equal sectors, compiled once for all copies of this problem."""
@@ -654,7 +666,7 @@ class HarmonicBalance:
 
     def __reduce__(self):
         given = self.model, self.excitation, self.harmonics, self.samples, self.symmetry
-        return HarmonicBalance, (*given, self.peaks_of)
+        return HarmonicBalance, (*given, self.peaks_of, self.by_sector)
 
     def __repr__(self) -> str:
         law = "" if self.samples is None else f", friction over {self.samples} samples"
@@ -698,8 +710,8 @@ def _advise(model: Model) -> None:
         f"{len(model.touched)}, "
         f"and {entries:,} entries of its stiffness matrix: it takes about {entries / 2e4:.0f} s to "
         "compile, and every point some factorisations of all its equations; symhbm.condense(model, "
-        "excitation, frequency, harmonics, dofs=...) gives the same responses of what contacts "
-        "touch and of dofs, and each point in milliseconds",
+        "excitation, frequency_band, harmonics, places=...) gives the same responses of what "
+        "contacts touch and of these places, and each point in milliseconds",
         stacklevel=3,
     )
 
@@ -715,8 +727,8 @@ def advise_condensing(problem: HarmonicBalance, what: str, option: str = "") -> 
         return
     warnings.warn(
         f"{what} for {problem.n_unknowns:,} unknowns; those of the {len(model.touched)} degrees of "
-        f"freedom that contacts touch are enough: symhbm.condense(model, excitation, frequency, "
-        f"harmonics, dofs=...{option})",
+        f"freedom that contacts touch are enough: symhbm.condense(model, excitation, "
+        f"frequency_band, harmonics, places=...{option})",
         stacklevel=3,
     )
 

@@ -36,7 +36,7 @@ def minimise_peak(
     problem: HarmonicBalance,
     parameters: str | Sequence[str],
     bounds: Any,
-    frequency: ArrayLike | None = None,
+    frequency_band: ArrayLike | None = None,
     over: Mapping[str, Any] | xr.Dataset | None = None,
     *,
     vary: Any = "common",
@@ -67,7 +67,7 @@ def minimise_peak(
     bounds
         Lower and upper value, positive; a mapping by name for several parameters, or
         ``scipy.optimize.Bounds`` on all variables in their order.
-    frequency
+    frequency_band
         First and last frequency [Hz], several such pairs, or a DataArray of pairs over the
         dimensions of ``over``; by default a band that holds all resonances.
     over
@@ -134,21 +134,21 @@ def minimise_peak(
     ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
     ... )
     >>> problem = sh.HarmonicBalance(blade, sh.forces.PointForce())
-    >>> best = sh.minimise_peak(problem, "normal_load", bounds=(0.1, 100), frequency=(5, 40))
+    >>> best = sh.minimise_peak(problem, "normal_load", bounds=(0.1, 100), frequency_band=(5, 40))
     >>> best.design_value.values.round(6), best.design_status.item() == sh.Status.DESIGN_OPTIMAL
     (array([3.088579]), True)
 
     A load weighs, too: 2e-5 m of the peak are as bad as 1 N.
 
     >>> light = sh.minimise_peak(
-    ...     problem, "normal_load", bounds=(0.1, 100), frequency=(5, 40),
+    ...     problem, "normal_load", bounds=(0.1, 100), frequency_band=(5, 40),
     ...     objective=lambda peaks, p: peaks["largest"] + 2e-5 * p["normal_load"][0],
     ... )
     >>> light.design_value.values.round(6), light.named_peak_amplitude.values.round(8)
     (array([2.845496]), array([0.00031046]))
     """
     task = Task.of(
-        *(problem, parameters, bounds, frequency, over),
+        *(problem, parameters, bounds, frequency_band, over),
         vary=vary,
         statistic=statistic,
         tail=tail,

@@ -79,7 +79,7 @@ class Task:
         named = arguments.read_peaks(problem, peaks, variables, bands, sweep)
         cases = CaseStatistic(Statistic(statistic), tail)
         task = cls(problem, sweep, variables, limits, cases, bands, named)
-        problem.model.check_frequencies("frequency", task.hull)
+        problem.model.check_frequencies("frequency_band", task.hull)
         moving = {*variables.names, *sweep.values}
         driven = "force_amplitude" in problem.parameters
         warn_of_doubts(

@@ -324,7 +324,7 @@ def check_whole(name: str, structure: Any) -> None:
     if structure.reduced_from is not None:
         raise ValueError(
             f"{name}: expected a whole structure, this one is reduced from "
-            f"{structure.reduced_from} degrees of freedom; give that one, with all dofs= to keep"
+            f"{structure.reduced_from} degrees of freedom; give that one, with all places= to keep"
         )
 
 

@@ -21,10 +21,8 @@ from symhbm.peaks.survey import Surveyor, sector_of
 from symhbm.peaks.tracking import LeadingBranches, Parameter, UpperEnvelope, upper_envelope
 from symhbm.results import (
     Request,
+    check_axis,
     check_band,
-    check_grid,
-    check_index,
-    check_parameter,
     runs,
     schema,
 )
@@ -39,9 +37,7 @@ def peak_curve(
     band: tuple[float, float],
     at: ArrayLike | None = None,
     *,
-    frequency: tuple[float, float] | Sequence[tuple[float, float]] | None = None,
-    contact: int | None = None,
-    dof: int | None = None,
+    frequency_band: tuple[float, float] | Sequence[tuple[float, float]] | None = None,
     **run: Unpack[runs.Sharing],
 ) -> xr.Dataset:
     """Largest peak of the response over a named parameter, with its minima and events.
@@ -62,18 +58,17 @@ def peak_curve(
         ``peak_on_island`` and ``status`` tell, by the surveys on both sides. Islands that are apart
         at all values of ``band`` are not found.
     parameter
-        The name of the parameter that moves, for example ``"normal_load"``.
+        The name of the parameter that moves, for example ``"normal_load"``, for all contacts or
+        blades alike, or with the number of one: ``"normal_load[2]"``.
     band
         Its first and last value (SI units).
     at : (n,), ascending
         Values at which the peak is wanted; those more than 8 % apart are surveyed. By default the
         result holds the points that were solved for on the way, with all minima and events: as
         many as cubic interpolation of logarithms with the slopes needs for 1e-5 in between.
-    frequency
+    frequency_band
         Band (first, last) of excitation frequencies [Hz], or several that do not overlap; by
         default one that holds all resonances of the structure.
-    contact, dof
-        The one contact or blade whose parameter moves; by default it is set for all alike.
     **run
         ``executor`` (of the surveys), ``throw`` (unless the curve is complete and bounded) and
         ``progress``, as `symhbm.Run` tells.
@@ -112,12 +107,9 @@ def peak_curve(
     """
     check_problem(problem, bends=True)
     advise_condensing(problem, "second derivatives take minutes")
-    bound = check_parameter(problem, parameter)
-    parameter = problem.parameter_name(parameter)
-    ends = check_band("band", band, bound, f" [{problem.model.about(parameter).units}]")
-    low, high = sorted(ends)
-    grid = check_grid(at, ends)
-    index = check_index(problem, parameter, contact, dof)
+    axis = check_axis(problem, parameter, band, at)
+    parameter, grid, index = axis["name"], axis["at"], axis["index"]
+    low, high = sorted(axis["band"])
     running = runs.Running.of(run, runs.Sharing)
     if problem.samples is not None:
         raise ValueError(
@@ -126,9 +118,9 @@ def peak_curve(
         )
     check_mean(problem)
     first, last = (_with_value(problem, parameter, index, value) for value in (low, high))
-    bands = _bands(frequency, first, last)
+    bands = _bands(frequency_band, first, last)
     limits = float(np.min(bands)), float(np.max(bands))
-    problem.model.check_frequencies("frequency", limits)
+    problem.model.check_frequencies("frequency_band", limits)
     warn_of_doubts(problem.model, limits, problem.harmonics, moving=[parameter])
     start = last if index is not None else sector_of(last)
     with Surveyor(bands, running.executor, running.progress) as surveyor:
@@ -137,12 +129,10 @@ def peak_curve(
         envelope = _verified_envelope(leading)
         rows = rows_of(leading, envelope, grid)
         islands = Islands.of(leading, [row.value for row in rows])
-    request = Request(
-        name=parameter, band=ends, at=np.array([row.value for row in rows]), index=index
-    )
+    axis["at"] = np.array([row.value for row in rows])
     results = results_of(leading, envelope, rows, islands)
     status = status_of(leading, envelope, rows, islands)
-    result = schema.label_peak_curve(problem, request, bands, results, status)
+    result = schema.label_peak_curve(problem, Request(**axis), bands, results, status)
     if running.throw and result["status"].item() != Status.REACHED_END:
         raise SolveError(result["status"].item(), result)
     return result
@@ -165,18 +155,18 @@ def _with_value(
     return problem.with_parameters(**{parameter: values})
 
 
-def _bands(frequency: Any, *problems: HarmonicBalance) -> list[tuple[float, float]]:
+def _bands(given: Any, *problems: HarmonicBalance) -> list[tuple[float, float]]:
     """Ascending bands [Hz]."""
-    if frequency is None:
+    if given is None:
         return [natural_band([problem.model for problem in problems])]
-    edges = check.array("frequency", frequency, "positive")
-    pairs = [frequency] if edges.ndim == 1 else edges
+    edges = check.array("frequency_band", given, "positive")
+    pairs = [given] if edges.ndim == 1 else edges
     if edges.ndim != 1 and (edges.ndim != 2 or edges.shape[1] != 2 or not len(edges)):
         raise ValueError(
-            f"frequency={check.shown(frequency)}: expected a band (first, last) in Hz, or several"
+            f"frequency_band={check.shown(given)}: expected a band (first, last) in Hz, or several"
         )
-    ends = [check_band("frequency", pair, "positive", " in Hz") for pair in pairs]
+    ends = [check_band("frequency_band", pair, "positive", " in Hz") for pair in pairs]
     bands = sorted((min(pair), max(pair)) for pair in ends)
     if any(band[1] >= following[0] for band, following in pairwise(bands)):
-        raise ValueError(f"frequency={check.shown(frequency)}: expected bands that do not overlap")
+        raise ValueError(f"frequency_band={check.shown(given)}: expected bands that do not overlap")
     return bands

@@ -137,9 +137,8 @@ def symmetry_of(request: Request, problem: HarmonicBalance) -> Symmetry | None:
     forces over samples are not.
     """
     unique = problem.single_valued and not request.may_fold and not request.stability
-    if not request.sector or not unique or request.index is not None or problem.samples is not None:
-        return None
-    return problem.equal_sectors
+    alike = unique and request.index is None and problem.samples is None
+    return problem.equal_sectors if alike else None
 
 
 class Curve(CurveTable):

@@ -20,11 +20,10 @@ from symhbm.results import (
     Peaks,
     Request,
     Sweep,
+    check_axis,
     check_band,
     check_grid,
-    check_index,
     check_keep,
-    check_parameter,
     parse,
     parts,
     runs,
@@ -34,7 +33,7 @@ from symhbm.time_domain import check_stability
 
 def frf(
     problem: HarmonicBalance,
-    frequency: tuple[float, float],
+    band: tuple[float, float],
     at: ArrayLike | None = None,
     over: Mapping[str, Any] | xr.Dataset | None = None,
     *,
@@ -43,7 +42,6 @@ def frf(
     phase_resonances: bool = False,
     angles: Angles | None = None,
     peaks: Peaks = "largest",
-    sector: bool = True,
     **run: Unpack[runs.Run],
 ) -> xr.Dataset:
     """Frequency response between two frequencies, with every peak.
@@ -54,8 +52,8 @@ def frf(
         What to solve. Where contacts open, normal loads move, springs are cubic or laws are your
         own, responses need not be unique: islands of them, on no branch from an end of the band,
         are possible, and not looked for. `symhbm.follow` over a parameter leads onto them.
-    frequency
-        First and last frequency of the band [Hz]. The response is followed from the first to the
+    band
+        First and last frequency [Hz]. The response is followed from the first to the
         last, so downwards where the first is the larger.
     at : (n,), ascending
         Frequencies [Hz] of a grid; ``frequency`` then is a dimension. Where cubic springs may make
@@ -98,10 +96,6 @@ def frf(
         Peaks of the largest response of all degrees of freedom, or of ``"each"`` of them. Every
         peak that rises by 1 % of the largest response above the valleys beside it is found, and
         most of those that rise by less. Without ``at`` each is also a point of the path.
-    sector
-        Solve one sector of a structure whose sectors are equal and equally excited (a tuned disk
-        under an engine order), and give the results of all ``n_sectors``. Not with ``stability``,
-        cubic springs or friction over samples.
     **run
         ``part``, ``keep``, ``verifiable``, ``archive``, ``executor``, ``throw``, ``progress`` and
         ``max_points``, as `symhbm.Run` tells.
@@ -144,11 +138,11 @@ def frf(
     array([0.00029952])
     """
     check_problem(problem)
-    band = check_band("frequency", frequency, "positive", " in Hz")
-    problem.model.check_frequencies("frequency", band)
+    band = check_band("band", band, "positive", " in Hz")
+    problem.model.check_frequencies("band", band)
     axis = dict(name="frequency", band=band, at=check_grid(at, band))
     asked: dict[str, Any] = dict(accuracy=accuracy, stability=stability, angles=angles)
-    asked |= dict(phase_resonances=phase_resonances, peaks=peaks, sector=sector)
+    asked |= dict(phase_resonances=phase_resonances, peaks=peaks)
     return _response(problem, axis, over, runs.Running.of(run), **asked)
 
 
@@ -160,14 +154,11 @@ def follow(
     over: Mapping[str, Any] | xr.Dataset | None = None,
     *,
     frequency: float,
-    contact: int | None = None,
-    dof: int | None = None,
     accuracy: float | None = None,
     stability: bool = False,
     phase_resonances: bool = False,
     angles: Angles | None = None,
     peaks: Peaks = "largest",
-    sector: bool = True,
     **run: Unpack[runs.Run],
 ) -> xr.Dataset:
     """Response at one frequency between two values of any named parameter.
@@ -177,7 +168,8 @@ def follow(
     problem
         What to solve.
     parameter
-        The name of the parameter that moves, for example ``"normal_load"``.
+        The name of the parameter that moves, for example ``"normal_load"``, for all contacts or
+        blades alike, or with the number of one: ``"normal_load[2]"``.
     band
         Its first and last value (SI units).
     at : (n,), ascending
@@ -187,9 +179,7 @@ def follow(
         Other parameters to sweep, as in `frf`.
     frequency
         The constant excitation frequency [Hz].
-    contact, dof
-        The contact or blade whose parameter moves; by default it moves for all alike.
-    accuracy, stability, phase_resonances, angles, peaks, sector, **run
+    accuracy, stability, phase_resonances, angles, peaks, **run
         As in `frf`; peaks are maxima over the parameter.
 
     Returns
@@ -220,19 +210,11 @@ def follow(
     (array(['end of slip'], dtype=object), array([4.009054]))
     """
     check_problem(problem)
-    bound = check_parameter(problem, parameter)
-    parameter = problem.parameter_name(parameter)
-    band = check_band("band", band, bound, f" [{problem.model.about(parameter).units}]")
-    axis = dict(
-        name=parameter,
-        band=band,
-        at=check_grid(at, band),
-        frequency=check.scalar("frequency", frequency, "positive"),
-        index=check_index(problem, parameter, contact, dof),
-    )
+    axis = check_axis(problem, parameter, band, at)
+    axis["frequency"] = check.scalar("frequency", frequency, "positive")
     problem.model.check_frequencies("frequency", frequency)
     asked: dict[str, Any] = dict(accuracy=accuracy, stability=stability, angles=angles)
-    asked |= dict(phase_resonances=phase_resonances, peaks=peaks, sector=sector)
+    asked |= dict(phase_resonances=phase_resonances, peaks=peaks)
     return _response(problem, axis, over, runs.Running.of(run), **asked)
 
 
@@ -254,7 +236,6 @@ def _response(
     phase_resonances: bool,
     angles: Angles | None,
     peaks: Peaks,
-    sector: bool,
 ) -> xr.Dataset:
     check.one_of("peaks", peaks, ("largest", "each"))
     sweep = parse(problem, over)
@@ -281,7 +262,6 @@ def _response(
         phase_resonances=check.flag("phase_resonances", phase_resonances),
         max_points=running.max_points,
         accuracy=accuracy,
-        sector=check.flag("sector", sector),
         keep=check_keep(running.keep, running.verifiable, axis["name"], accuracy),
         angles=angles,
     )

@@ -28,17 +28,15 @@ from symhbm.time_domain import check_stability
 
 def nonlinear_modes(
     problem: HarmonicBalance,
-    parameter: str | None = None,
+    parameter: str = "amplitude",
     band: tuple[float, float] | None = None,
     at: ArrayLike | None = None,
     over: Mapping[str, Any] | xr.Dataset | None = None,
     *,
     mode: int = 0,
-    amplitude: float | tuple[float, float] = (1e-6, 1e-2),
-    dof: Place | None = 0,
+    amplitude: float | None = None,
+    place: Place | None = 0,
     nodal_diameter: int | None = None,
-    contact: int | None = None,
-    blade: int | None = None,
     **run: Unpack[runs.Sweeping],
 ) -> xr.Dataset:
     """Frequency and damping ratio of one mode over its amplitude, with contacts that rub and open.
@@ -49,9 +47,10 @@ def nonlinear_modes(
         What vibrates. Its force does not drive the modes: what of it oscillates is left out, static
         loads stay. It may have none, ``HarmonicBalance(model, harmonics=(1, 3, 5))``.
     parameter, band
-        A named parameter that moves between two values (SI units) in place of the amplitude, for
-        example ``"normal_load", (0.1, 10)``, with one ``amplitude``. It may be any that does not
-        change the mass matrix.
+        What moves between two values. By default the amplitude [m], that of the first harmonic at
+        ``place``, from 1e-6 m to 1e-2 m; or a named parameter (SI units) at one ``amplitude``, for
+        example ``"normal_load", (0.1, 10)``, or ``"normal_load[2]"`` of one contact or blade. It
+        may be any that does not change the mass matrix.
     at : (n,), ascending
         Amplitudes [m], or values of the parameter, of a grid, which then is a dimension, and
         ``solution`` another: where the mode turns back along it, there are several. By default the
@@ -62,17 +61,14 @@ def nonlinear_modes(
         Number of the mode from the lowest, 0 first, of small motions about the rest: contacts that
         are closed there stick. Over a parameter it is that at the first value.
     amplitude
-        Smallest and largest amplitude [m]: that of the first harmonic at ``dof``. One amplitude
-        where a parameter moves.
-    dof
+        The amplitude [m] where a parameter moves.
+    place
         The degree of freedom that tells the amplitude, by its number or by its name as ``"tip:y"``;
         None for the one that moves most in the linear mode of the first parameter set.
     nodal_diameter
         Of a disk of equal sectors, numbered one after the other, the mode of the wave in which each
         sector lags the one before by ``2 pi nodal_diameter / N``; negative ones go the other way.
         One sector is solved. Of a `symhbm.Sector` it is by default the engine order of its force.
-    contact, blade
-        The one contact or blade whose parameter moves, by default all alike.
     **run
         ``part``, ``keep``, ``archive``, ``executor``, ``throw``, ``progress`` and ``max_points``,
         as `symhbm.Run` tells.
@@ -117,7 +113,7 @@ def nonlinear_modes(
     ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
     ... )
     >>> problem = sh.HarmonicBalance(blade, harmonics=(1, 3, 5))
-    >>> modes = sh.nonlinear_modes(problem, amplitude=(1e-5, 1e-2), progress=False)
+    >>> modes = sh.nonlinear_modes(problem, band=(1e-5, 1e-2), progress=False)
     >>> modes.event_kind.values, modes.event_amplitude.values.round(6)
     (array(['onset of slip', 'damping turns'], dtype=object), array([0.00015 , 0.000391]))
     >>> modes.damping_ratio.max().values.round(4)
@@ -135,13 +131,15 @@ def nonlinear_modes(
     running, sweep = runs.Running.of(run, runs.Sweeping), checked(problem, over)
     wave = wave_of(nodal_diameter)
     axis: dict[str, Any]
-    if parameter is None:
-        if not (band is contact is blade is None):
-            raise ValueError("parameter=None: expected the name of one where band is given")
-        edges = amplitudes_of(amplitude)
+    if parameter == "amplitude":
+        if amplitude is not None:
+            raise ValueError(f"amplitude={check.shown(amplitude)}: expected None where it moves")
+        edges = amplitudes_of((1e-6, 1e-2) if band is None else band, "band")
         axis = dict(name="amplitude", band=edges, at=check_grid(at, edges), index=None)
     else:
-        axis = axis_of(problem, parameter, band, at, contact, blade, sweep, wave)
+        axis = axis_of(problem, parameter, band, at, sweep, wave)
+        if amplitude is None:
+            raise ValueError(f"amplitude=None: expected that of vibrations while {parameter} moves")
         axis["amplitude"] = check.scalar("amplitude", amplitude, "positive")
     request = Request(
         **axis,
@@ -151,7 +149,7 @@ def nonlinear_modes(
         unforced="nonlinear mode",
         mode=check.integer("mode", mode, minimum=0),
         nodal_diameter=wave,
-        dof=None if dof is None else problem.model.number_of(dof),
+        dof=None if place is None else problem.model.number_of(place),
     )
     request = with_dof(first_of(problem, sweep), request)
     return reported(run_sweep(problem, sweep, request, running), running.throw)
@@ -165,11 +163,9 @@ def limit_cycles(
     over: Mapping[str, Any] | xr.Dataset | None = None,
     *,
     mode: int | Sequence[int] = 0,
-    amplitude: tuple[float, float] = (1e-6, 1.0),
-    dof: Place | None = None,
+    amplitudes: tuple[float, float] = (1e-6, 1.0),
+    place: Place | None = None,
     nodal_diameter: int | None = None,
-    contact: int | None = None,
-    blade: int | None = None,
     stability: bool | None = None,
     **run: Unpack[runs.Sweeping],
 ) -> xr.Dataset:
@@ -183,8 +179,9 @@ def limit_cycles(
         ``HarmonicBalance(model, harmonics=(1, 3, 5))``.
     parameter, band
         A named parameter that moves between two values (SI units), for example
-        ``"damping", (-30, 0)``: all branches of cycles that are found are followed over it. By
-        default the cycles are those of the problem's own parameters.
+        ``"damping", (-30, 0)``, or ``"normal_load[2]"`` of one contact or blade: all branches of
+        cycles that are found are followed over it. By default the cycles are those of the problem's
+        own parameters.
     at : (n,), ascending
         Values of a grid of the parameter, which then is a dimension, and ``solution`` another:
         there may be several cycles or none. By default the result holds points along ``point``.
@@ -192,16 +189,14 @@ def limit_cycles(
         Named parameters to sweep, as in `symhbm.frf`.
     mode
         Number of the mode whose cycles are looked for, from the lowest, 0 first, or several.
-    amplitude
+    amplitudes
         Smallest and largest amplitude [m] that they are looked for at: that of the first harmonic
-        at ``dof``. A branch that leaves it ends there.
-    dof
+        at ``place``. A branch that leaves it ends there.
+    place
         The degree of freedom that tells the amplitude, by its number or by its name as ``"tip:y"``;
         by default the one that moves most in the first of these modes.
     nodal_diameter
         Of a disk of equal sectors the wave of the cycles, as in `symhbm.nonlinear_modes`.
-    contact, blade
-        The one contact or blade whose parameter moves, by default all alike.
     stability
         Add ``growth_rate`` and ``stability`` by Floquet multipliers from event to event of the
         contacts, without that of a shift in time. By default it is told of cycles at the problem's
@@ -260,12 +255,12 @@ def limit_cycles(
     np.float64(-26.317)
     """
     running, sweep = runs.Running.of(run, runs.Sweeping), checked(problem, over)
-    amplitudes = amplitudes_of(amplitude)
+    amplitudes = amplitudes_of(amplitudes)
     wave = wave_of(nodal_diameter)
     axis: dict[str, Any] = dict(name="amplitude", band=amplitudes, at=None, index=None)
     if parameter is not None:
-        axis = axis_of(problem, parameter, band, at, contact, blade, sweep, wave)
-    elif not (band is at is contact is blade is None):
+        axis = axis_of(problem, parameter, band, at, sweep, wave)
+    elif not (band is at is None):
         raise ValueError("parameter=None: expected the name of one where band or at is given")
     if stability is None:
         stability = parameter is None and problem.model.has_matrices
@@ -278,7 +273,7 @@ def limit_cycles(
         unforced="limit cycle",
         mode=modes_of(mode),
         nodal_diameter=wave,
-        dof=None if dof is None else problem.model.number_of(dof),
+        dof=None if place is None else problem.model.number_of(place),
         amplitudes=amplitudes,
     )
     request = with_cycle_dof(first_of(problem, sweep), request)

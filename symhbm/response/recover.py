@@ -68,8 +68,8 @@ def recover(
     ...     M, 0.5 * M + 1e-5 * K, K, contacts=[(199,)],
     ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=0.5,
     ... )
-    >>> force = sh.forces.PointForce(dof=99)
-    >>> small = sh.condense(chain, force, frequency=(0.2, 1), dofs=[99])
+    >>> force = sh.forces.PointForce(place=99)
+    >>> small = sh.condense(chain, force, frequency_band=(0.2, 1), places=[99])
     >>> problem = sh.HarmonicBalance(small, force)
     >>> response = sh.frf(problem, (0.2, 1))
     >>> whole = sh.datasets.recover(problem, response.drop_dims("point").isel(peak=0))

@@ -12,11 +12,10 @@ from symhbm.results.request import (
     Angles,
     Peaks,
     Request,
+    check_axis,
     check_band,
     check_grid,
-    check_index,
     check_keep,
-    check_parameter,
 )
 from symhbm.results.runs import Run
 from symhbm.results.schema import check_dataset, check_forced, check_present, recall, without
@@ -40,13 +39,12 @@ __all__ = [
     "Request",
     "Run",
     "Sweep",
+    "check_axis",
     "check_band",
     "check_dataset",
     "check_forced",
     "check_grid",
-    "check_index",
     "check_keep",
-    "check_parameter",
     "check_present",
     "law_of",
     "meaning",

@@ -40,6 +40,7 @@ def record_of(problem: HarmonicBalance) -> tuple[dict[str, Any], FloatArray]:
         "harmonics": list(problem.harmonics),
         "samples": problem.samples,
         "peaks_of": problem.peaks_of,
+        "by_sector": problem.by_sector,
         "n_dof": model.n_dof,
         "n_whole": model.n_whole if model.frequency is not None else None,
         "lumped": model.lumped,
@@ -169,9 +170,8 @@ def describe_problem(dataset: xr.Dataset, laws: Iterable[ContactLaw] = ()) -> Ha
         model._set_contacts(metadata.contacts, **nominal(CONTACT_PARAMETERS))
     others = {*model.parameters} - {*model.contact_parameters}
     model = model.with_parameters(**nominal(sorted(others)))._seeing(metadata.outputs)
-    problem = HarmonicBalance(
-        model, excitation, told["harmonics"], told["samples"], peaks_of=told["peaks_of"]
-    )
+    own = {name: told[name] for name in ("peaks_of", "by_sector")}
+    problem = HarmonicBalance(model, excitation, told["harmonics"], told["samples"], **own)
     chosen = {
         name: dataset[name].values
         for name in metadata.swept

@@ -1,5 +1,6 @@
 """The request behind a dataset: what to follow, its JSON, and checks of its arguments."""
 
+import re
 from collections.abc import Iterable, Mapping, Sequence
 from dataclasses import dataclass, fields
 from typing import Any, Literal
@@ -12,6 +13,8 @@ from symhbm.numerics import RADIANS, FloatArray, check
 
 Peaks = Literal["largest", "each"]
 Angles = Literal["newton", "rootfinder", "ipopt"]
+_NUMBERED = re.compile(r"(.+)\[(.*)\]")
+"""A name of a parameter with the number of one contact or blade."""
 _ROUND_OFF = 1e-9
 """Distance from an end of the band, relative to its largest value, that is round-off."""
 OF_PEAKS = ("coefficient", "amplitude", "dof")
@@ -33,7 +36,7 @@ class Request:
     ``may_fold``: whether there may be several solutions at one value. ``stability``: whether the
     stability of every solution is wanted. ``phase_resonances``: whether they are located and become
     points. ``accuracy``: largest relative error of the displacements
-    by truncation of the harmonics. ``sector``: solve one sector where several move alike.
+    by truncation of the harmonics.
     ``keep``: names of the dataset to keep, None for all. ``angles``: the solver where the switching
     angles are unknowns too. ``machine_code``: whether that evaluates the equations, to the same
     bits, and no part of what is asked for.
@@ -57,7 +60,6 @@ class Request:
     phase_resonances: bool = False
     max_points: int = 5000
     accuracy: float | None = None
-    sector: bool = True
     keep: tuple[str, ...] | None = None
     angles: str | None = None
     machine_code: bool = False
@@ -126,12 +128,27 @@ class Request:
         return cls(**values)
 
 
-def check_parameter(problem: HarmonicBalance, parameter: str) -> str:
-    """The bound of the values that a parameter may be followed over, by a name of `check`."""
-    name = problem.parameter_name(parameter)
+def check_axis(
+    problem: HarmonicBalance, parameter: str, band: Any, at: ArrayLike | None
+) -> dict[str, Any]:
+    """The fields of a request that say which parameter moves, between which values.
+
+    ``parameter`` is a name, or with a number one of a contact or blade: ``"normal_load[2]"``.
+    """
+    numbered = _NUMBERED.fullmatch(parameter) if isinstance(parameter, str) else None
+    name = problem.parameter_name(numbered[1] if numbered else parameter)
     if isinstance(problem.parameters[name], int):
         raise ValueError(f"parameter={parameter!r}: expected a parameter that is no integer")
-    return problem.model.about(name).followed
+    index, last = None, np.size(problem.parameters[name]) - 1
+    if numbered:
+        if not problem.model.dims_of(name):
+            raise ValueError(f"parameter={parameter!r}: expected {name!r}, it has one value")
+        index = int(numbered[2]) if numbered[2].isdecimal() else -1
+        if not 0 <= index <= last:
+            raise ValueError(f"parameter={parameter!r}: expected a number from 0 to {last} in []")
+    about = problem.model.about(name)
+    edges = check_band("band", band, about.followed, f" [{about.units}]")
+    return dict(name=name, band=edges, at=check_grid(at, edges), index=index)
 
 
 def check_band(name: str, band: Any, bound: str, unit: str) -> tuple[float, float]:
@@ -163,22 +180,6 @@ def check_grid(at: ArrayLike | None, band: tuple[float, float]) -> FloatArray | 
             f"{edges[0]} to {edges[1]}, got {edges[2]} to {edges[3]}"
         )
     return grid
-
-
-def check_index(
-    problem: HarmonicBalance, parameter: str, contact: int | None, dof: int | None
-) -> int | None:
-    """The number of the one contact or blade that is chosen, None for all."""
-    chosen = None
-    for name, number in {"contact": contact, "dof": dof}.items():
-        if number is None:
-            continue
-        if not any(dim.endswith(name) for dim in problem.model.dims_of(parameter)):
-            raise ValueError(
-                f"{name}={check.shown(number)}: expected None, {parameter} has no value per {name}"
-            )
-        chosen = check.integer(name, number, 0, np.size(problem.parameters[parameter]) - 1)
-    return chosen
 
 
 def check_keep(

@@ -34,8 +34,8 @@ def lifting():
 def condensed():
     stiffness = 1e4 * (2 * np.eye(6) - np.eye(6, k=1) - np.eye(6, k=-1))
     model = sh.Model(np.eye(6), 1e-4 * stiffness, stiffness, contacts=[(2,)], **FRICTION)
-    force = sh.forces.PointForce(dof=5)
-    small = sh.condense(model, force, (5, 25), (1,), dofs=[5], progress=False)
+    force = sh.forces.PointForce(place=5)
+    small = sh.condense(model, force, (5, 25), (1,), places=[5], progress=False)
     return sh.HarmonicBalance(small, force, (1,))
 
 

@@ -103,16 +103,6 @@ def test_one_compiled_residual_serves_every_parameter_set():
     )
 
 
-def test_buffers_and_public_function_agree():
-    problem, omega = ring(), 300.0
-    unknowns = unknowns_of(problem)
-    public = problem.residual(**problem.arguments(unknowns, omega))["residual"]
-    direct = problem.evaluate(unknowns, omega)
-    np.testing.assert_array_equal(np.asarray(public.full())[:, 0], direct.residual)
-    jacobian = problem.derivative("unknowns")(**problem.arguments(unknowns, omega))["jacobian"]
-    np.testing.assert_array_equal(np.asarray(jacobian.full()), direct.jacobian)
-
-
 def test_pickle_gives_the_same_equations():
     problem = ring()
     copy = pickle.loads(pickle.dumps(problem))

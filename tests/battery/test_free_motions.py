@@ -14,7 +14,7 @@ def pairs(law, nodal_diameter, damped):
     harmonics = (0, 1, 2, 3) if law in OPENS else (1, 3)
     alone = sh.HarmonicBalance(disk, None, harmonics)
     ring = sh.HarmonicBalance(assembled(disk).model, None, harmonics)
-    return alone, ring, dict(nodal_diameter=nodal_diameter, dof=1, progress=False)
+    return alone, ring, dict(nodal_diameter=nodal_diameter, place=1, progress=False)
 
 
 @pytest.mark.parametrize(
@@ -30,7 +30,7 @@ def pairs(law, nodal_diameter, damped):
 )
 def test_cycles_of_a_sector_are_those_of_its_ring(law, nodal_diameter):
     alone, ring, options = pairs(law, nodal_diameter, -0.2)
-    options |= dict(amplitude=(1e-6, 1e-2))
+    options |= dict(amplitudes=(1e-6, 1e-2))
     one, whole = sh.limit_cycles(alone, **options), sh.limit_cycles(ring, **options)
     assert one.sizes["point"] == whole.sizes["point"]
     for name in ("frequency", "amplitude"):
@@ -46,7 +46,7 @@ def test_cycles_of_a_sector_are_those_of_its_ring(law, nodal_diameter):
 def test_modes_of_a_sector_are_those_of_its_ring(law):
     alone, ring, options = pairs(law, 1, 1.0)
     grid = np.geomspace(1e-5, 1e-3, 4)
-    options |= dict(amplitude=(1e-6, 1e-2), at=grid)
+    options |= dict(band=(1e-6, 1e-2), at=grid)
     one, whole = sh.nonlinear_modes(alone, **options), sh.nonlinear_modes(ring, **options)
     for name in ("frequency", "damping_ratio"):
         np.testing.assert_allclose(one[name], whole[name], rtol=1e-8)
@@ -60,7 +60,7 @@ def test_modes_of_a_sector_are_those_of_its_ring(law):
 )
 def test_flutter_limits_of_a_sector_are_those_of_its_ring(law):
     alone, ring, options = pairs(law, 1, 0.3)
-    options |= dict(at=[1.0, 2.0], amplitude=(1e-6, 1e-3), disturbance=3e-4)
+    options |= dict(at=[1.0, 2.0], amplitudes=(1e-6, 1e-3), disturbance=3e-4)
     one, whole = (sh.flutter_limit(p, "normal_load", (0.5, 3), **options) for p in (alone, ring))
     for name in ("flutter_limit", "flutter_limit_slope", "limit_frequency"):
         np.testing.assert_allclose(one[name], whole[name], rtol=1e-8)
@@ -71,7 +71,7 @@ def test_cycle_of_opposite_neighbours_is_one_of_all_blades_alone():
     disk = sector("coulomb", damped=-0.2)
     wave, whole = (
         sh.limit_cycles(
-            sh.HarmonicBalance(model, None, (1, 3)), amplitude=(1e-6, 1e-2), dof=1,
+            sh.HarmonicBalance(model, None, (1, 3)), amplitudes=(1e-6, 1e-2), place=1,
             progress=False, **which,
         )
         for model, which in ((disk, dict(nodal_diameter=2)), (assembled(disk).model, dict(mode=4)))

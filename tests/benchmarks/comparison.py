@@ -110,7 +110,7 @@ def _add(
         SYMHBM: lambda: by_symhbm(problem, band),
         INTERPRETED: lambda: by_symhbm(problem, band, machine_code=False),
         UNTOLD: lambda: by_symhbm(problem, band, keep=KEPT),
-        WHOLE: lambda: by_symhbm(problem, band, sector=False),
+        WHOLE: lambda: by_symhbm(problem.with_by_sector(False), band),
         SAMPLED: lambda: by_symhbm(sampled, band),
         LOOP: lambda: by_aft(problem, band, FEW),
         ACCURATE: lambda: by_aft(problem, band, MANY),

@@ -200,7 +200,7 @@ def _curve(problem: sh.HarmonicBalance, band: tuple[float, float], **options):
     """The curve of the whole structure, timed."""
 
     def run():
-        return sh.frf(problem, band, sector=False, progress=False, **options)
+        return sh.frf(problem.with_by_sector(False), band, progress=False, **options)
 
     return take_turns({"curve": lambda: run}, rounds=3)["curve"]
 

@@ -283,7 +283,7 @@ def test_problems_that_the_form_cannot_be_written_for():
         friction_coefficient=0.5,
         normal_load=1,
     )
-    force = sh.forces.PointForce(dof=0)
+    force = sh.forces.PointForce(place=0)
     small = sh.HarmonicBalance(sh.condense(model, force, (5, 20)), force)
     with pytest.raises(ValueError, match="expected None for a condensed structure"):
         sh.frf(small, (6, 10), angles="newton")

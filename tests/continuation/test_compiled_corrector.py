@@ -79,7 +79,7 @@ def condensed(harmonics=(1,)):
     if 0 in harmonics:
         cosine[0] = np.where(np.arange(size) == 5, 3.0, 0.0)
     force = sh.forces.HarmonicForce(cosine=cosine)
-    small = sh.condense(model, force, (4.0, 8.0), harmonics, dofs=(20,))
+    small = sh.condense(model, force, (4.0, 8.0), harmonics, places=(20,))
     return sh.HarmonicBalance(small, force, harmonics)
 
 

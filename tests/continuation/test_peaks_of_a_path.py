@@ -65,9 +65,11 @@ def plate(seed):
         friction_coefficient=0.5,
         normal_load=10 ** rng.uniform(-1.5, 2, 2 * k),
     )
-    force = sh.forces.PointForce(dof=int(rng.integers(0, n * n)), amplitude=10 ** rng.uniform(0, 3))
+    force = sh.forces.PointForce(
+        place=int(rng.integers(0, n * n)), amplitude=10 ** rng.uniform(0, 3)
+    )
     watched = [int(i) for i in rng.choice(n * n, 2, replace=False)]
-    small = sh.condense(model, force, frequency=(5, 22), harmonics=(1,), dofs=watched)
+    small = sh.condense(model, force, frequency_band=(5, 22), harmonics=(1,), places=watched)
     return sh.HarmonicBalance(small, force), (5.0, 22.0)
 
 
@@ -76,7 +78,7 @@ def curves(problem, band):
     by_direction = {}
     for direction, ends in (("up", band), ("down", (band[1], band[0]))):
         for peaks in ("largest", "each"):
-            curve = sh.frf(problem, ends, peaks=peaks, sector=False, progress=False)
+            curve = sh.frf(problem.with_by_sector(False), ends, peaks=peaks, progress=False)
             assert str(curve.status.values) == REACHED_END
             by_direction[direction, peaks] = curve
     return by_direction
@@ -109,7 +111,7 @@ def rise(problem, band, peak, of_each):
     aside = np.geomspace(1e-8, 0.03, 40)
     grid = peak[0] * (1 + np.concatenate([-aside[::-1], [0.0], aside]))
     grid = np.unique(np.clip(grid, *band))
-    levels = sh.frf(problem, band, at=grid, sector=False, progress=False).amplitude.values
+    levels = sh.frf(problem.with_by_sector(False), band, at=grid, progress=False).amplitude.values
     level = levels[:, peak[1]] if of_each else levels.max(axis=1)
     top = int(np.argmin(np.abs(grid - peak[0])))
     valleys = []
@@ -217,7 +219,7 @@ def test_every_peak_is_a_point(peaks, downwards):
     for seed in (1, 3, 5, 8):
         problem, band = ring(seed)
         band = (band[1], band[0]) if downwards else band
-        curve = sh.frf(problem, band, peaks=peaks, sector=False, progress=False)
+        curve = sh.frf(problem.with_by_sector(False), band, peaks=peaks, progress=False)
         assert curve.sizes["point"] == int(curve.n_points)
         stored = curve.amplitude.values
         assert stored[1:-1].max() <= max(stored[0].max(), stored[-1].max()) or stored.max() == (

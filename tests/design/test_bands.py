@@ -36,7 +36,7 @@ def random_structure(rng):
     at = int(rng.integers(0, n))
     pairs = [(at,)] if rng.random() < 0.6 else [(0, 1)]
     model = sh.Model(masses, damping, matrix, pairs, **contact)
-    return sh.HarmonicBalance(model, sh.forces.PointForce(dof=int(rng.integers(0, n))))
+    return sh.HarmonicBalance(model, sh.forces.PointForce(place=int(rng.integers(0, n))))
 
 
 def random_design(seed):

@@ -137,7 +137,7 @@ def test_path_that_begins_where_slip_begins_is_followed_the_other_way():
 
 def test_closed_form_of_the_limits_of_one_blade():
     ratio, per_load = most_per_load()
-    given = dict(amplitude=(1e-6, 4e-4), disturbance=[1e-6, 2e-4])
+    given = dict(amplitudes=(1e-6, 4e-4), disturbance=[1e-6, 2e-4])
     loads = [0.5, 1.0, 3.0, 5.0, 20.0]
     found = limits(ALONE, "normal_load", (0.5, 20), at=loads, **given)
     for i, load in enumerate(loads):
@@ -194,7 +194,7 @@ def test_range_of_a_ring_ends_where_the_allowed_amplitude_is_damped_most():
 @pytest.mark.slow
 def test_second_damper_holds_most_where_both_slip_alike():
     problem = two_dampers()
-    best = most_held(problem, "normal_load", (0.1, 10), contact=1)
+    best = most_held(problem, "normal_load[1]", (0.1, 10))
     load = best.design_value.item()
     assert load == pytest.approx(1.2, rel=1e-7)  # both let go at one amplitude
     assert best.design_status.item() == Status.DAMPING_LARGEST
@@ -211,11 +211,11 @@ def test_second_damper_holds_most_where_both_slip_alike():
 
 
 def test_limit_cycle_under_the_limit_is_the_one_told():
-    found = limits(two_dampers(), "normal_load", (0.5, 2), at=[1.0], contact=1)
+    found = limits(two_dampers(), "normal_load[1]", (0.5, 2), at=[1.0])
     ratio, frequency = found.flutter_limit.item(), found.limit_frequency.item()
     air = 2 * ratio * 2 * np.pi * frequency
     under = two_dampers(1.0, 0.5 - air)
-    cycles = sh.limit_cycles(under, amplitude=(1e-6, 1e-1), progress=False)
+    cycles = sh.limit_cycles(under, amplitudes=(1e-6, 1e-1), progress=False)
     distance = np.abs(cycles.amplitude.values / found.limit_amplitude.item() - 1)
     assert distance.min() < 1e-7
     assert cycles.frequency.values[distance.argmin()] == pytest.approx(frequency, rel=1e-8)
@@ -247,7 +247,7 @@ def test_disturbances_are_held_below_the_limit_and_lost_above(disturbance):
     weak = sh.single_blade(**BLADE | dict(contact_stiffness=200.0, damping=0.0))
     problem = sh.HarmonicBalance(weak, harmonics=(1, 3))
     found = limits(
-        problem, "normal_load", (1, 10), at=[3.0], amplitude=(1e-3, 5e-2), disturbance=disturbance
+        problem, "normal_load", (1, 10), at=[3.0], amplitudes=(1e-3, 5e-2), disturbance=disturbance
     )
     for share in (0.9, 1.2):
         air = share * 2 * found.flutter_limit.item() * 2 * np.pi * found.limit_frequency.item()
@@ -259,7 +259,7 @@ def test_missing_limits_are_told():
     soft = sh.single_blade(**BLADE | dict(cubic_stiffness=-1e9))
     problem = sh.HarmonicBalance(soft, harmonics=(1, 3))
     with pytest.warns(RuntimeWarning, match="flutter limit is not told"):
-        found = limits(problem, "normal_load", (2, 5), at=[2, 5], amplitude=(1e-5, 1e-2))
+        found = limits(problem, "normal_load", (2, 5), at=[2, 5], amplitudes=(1e-5, 1e-2))
     assert found.status.item() == Status.LIMIT_MISSING
     assert found.limit_status.values.tolist() == [Status.NO_FREQUENCY] * 2
     assert np.isnan(found.flutter_limit).all()
@@ -274,7 +274,9 @@ def test_missing_limits_are_told():
 
 
 def test_archives_and_pictures(tmp_path):
-    found = limits(PROBLEM, "normal_load", (1, 9), amplitude=(1e-6, 4e-4), disturbance=[1e-6, 1e-4])
+    found = limits(
+        PROBLEM, "normal_load", (1, 9), amplitudes=(1e-6, 4e-4), disturbance=[1e-6, 1e-4]
+    )
     best = most_held(PROBLEM, "normal_load", (1, 9), (1e-6, 4e-4))
     damped = most_damped(PROBLEM, "normal_load", (1, 9), AMPLITUDE)
     for name, dataset in (("limits", found), ("held", best), ("damped", damped)):
@@ -284,7 +286,7 @@ def test_archives_and_pictures(tmp_path):
     # Straight lines between values tell the limits.
     inside = np.linspace(1.3, 8.7, 7)
     exact = limits(
-        PROBLEM, "normal_load", (1, 9), at=inside, amplitude=(1e-6, 4e-4), disturbance=[1e-6, 1e-4]
+        PROBLEM, "normal_load", (1, 9), at=inside, amplitudes=(1e-6, 4e-4), disturbance=[1e-6, 1e-4]
     )
     for k in range(2):
         drawn = np.interp(inside, found.normal_load, found.flutter_limit[:, k])
@@ -306,7 +308,7 @@ def test_bad_input_is_named():
     for words, given, options in (
         ("disturbance=", ("normal_load", (1, 2)), dict(disturbance=[1e-8])),
         ("disturbance=", ("normal_load", (1, 2)), dict(disturbance=[1e-3, 1e-4])),
-        ("amplitude=.*smallest", ("normal_load", (1, 2)), dict(amplitude=(1e-3, 1e-4))),
+        ("amplitudes=.*smallest", ("normal_load", (1, 2)), dict(amplitudes=(1e-3, 1e-4))),
         ("mass matrix", ("mass", (1, 2)), {}),
         ("band=", ("normal_load", (1, 1)), {}),
         ("nodal_diameter=1", ("normal_load", (1, 2)), dict(nodal_diameter=1)),

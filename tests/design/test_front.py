@@ -27,9 +27,9 @@ DIGITS = 1e-10
 """Relative, of peaks that are solved for twice."""
 
 
-def front_of(problem, bounds=BOUNDS, frequency=BAND, names="normal_load", **options):
+def front_of(problem, bounds=BOUNDS, frequency_band=BAND, names="normal_load", **options):
     given = dict(aims=AIMS, n_points=5, progress=False) | options
-    return sh.pareto_front(problem, names, bounds, frequency, **given)
+    return sh.pareto_front(problem, names, bounds, frequency_band, **given)
 
 
 def closed_peak(limit, stiffness=1e4, contact=1e4, ratio=1.0):
@@ -280,7 +280,7 @@ class TestArchive:
     def test_one_of_another_call_is_refused(self, tmp_path):
         target = tmp_path / "front.nc"
         front_of(blade(), archive=target, n_points=2)
-        for other in (dict(n_points=3), dict(bounds=(0.6, 20.0)), dict(frequency=(6.0, 40.0))):
+        for other in (dict(n_points=3), dict(bounds=(0.6, 20.0)), dict(frequency_band=(6.0, 40.0))):
             with pytest.raises(sh.datasets.ArchiveError, match="it is of another one"):
                 front_of(blade(), archive=target, **other)
 

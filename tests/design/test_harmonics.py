@@ -16,7 +16,7 @@ def chain(harmonics):
     """Two masses, rubbing on each other."""
     matrix = np.array([[2.2e4, -1e4], [-1e4, 1e4]])
     model = sh.Model(np.eye(2), 2e-4 * matrix, matrix, [(0, 1)], 2e4, 0.5, 3.0)
-    return sh.HarmonicBalance(model, sh.forces.PointForce(dof=1), harmonics)
+    return sh.HarmonicBalance(model, sh.forces.PointForce(place=1), harmonics)
 
 
 def pressed(normal_stiffness, harmonics=(0, 1, 2, 3)):

@@ -261,24 +261,24 @@ class TestTwoCases:
     @pytest.mark.slow
     def test_two_engine_orders_hold(self):
         swept = over(engine_order=np.array([1, 3]), force_amplitude=np.array([1.0, 8.0]))
-        optimum = design(ring(), frequency=(5.0, 350.0), over=swept)
+        optimum = design(ring(), frequency_band=(5.0, 350.0), over=swept)
         assert_two_hold(optimum, ring(), (5.0, 350.0), swept)
         assert (optimum.n_sectors == 13).all()
 
     def test_every_case_may_have_its_own_band(self, both):
         bands = DataArray([[5.0, 40.0], [15.0, 30.0]], dims=("case", "edge"))
-        optimum = design(blade(), frequency=bands, bounds=(2.0, 10.0), over=over(**CASES))
+        optimum = design(blade(), frequency_band=bands, bounds=(2.0, 10.0), over=over(**CASES))
         assert value(optimum) == pytest.approx(value(both), rel=LOAD)
 
     def test_bands_are_read_by_the_names_of_their_dimensions(self):
         bands = DataArray([[5.0, 6.0], [40.0, 41.0]], dims=("edge", "case"))
-        optimum = design(blade(), frequency=bands, bounds=(2.0, 10.0), over=over(**CASES))
+        optimum = design(blade(), frequency_band=bands, bounds=(2.0, 10.0), over=over(**CASES))
         assert "5 to 40 Hz and 6 to 41 Hz" in optimum.certificate.item()
 
 
 class TestRing:
     def test_one_harmonic_is_one_blade(self):
-        optimum = design(ring(), bounds=(0.5, 20.0), frequency=(5.0, 350.0))
+        optimum = design(ring(), bounds=(0.5, 20.0), frequency_band=(5.0, 350.0))
         ratio = 2 * np.sin(np.pi * 3 / 13)
 
         def peak(log_limit):
@@ -297,7 +297,7 @@ class TestRing:
     @pytest.mark.slow
     def test_three_harmonics_by_a_scan_around(self):
         problem = ring(harmonics=(1, 3, 5))
-        optimum = design(problem, frequency=(5.0, 350.0), n_starts=None)
+        optimum = design(problem, frequency_band=(5.0, 350.0), n_starts=None)
         assert value(optimum) == pytest.approx(2.0156126, rel=1e-7)
         assert_lowest_peak(optimum)
 
@@ -415,21 +415,21 @@ FORCED = over(force_amplitude=np.array([0.01, 1.0]), engine_order=np.array([0, 1
 STIFF = over(force_amplitude=np.array([1.0, 200.0]), stiffness=np.array([1e4, 9e4]))
 """One blade, and one whose resonance lies beyond the band, driven harder."""
 ENDS = {
-    "no resonance": (blade, {}, dict(frequency=(40.0, 60.0)), "WITHOUT_PEAK", "holds no peak"),
+    "no resonance": (blade, {}, dict(frequency_band=(40.0, 60.0)), "WITHOUT_PEAK", "holds no peak"),
     "upper bound": (blade, {}, dict(bounds=(0.05, 2.0)), "AT_BOUND", "at its upper bound"),
     "lower bound": (blade, {}, dict(bounds=(5.0, 200.0)), "AT_BOUND", "at its lower bound"),
     "stuck": (blade, {}, dict(bounds=(300.0, 500.0)), "WITHOUT_EFFECT", "contacts never slip"),
     "all alike": (
         ring,
         dict(n_blades=5, contact_stiffness=1e5, engine_order=0),
-        dict(frequency=(5.0, 120.0)),
+        dict(frequency_band=(5.0, 120.0)),
         "WITHOUT_EFFECT",
         "contacts never slip",
     ),
     "plateau": (
         ring,
         dict(n_blades=3, contact_stiffness=1e5, engine_order=1),
-        dict(frequency=(5.0, 120.0), over=FORCED, start=0.06),
+        dict(frequency_band=(5.0, 120.0), over=FORCED, start=0.06),
         "ON_PLATEAU",
         "does not change with the design here",
     ),
@@ -444,7 +444,7 @@ ENDS = {
     "beyond the band": (
         ring,
         {},
-        dict(frequency=(150.0, 280.0), bounds=(0.1, 100.0), n_starts=3),
+        dict(frequency_band=(150.0, 280.0), bounds=(0.1, 100.0), n_starts=3),
         "WITHOUT_PEAK",
         "The band holds no peak at this design",
     ),

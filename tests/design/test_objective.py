@@ -112,7 +112,7 @@ class TestObjective:
     def test_one_degree_of_freedom_of_a_ring(self):
         """The blade that counts is the one that is lowest, at its own best load."""
         problem = ring(3, 1e5, 1, stiffness=np.array([1e4, 1.05e4, 0.95e4]))
-        options = dict(bounds=(0.5, 10.0), frequency=(30.0, 120.0))
+        options = dict(bounds=(0.5, 10.0), frequency_band=(30.0, 120.0))
         optimum = design(
             problem, peaks={"one": {"dof": 0}}, objective=lambda peaks, _: peaks["one"], **options
         )

@@ -301,7 +301,7 @@ class TestRing:
 
     def best(self, draws, **options):
         problem = ring(5, 1e5, 2)
-        return design(problem, frequency=(5.0, 120.0), over=draws, start=2.0, **options)
+        return design(problem, frequency_band=(5.0, 120.0), over=draws, start=2.0, **options)
 
     def test_worst_mean_and_tail(self, draws):
         optima = {name: self.best(draws, statistic=name, tail=0.5) for name in Statistic}

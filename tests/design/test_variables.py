@@ -136,26 +136,46 @@ BAD = {
         r"start=\[1, 2\]: expected one value, or one for each of the 1 variables, got shape \(2,\)",
     ),
     "negative start": (dict(start=-1), ValueError, "start=-1: expected values finite and > 0"),
-    "one frequency": (dict(frequency=5.0), ValueError, "frequency=5.0: expected two different"),
-    "three": (dict(frequency=(1, 2, 3)), ValueError, r"frequency=\(1, 2, 3\): expected two diff"),
-    "no width": (dict(frequency=(5, 5)), ValueError, r"frequency=\(5, 5\): expected bands of som"),
-    "no frequency": (dict(frequency=[]), ValueError, r"frequency=\[\]: expected two different"),
-    "a cube": (dict(frequency=np.ones((2, 2, 2))), ValueError, "frequency=array.*a list of such"),
+    "one frequency": (
+        dict(frequency_band=5.0),
+        ValueError,
+        "frequency_band=5.0: expected two different",
+    ),
+    "three": (
+        dict(frequency_band=(1, 2, 3)),
+        ValueError,
+        r"frequency_band=\(1, 2, 3\): expected two diff",
+    ),
+    "no width": (
+        dict(frequency_band=(5, 5)),
+        ValueError,
+        r"frequency_band=\(5, 5\): expected bands of som",
+    ),
+    "no frequency": (
+        dict(frequency_band=[]),
+        ValueError,
+        r"frequency_band=\[\]: expected two different",
+    ),
+    "a cube": (
+        dict(frequency_band=np.ones((2, 2, 2))),
+        ValueError,
+        "frequency_band=array.*a list of such",
+    ),
     "other cases": (
         dict(
-            frequency=DataArray([[1.0, 2]] * 3, dims=("case", "edge")),
+            frequency_band=DataArray([[1.0, 2]] * 3, dims=("case", "edge")),
             over={"damping": DataArray([0.5, 0.6], dims="case")},
         ),
         ValueError,
-        "frequency=.*expected .*over the dimensions of the sweep, {'case': 2}",
+        "frequency_band=.*expected .*over the dimensions of the sweep, {'case': 2}",
     ),
     "other labels": (
         dict(
-            frequency=DataArray([[1.0, 2]] * 2, {"damping": [0.6, 0.5]}, ("damping", "edge")),
+            frequency_band=DataArray([[1.0, 2]] * 2, {"damping": [0.6, 0.5]}, ("damping", "edge")),
             over={"damping": [0.5, 0.6]},
         ),
         ValueError,
-        r"frequency: 'damping' has the labels \[0.6, 0.5\], those of the sweep are \[0.5, 0.6\]",
+        r"frequency_band: 'damping' has the labels \[0.6, 0.5\], those .* are \[0.5, 0.6\]",
     ),
     "tail": (dict(statistic="tail", tail=0), ValueError, "tail=0: expected a share above 0"),
     "large tail": (dict(tail=1.5), ValueError, "tail=1.5: expected a share above 0, up to 1"),
@@ -214,7 +234,7 @@ class TestBadInput:
     @pytest.mark.parametrize("which", BAD)
     def test_it_is_named_with_its_value_and_what_is_allowed(self, which):
         options, error, words = BAD[which]
-        given = dict(parameters="normal_load", bounds=BOUNDS, frequency=BAND) | options
+        given = dict(parameters="normal_load", bounds=BOUNDS, frequency_band=BAND) | options
         with pytest.raises(error, match=words):
             sh.minimise_peak(ring(3, 1e5, 1), **given)
 
@@ -234,7 +254,7 @@ class TestBadInput:
         with pytest.raises(ValueError, match="fresh: expected None where cases have bands of thei"):
             design(
                 blade(),
-                frequency=DataArray([[5.0, 40.0], [5.0, 41.0]], dims=dims),
+                frequency_band=DataArray([[5.0, 40.0], [5.0, 41.0]], dims=dims),
                 over={"damping": [0.5, 0.6]},
                 fresh={"damping": [0.7]},
             )
@@ -273,18 +293,18 @@ def mistuned():
 
 @pytest.fixture(scope="module")
 def common(mistuned):
-    return design(mistuned, bounds=NEAR, frequency=SMALL)
+    return design(mistuned, bounds=NEAR, frequency_band=SMALL)
 
 
 @pytest.fixture(scope="module")
 def each(mistuned):
-    return design(mistuned, bounds=NEAR, frequency=SMALL, vary="each")
+    return design(mistuned, bounds=NEAR, frequency_band=SMALL, vary="each")
 
 
 @pytest.fixture(scope="module")
 def fixed(mistuned):
     mean = LinearConstraint(np.ones((1, 3)) / 3, 3.0, 3.0)
-    return design(mistuned, bounds=NEAR, frequency=SMALL, vary="each", constraint=mean)
+    return design(mistuned, bounds=NEAR, frequency_band=SMALL, vary="each", constraint=mean)
 
 
 class TestEach:
@@ -292,7 +312,7 @@ class TestEach:
         assert each.design_status.item() == Status.DESIGN_OPTIMAL
         assert each.design_amplitude.item() < common.design_amplitude.item() * (1 - 1e-3)
         # The limits of all contacts are those of the tuned ring, whose blades all move alike.
-        tuned = design(ring(3, 1e5, 1), bounds=NEAR, frequency=SMALL)
+        tuned = design(ring(3, 1e5, 1), bounds=NEAR, frequency_band=SMALL)
         limits = each.design_value.values * FRICTION
         assert limits == pytest.approx(np.full(3, tuned.design_value.item() / 2), rel=1e-7)
         expected = pytest.approx(tuned.design_amplitude.item(), rel=1e-10)
@@ -301,8 +321,8 @@ class TestEach:
 
     def test_a_pattern_is_solved_by_sectors(self):
         problem = ring(6, 1e5, 2)
-        optimum = design(problem, bounds=NEAR, frequency=SMALL, vary=[0, 1])
-        alike = design(problem, bounds=NEAR, frequency=SMALL)
+        optimum = design(problem, bounds=NEAR, frequency_band=SMALL, vary=[0, 1])
+        alike = design(problem, bounds=NEAR, frequency_band=SMALL)
         assert optimum.n_sectors == 3
         assert alike.n_sectors == 6
         assert optimum["variable"].values.tolist() == ["normal_load[0]", "normal_load[1]"]
@@ -313,8 +333,8 @@ class TestEach:
     @pytest.mark.slow
     def test_single_loads_are_never_worse_than_equal_ones(self):
         problem = ring(5, 1e5, 2)
-        alike = design(problem, frequency=SMALL, n_starts=None)
-        single = design(problem, bounds=NEAR, frequency=SMALL, vary="each", n_starts=None)
+        alike = design(problem, frequency_band=SMALL, n_starts=None)
+        single = design(problem, bounds=NEAR, frequency_band=SMALL, vary="each", n_starts=None)
         assert single.design_amplitude <= alike.design_amplitude * (1 + 1e-10)
 
 
@@ -365,7 +385,7 @@ class TestByHand:
             damping=3.0,
         )
         row = None if mean is None else LinearConstraint(np.ones((1, 3)) / 3, mean, mean)
-        optimum = design(problem, bounds=NEAR, frequency=(8, 100), vary="each", constraint=row)
+        optimum = design(problem, bounds=NEAR, frequency_band=(8, 100), vary="each", constraint=row)
         assert optimum.design_status.item() == Status.DESIGN_OPTIMAL
         rng = np.random.default_rng(4)
         directions = rng.normal(size=(12, 3)) * np.repeat([1e-3, 1e-2, 0.1, 0.3], 3)[:, None]
@@ -398,7 +418,7 @@ class TestConstraint:
 
     def test_an_inactive_constraint_changes_no_digit(self, mistuned, common):
         loose = LinearConstraint([[1.0], [2.0]], [-np.inf, 0.1], [50.0, np.inf])
-        optimum = design(mistuned, bounds=NEAR, frequency=SMALL, constraint=loose)
+        optimum = design(mistuned, bounds=NEAR, frequency_band=SMALL, constraint=loose)
         assert optimum.design_value.values == pytest.approx(common.design_value.values, rel=1e-8)
         assert "constraint" not in optimum.certificate.item()
 

@@ -55,7 +55,7 @@ def refused(*words, kind=BAD_INPUT, allowed="expected|allowed|must be"):
 
 
 def frf(**options):
-    return sh.frf(PROBLEM, **{"frequency": BAND, "progress": False, **options})
+    return sh.frf(PROBLEM, **{"band": BAND, "progress": False, **options})
 
 
 def labelled(values, *dims, **coords):
@@ -266,7 +266,7 @@ def test_bad_value_of_a_named_parameter(name, value):
 @pytest.mark.parametrize(
     ("name", "values"),
     [
-        ("dof", [-1, 0.5, *NOT_NUMBERS, [0]]),
+        ("place", [-1, 0.5, *NOT_NUMBERS, [0]]),
         ("harmonic", [0, -1, 1.5, *NOT_NUMBERS, [1]]),
         ("amplitude", [*NOT_NUMBERS, [1.0]]),
         ("phase", [*NOT_NUMBERS, [1.0]]),
@@ -309,8 +309,8 @@ def test_number_of_an_engine_order(name, values):
     ids=str,
 )
 def test_blades_of_an_engine_order(blades, word):
-    with refused(f"blades={word}"):
-        sh.forces.EngineOrder(1, blades=blades)
+    with refused(f"places={word}"):
+        sh.forces.EngineOrder(1, places=blades)
 
 
 @pytest.mark.parametrize(
@@ -340,8 +340,8 @@ def test_harmonic_force(arguments, words):
 @pytest.mark.parametrize(
     ("excitation", "words"),
     [
-        (sh.forces.PointForce(dof=3), ["dof=3", "0 to 2"]),
-        (sh.forces.EngineOrder(1, blades=(0, 1, 3)), ["blades=3", "0 to 2"]),
+        (sh.forces.PointForce(place=3), ["place=3", "0 to 2"]),
+        (sh.forces.EngineOrder(1, places=(0, 1, 3)), ["places=3", "0 to 2"]),
         (sh.forces.HarmonicForce(cosine={1: [1.0, 2.0]}), ["cosine[1]", "3", "2"]),
         (sh.forces.HarmonicForce(sine={1: [1.0] * 4}), ["sine[1]", "3", "4"]),
         (sh.forces.PointForce(harmonic=3), ["harmonics=(1, 2)", "3"]),
@@ -410,8 +410,8 @@ def test_frequency_of_a_point(value):
     ids=repr,
 )
 def test_band(value):
-    with refused(f"frequency={value!r}"):
-        frf(frequency=value)
+    with refused(f"band={value!r}"):
+        frf(band=value)
 
 
 @pytest.mark.parametrize(
@@ -806,8 +806,8 @@ def test_other_spelling_of_a_name():
 
 def test_what_was_meant_is_told():
     """Obvious wrong input whose error names the right one."""
-    with refused("frequency=", "at= asks for given ones"):
-        frf(frequency=np.linspace(10, 11, 5))
+    with refused("band=", "at= asks for given ones"):
+        frf(band=np.linspace(10, 11, 5))
     damper = sh.Friction(
         tangential=[(0,)], contact_stiffness=1e4, friction_coefficient=0.5, normal_load=1
     )

@@ -60,7 +60,7 @@ def plate(damping, gyroscopic=False):
 
 def problems(damping="local", harmonics=(1,), force=None, **options):
     model, force = plate(damping, **options), force or sh.forces.PointForce(FORCED, amplitude=20.0)
-    condensed = sh.condense(model, force, BAND, harmonics, dofs=[FORCED - 9])
+    condensed = sh.condense(model, force, BAND, harmonics, places=[FORCED - 9])
     return tuple(sh.HarmonicBalance(m, force, harmonics) for m in (model, condensed))
 
 
@@ -201,7 +201,7 @@ def test_a_band_without_a_resonance_of_the_held_structure(harmonics):
         normal_load=1.0,
     )
     force, band = sh.forces.PointForce(n - 1), (4.9, 8.0)
-    condensed = sh.condense(model, force, band, harmonics, dofs=[n - 1])
+    condensed = sh.condense(model, force, band, harmonics, places=[n - 1])
     assert condensed.functions[1].poles.size == 0
     one, other = (
         sh.frf(sh.HarmonicBalance(m, force, harmonics), band, at=[5, 6, 7], progress=False)
@@ -334,12 +334,12 @@ def test_problems_pickle_and_archives_tell_structures_apart(pair, tmp_path):
         (lambda p: sh.frf(p, (8, 9), over={"mass": [1]}), KeyError, "'mass' is no parameter"),
         (lambda p: sh.periodic_motion(p, 8.0), TypeError, "symhbm.craig_bampton reduces"),
         (
-            lambda p: sh.peak_curve(p, "normal_load", (1, 2), frequency=(5, 8)),
+            lambda p: sh.peak_curve(p, "normal_load", (1, 2), frequency_band=(5, 8)),
             ValueError,
             "7 to 12.5",
         ),
         (
-            lambda p: sh.minimise_peak(p, "normal_load", (1, 2), frequency=(5, 8)),
+            lambda p: sh.minimise_peak(p, "normal_load", (1, 2), frequency_band=(5, 8)),
             ValueError,
             "7 to 12.5",
         ),
@@ -375,17 +375,19 @@ def test_what_it_cannot_do_says_so(pair, call, error, message):
         ({"model": 3}, TypeError, "model=3"),
         ({"excitation": 3}, TypeError, "excitation=3"),
         ({"excitation": []}, ValueError, "excitation"),
-        ({"frequency": (5,)}, ValueError, r"frequency=\(5,\)"),
-        ({"frequency": (0, 5)}, ValueError, "frequency"),
+        ({"frequency_band": (5,)}, ValueError, r"frequency_band=\(5,\)"),
+        ({"frequency_band": (0, 5)}, ValueError, "frequency_band"),
         ({"harmonics": (2,)}, ValueError, "harmonic 1"),
-        ({"dofs": [64]}, ValueError, "dofs=64"),
-        ({"dofs": 3}, TypeError, "dofs=3"),
-        ({"dofs": range(64)}, ValueError, "nothing is left"),
+        ({"places": [64]}, ValueError, "places=64"),
+        ({"places": 3}, TypeError, "places=3"),
+        ({"places": range(64)}, ValueError, "nothing is left"),
         ({"tolerance": 1e-20}, ValueError, "responses are exact to"),
     ],
 )
 def test_bad_input_names_its_argument(changes, error, message):
-    given = dict(model=plate("local"), excitation=sh.forces.PointForce(FORCED), frequency=(8, 9))
+    given = dict(
+        model=plate("local"), excitation=sh.forces.PointForce(FORCED), frequency_band=(8, 9)
+    )
     with pytest.raises(error, match=message):
         sh.condense(**given | changes)
 
@@ -394,9 +396,9 @@ def test_an_interior_that_floats_is_refused():
     stiffness = np.diag([1.0, 1.0, 0.0])
     none = dict(contact_stiffness=0, friction_coefficient=0, normal_load=0)
     model = sh.Model(np.eye(3), 0 * stiffness, stiffness, contacts=[(0,)], **none)
-    with pytest.raises(ValueError, match="add to dofs one of each part"):
+    with pytest.raises(ValueError, match="add to places one of each part"):
         sh.condense(model, sh.forces.PointForce(0), (0.1, 0.2))
-    assert sh.condense(model, sh.forces.PointForce(0), (0.1, 0.2), dofs=[2]).n_dof == 2
+    assert sh.condense(model, sh.forces.PointForce(0), (0.1, 0.2), places=[2]).n_dof == 2
 
 
 @pytest.mark.slow

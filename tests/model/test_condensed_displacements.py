@@ -10,9 +10,9 @@ import symhbm as sh
 
 N = 60
 FORCE = (
-    sh.forces.PointForce(dof=20)
-    + sh.forces.PointForce(dof=40, amplitude=0.3)
-    + sh.forces.PointForce(dof=10)
+    sh.forces.PointForce(place=20)
+    + sh.forces.PointForce(place=40, amplitude=0.3)
+    + sh.forces.PointForce(place=10)
 )
 BAND = (0.4, 1.6)
 HARMONICS = (0, 1, 3)
@@ -60,7 +60,7 @@ def difference(problems, hertz):
 def test_responses_are_those_of_both_sides(damping):
     """Contacts that share degrees of freedom, have weights, or reach to the ground."""
     contacts = [(10, 40), (40, 11), (25, 50), (30,), {12: 1.0, 33: 0.5, 52: -1.5}]
-    problems = both(chain(contacts, damping), dofs=[5])
+    problems = both(chain(contacts, damping), places=[5])
     assert [problem.n_dof for problem in problems] == [10, 6]
     assert problems[1].model.kept.tolist() == [5, *range(N, N + 5)]
     assert problems[1].model.certificate.error < EQUAL
@@ -72,7 +72,7 @@ def test_responses_are_those_of_both_sides(damping):
 def test_displacements_that_others_tell(dofs):
     """Contacts side by side, in a ring, and of degrees of freedom that are kept."""
     contacts = [(10, 40), (40, 11), (11, 10), (10, 40), (50,)]
-    problems = both(chain(contacts), dofs=dofs)
+    problems = both(chain(contacts), places=dofs)
     free = {(50,): 2, (10, 40): 2, (11, 20): 3}[tuple(dofs)]  # of 4 that are two of a ring and one
     assert problems[1].n_dof == len(dofs) + free
     assert difference(problems, 0.9) < EQUAL
@@ -81,7 +81,7 @@ def test_displacements_that_others_tell(dofs):
 def test_peaks_and_stability_of_what_is_watched():
     """Resonances are counted, and perturbations oscillate, in the coordinates that there are."""
     model = chain([(10, 40), (25, 50)])
-    problems = both(model, sh.forces.PointForce(dof=20), dofs=[20], stability=True)
+    problems = both(model, sh.forces.PointForce(place=20), places=[20], stability=True)
     found = []
     for problem in problems:
         at = problem.model.kept.tolist().index(20)
@@ -96,7 +96,7 @@ def test_peaks_and_stability_of_what_is_watched():
 def test_places_name_displacements():
     places = sh.Places(np.arange(100, 100 + N), "x", np.outer(np.arange(N), [1.0, 0, 0]))
     model = chain([("110:x", "140:x"), ("125:x", "150:x")], places=places)
-    problem = both(model, sh.forces.PointForce(dof=20), dofs=["105:x"])[1]
+    problem = both(model, sh.forces.PointForce(place=20), places=["105:x"])[1]
     point = sh.solve(problem, 0.9)
     assert point.structure_dof.values.tolist() == [5, N, N + 1]
     names = [f"displacement of contact {j}" for j in range(2)]
@@ -105,19 +105,19 @@ def test_places_name_displacements():
     told = f"1 degrees of freedom kept of {N} and 2 displacements of contacts"
     assert point.attrs["largest_of"] == told
     assert sh.datasets.recover(problem, point).node.values.tolist() == list(range(100, 100 + N))
-    by_place = sh.HarmonicBalance(problem.model, sh.forces.PointForce(dof="120:x"), HARMONICS)
+    by_place = sh.HarmonicBalance(problem.model, sh.forces.PointForce(place="120:x"), HARMONICS)
     assert np.array_equal(sh.solve(by_place, 0.9).coefficient, point.coefficient)
 
 
 def test_displacement_is_that_of_both_sides():
-    problems = both(chain([(10, 40)]), dofs=[5])
+    problems = both(chain([(10, 40)]), places=[5])
     points = [sh.solve(problem, 0.9).coefficient for problem in problems]
     of_10, of_40 = (points[0].values[k] for k in (1, 2))
     assert np.allclose(points[1].values[1], of_10 - of_40, rtol=0, atol=EQUAL * abs(of_10).max())
 
 
 def test_copies_and_archives():
-    problem = both(chain([(10, 40)]), dofs=[5])[1]
+    problem = both(chain([(10, 40)]), places=[5])[1]
     point = sh.solve(problem, 0.9)
     again = sh.solve(pickle.loads(pickle.dumps(problem)), 0.9)
     assert np.array_equal(again.coefficient, point.coefficient)

@@ -84,7 +84,7 @@ def blade(n_length, n_width, n_thick, thickness, force=10.0):
 def check_blade(model, force, tip, first, harmonics, n_frequencies):
     """Its first mode, stuck and slipping, at frequencies over all of the resonance."""
     band = 0.9 * first, 1.6 * first
-    condensed = sh.condense(model, force, band, harmonics, dofs=[tip])
+    condensed = sh.condense(model, force, band, harmonics, places=[tip])
     assert condensed.certificate.error < EXACT
     problem = sh.HarmonicBalance(condensed, force, harmonics)
     response = sh.frf(problem, band, progress=False)
@@ -206,7 +206,7 @@ def random_case(seed):
 
 def check_random(seed):
     model, force, band, harmonics, watched = random_case(seed)
-    condensed = sh.condense(model, force, band, harmonics, dofs=[watched])
+    condensed = sh.condense(model, force, band, harmonics, places=[watched])
     problem = sh.HarmonicBalance(condensed, force, harmonics)
     response = sh.frf(problem, band, progress=False)
     assert response.status == "the end of the band was reached"
@@ -267,7 +267,7 @@ def light_case(seed):
 def test_no_peak_is_lost_where_little_damps_it(seed):
     model, forced, band, watched = light_case(seed)
     force = sh.forces.PointForce(forced)
-    condensed = sh.condense(model, force, band, (1,), dofs=watched)
+    condensed = sh.condense(model, force, band, (1,), places=watched)
     response = sh.frf(sh.HarmonicBalance(condensed, force), band, progress=False)
     assert response.status == "the end of the band was reached"
     # All of the structure by its modes, at frequencies as close as each of them is narrow.

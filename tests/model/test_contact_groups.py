@@ -113,7 +113,7 @@ def test_events_of_sectors_behind_contacts_without_switches():
     model = sh.Model(np.eye(6), 0.5 * np.eye(6), 1e4 * np.eye(6), contacts=groups)
     problem = sh.HarmonicBalance(model, sh.forces.EngineOrder(1))
     sector = sh.frf(problem, (12, 30), progress=False)
-    whole = sh.frf(problem, (12, 30), sector=False, progress=False)
+    whole = sh.frf(problem.with_by_sector(False), (12, 30), progress=False)
     assert int(sector.n_sectors) == 6
     assert {*sector.event_contact.values.tolist()} == set(range(6, 12))
     assert {*whole.event_contact.values.tolist()} <= set(range(6, 12))

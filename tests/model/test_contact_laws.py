@@ -378,7 +378,7 @@ def test_a_name_of_several_groups_is_refused():
         lambda: problem.with_parameters(normal_load=3.0),
         lambda: sh.frf(problem, (10, 30), over={"normal_load": [1, 2]}, progress=False),
         lambda: sh.follow(problem, "normal_load", (1, 10), frequency=19, progress=False),
-        lambda: sh.minimise_peak(problem, "normal_load", frequency=(10, 30), bounds=(1, 10)),
+        lambda: sh.minimise_peak(problem, "normal_load", frequency_band=(10, 30), bounds=(1, 10)),
         lambda: sh.mistuning.uniform(problem, 3, seed=0, normal_load=0.1),
     )
     for call in calls:
@@ -407,7 +407,7 @@ def test_draws_and_designs_of_groups():
         progress=False,
     )
     np.testing.assert_allclose(curves.peak_amplitude[2, 0], third.peak_amplitude[0], rtol=1e-10)
-    best = sh.minimise_peak(problem, "damper_mass", frequency=(12, 30), bounds=(1e-4, 2e-2))
+    best = sh.minimise_peak(problem, "damper_mass", frequency_band=(12, 30), bounds=(1e-4, 2e-2))
     lowest = float(best.design_amplitude)
     for factor in (0.9, 1.1):
         mass = factor * float(best.design_value[0])

@@ -19,7 +19,7 @@ CONTACTS = dict(
     contacts=[(N - 1,), (3, 5)], contact_stiffness=1e4, friction_coefficient=0.5, normal_load=0.5
 )
 RATIOS = np.linspace(0.01, 0.05, 12)
-FORCE = sh.forces.PointForce(dof=20)
+FORCE = sh.forces.PointForce(place=20)
 RAD = 2 * np.pi * 1.3
 
 
@@ -110,7 +110,7 @@ def test_modal_damping_in_factors_is_the_matrix(in_factors):
 
 
 def test_condensed_factors_agree_with_the_full_matrix(in_factors):
-    small = sh.condense(in_factors, FORCE, (0.5, 2), (1, 3), dofs=[7])
+    small = sh.condense(in_factors, FORCE, (0.5, 2), (1, 3), places=[7])
     full = chain(by_definition(STIFFNESS.toarray(), np.eye(N), RATIOS))
     for harmonic in (1, 3):
         whole = np.linalg.inv(full.dynamic_stiffness(harmonic, RAD)[0])
@@ -127,7 +127,7 @@ def test_condensed_factors_agree_with_the_full_matrix(in_factors):
 def test_a_loss_factor_condensed_agrees_with_the_whole():
     model = chain(sh.StructuralDamping(0.03))
     problem = sh.HarmonicBalance(model, FORCE, (1, 3))
-    small = sh.condense(model, FORCE, (0.5, 2), (1, 3), dofs=[7])
+    small = sh.condense(model, FORCE, (0.5, 2), (1, 3), places=[7])
     condensed = sh.HarmonicBalance(small, FORCE, (1, 3))
     whole, point = (sh.solve(each, 1.3) for each in (problem, condensed))
     difference = np.abs(point.coefficient - whole.coefficient.values[small.dofs]).max()

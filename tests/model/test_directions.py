@@ -131,7 +131,7 @@ def test_scaled_weights_are_scaled_contacts(factor):
         }
         return sh.Model(*matrices(4), contacts=groups)
 
-    force = sh.forces.PointForce(dof=1, amplitude=3.0)
+    force = sh.forces.PointForce(place=1, amplitude=3.0)
     one, other = (
         sh.solve(sh.HarmonicBalance(model(scale), force, (0, 1, 2, 3)), 13.0, throw=True)
         for scale in (1.0, factor)
@@ -222,7 +222,7 @@ def test_turned_coordinates_leave_exact_motions_as_they_are():
 def test_several_laws_on_one_place():
     """Named groups side by side against the short form, and all of them stuck against springs."""
     place, weights = (0, 2), {0: 0.5, 1: 0.25, 3: -1.0}
-    force = sh.forces.PointForce(dof=1, amplitude=5.0)
+    force = sh.forces.PointForce(place=1, amplitude=5.0)
     short = sh.Model(*matrices(4), contacts=[place], cubic_stiffness=3e8, **FRICTION)
     named = sh.Model(
         *matrices(4),
@@ -277,12 +277,12 @@ def weighted_ring(n_sectors=5, other=1.0):
 
 
 def test_sectors_of_weighted_contacts():
-    force = sh.forces.EngineOrder(2, 3.0, blades=range(0, 10, 2)) + sh.forces.StaticLoad(
+    force = sh.forces.EngineOrder(2, 3.0, places=range(0, 10, 2)) + sh.forces.StaticLoad(
         [5.0, -3.0] * 5
     )
     problem = sh.HarmonicBalance(weighted_ring(), force, (0, 1, 2, 3))
     of_sector, whole = (
-        sh.frf(problem, (15, 30), at=[19, 22], sector=sector, progress=False)
+        sh.frf(problem.with_by_sector(sector), (15, 30), at=[19, 22], progress=False)
         for sector in (True, False)
     )
     assert (of_sector.n_sectors.item(), whole.n_sectors.item()) == (5, 1)
@@ -303,7 +303,7 @@ def test_condensed_structures_keep_what_weights_touch():
             "corner": sh.Contacts(Corner(), (3,), {17: 0.5, 30: 0.5}, cube=1e8),
         },
     )
-    force = sh.forces.PointForce(dof=10, amplitude=20.0) + sh.forces.StaticLoad(
+    force = sh.forces.PointForce(place=10, amplitude=20.0) + sh.forces.StaticLoad(
         {20: 50.0, 3: -20.0}
     )
     small = sh.condense(model, force, (5, 20), (0, 1, 2))
@@ -326,7 +326,7 @@ def test_archives_keep_weights(tmp_path):
         "corner": sh.Contacts(Corner(), {0: 2.5}, (3,), cube=1e8),
     }
     short = sh.Model(*matrices(4), contacts=[{0: 0.1, 1: -1 / 3}, (2, 3)], **FRICTION)
-    force = sh.forces.PointForce(dof=1, amplitude=3.0)
+    force = sh.forces.PointForce(place=1, amplitude=3.0)
     for name, model in {"named": sh.Model(*matrices(4), contacts=groups), "short": short}.items():
         problem = sh.HarmonicBalance(model, force, (1, 3))
         response = sh.frf(problem, (10, 16), at=[11, 13, 15], progress=False)
@@ -360,7 +360,7 @@ def test_loops_are_of_the_weighted_displacement():
                     friction_coefficient=0.4,
                     normal_load=2 / s,
                 ),
-                sh.forces.PointForce(dof=1, amplitude=9.0),
+                sh.forces.PointForce(place=1, amplitude=9.0),
                 (1, 3),
             ),
             12.0,

@@ -33,7 +33,7 @@ def test_engine_order_is_a_travelling_wave(n_blades, order, harmonic):
 
 
 def test_engine_order_on_chosen_degrees_of_freedom():
-    found = force(sh.forces.EngineOrder(1, blades=(4, 0, 2)), 5)
+    found = force(sh.forces.EngineOrder(1, places=(4, 0, 2)), 5)
     whole = force(sh.forces.EngineOrder(1), 3)
     np.testing.assert_array_equal(found[[4, 0, 2]], whole)
     assert not found[[1, 3]].any()
@@ -60,7 +60,7 @@ def test_complementary_orders_mirror_the_blades(n, order):
 @pytest.mark.parametrize("phase", [0.0, 0.7, np.pi / 2, -2.0])
 @pytest.mark.parametrize("harmonic", [1, 2])
 def test_point_force(phase, harmonic):
-    found = force(sh.forces.PointForce(dof=1, amplitude=3.0, phase=phase, harmonic=harmonic), 3)
+    found = force(sh.forces.PointForce(place=1, amplitude=3.0, phase=phase, harmonic=harmonic), 3)
     expected = 3.0 * np.cos(harmonic * TAU + phase)
     np.testing.assert_allclose(found[1], expected, rtol=0, atol=1e-14)
     assert not found[[0, 2]].any()
@@ -76,7 +76,7 @@ def test_harmonic_force():
 
 
 def test_harmonic_force_says_what_the_others_say():
-    point = sh.forces.PointForce(dof=0, phase=0.3)
+    point = sh.forces.PointForce(place=0, phase=0.3)
     same = sh.forces.HarmonicForce(cosine={1: [np.cos(0.3), 0]}, sine={1: [-np.sin(0.3), 0]})
     np.testing.assert_array_equal(point.shape(2, BASIS), same.shape(2, BASIS))
     assert sh.forces.HarmonicForce(sine={1: 2.0}).shape(1, BASIS)[0].tolist() == [

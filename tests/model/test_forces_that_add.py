@@ -28,8 +28,8 @@ def all_of(force, n_dof):
 def test_a_sum_is_the_force_of_all_parts():
     """Against one pattern with every coefficient written out."""
     parts = (
-        sh.forces.PointForce(dof=1, amplitude=2.0, phase=0.4),
-        sh.forces.PointForce(dof=0, amplitude=-0.5, phase=-1.0, harmonic=3),
+        sh.forces.PointForce(place=1, amplitude=2.0, phase=0.4),
+        sh.forces.PointForce(place=0, amplitude=-0.5, phase=-1.0, harmonic=3),
         sh.forces.EngineOrder(1, 0.25, harmonic=2),
         sh.forces.StaticLoad([4.0, 0.0, -1.0]),
         sh.forces.StaticLoad({2: 3.0}),
@@ -292,7 +292,7 @@ def test_sectors_that_a_static_load_leaves_alike(load, n_sectors):
     symmetry = find_symmetry(ring, force, problem.basis)
     assert (symmetry.n_sectors if symmetry else 1) == n_sectors
     of_sector, whole = (
-        sh.frf(problem, (12, 28), at=[21, 24], sector=sector, progress=False)
+        sh.frf(problem.with_by_sector(sector), (12, 28), at=[21, 24], progress=False)
         for sector in (True, False)
     )
     assert of_sector.n_sectors == n_sectors
@@ -481,5 +481,5 @@ def test_a_mean_is_given_once():
             sh.Model(np.eye(3), np.eye(3), 1e4 * np.eye(3), contacts=[(0,)], cubic_stiffness=1.0),
             sh.forces.StaticLoad([0, 1.0, 0]),
             (1, 5),
-            dofs=[1],
+            places=[1],
         )

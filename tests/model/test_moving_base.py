@@ -143,7 +143,7 @@ def test_reduced_structures_take_the_force_made_with_the_whole_one():
     base = moved(1e-4)
     band, watched = (4, 14), 5
     exact = sh.frf(sh.HarmonicBalance(whole, base), band, at=[6, 9, 12], progress=False)
-    condensed = sh.condense(whole, base, band, dofs=[watched], progress=False)
+    condensed = sh.condense(whole, base, band, places=[watched], progress=False)
     for force in (base, base.on(whole)):
         found = sh.frf(sh.HarmonicBalance(condensed, force), band, at=[6, 9, 12], progress=False)
         np.testing.assert_allclose(found.amplitude[:, 0], exact.amplitude[:, watched], rtol=1e-9)
@@ -160,7 +160,7 @@ def test_reduced_structures_take_the_force_made_with_the_whole_one():
         for response, dof in zip(each, (0, watched), strict=True)
     ]
     np.testing.assert_allclose(*peaks, rtol=1e-9)
-    reduced = sh.craig_bampton(whole, 10, band, dofs=[watched])
+    reduced = sh.craig_bampton(whole, 10, band, places=[watched])
     with pytest.raises(TypeError, match=r"expected BaseMotion\(\.\.\.\)\.on\(structure\)"):
         sh.HarmonicBalance(reduced, base)
     small = sh.HarmonicBalance(reduced, base.on(whole))
@@ -173,7 +173,7 @@ def test_influence_by_numbers_is_of_the_whole_structure(influence):
     """A condensed structure numbers anew what it keeps; the base does not."""
     whole = chain(6, **FRICTION)
     base = sh.forces.BaseMotion(acceleration=1.2, influence=influence)
-    small = sh.condense(whole, base, (4, 14), dofs=[2], progress=False)
+    small = sh.condense(whole, base, (4, 14), places=[2], progress=False)
     kept = small.dofs
     for force in (base, base.on(whole)):
         found, exact = (
@@ -188,7 +188,7 @@ def test_influence_by_numbers_is_of_the_whole_structure(influence):
 def test_archives_of_moving_bases_come_back(tmp_path):
     whole = chain(6, **FRICTION)
     base = sh.forces.BaseMotion(velocity=1e-2j, motion="absolute")
-    condensed = sh.condense(whole, base, (4, 14), dofs=[2], progress=False)
+    condensed = sh.condense(whole, base, (4, 14), places=[2], progress=False)
     reduced = sh.craig_bampton(whole, 3, (4, 14))
     for i, problem in enumerate(
         [
@@ -331,7 +331,7 @@ def test_seen_from_needs_a_base():
 @pytest.mark.parametrize("motion", ["relative", "absolute"])
 def test_second_derivatives_of_condensed_structures_are_exact(motion):
     whole, base = chain(8, **FRICTION), sh.forces.BaseMotion(velocity=1e-2, motion=motion)
-    condensed = sh.condense(whole, base, (4, 14), dofs=[2], progress=False)
+    condensed = sh.condense(whole, base, (4, 14), places=[2], progress=False)
     problem = sh.HarmonicBalance(condensed, base)
     rng, omega, step = np.random.default_rng(2), 55.0, 1e-3
     unknowns, weights = 1e-3 * rng.normal(size=(2, problem.n_unknowns))
@@ -401,7 +401,7 @@ def test_reduced_structures_under_several_bases_are_seen_from_the_ground(modes):
     bases = moved(1e-4), moved(3e-5j, influence=[1.0, 0, 0, 2])
     force = bases[0].on(model) + sh.forces.PointForce(2, 3.0) + bases[1].on(model)
     force = sh.forces.PointForce(1, 2.0) + force
-    small = sh.craig_bampton(model, modes, (5, 30), dofs=[2])
+    small = sh.craig_bampton(model, modes, (5, 30), places=[2])
     found = sh.solve(sh.HarmonicBalance(small, force), 12.0)
     whole = sh.solve(sh.HarmonicBalance(model, force), 12.0)
     near = 1e-11 if modes == 2 else 2e-2
@@ -473,7 +473,7 @@ def test_bases_of_sectors_condensed_to_displacements():
     sector = sector.with_contacts(shroud=shroud)
     base = moved(1e-3, direction="axial").on(sector)
     exact = sh.solve(sh.HarmonicBalance(sector, base), 19.0)
-    small = sh.condense(sector, base, (10, 30), dofs=[1], keep="displacements", progress=False)
+    small = sh.condense(sector, base, (10, 30), places=[1], keep="displacements", progress=False)
     found = sh.solve(sh.HarmonicBalance(small, base), 19.0)
     place = [*found.structure_dof.values].index(1)
     np.testing.assert_allclose(complex_motion(found, place), complex_motion(exact, 1), rtol=1e-8)

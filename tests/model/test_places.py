@@ -163,8 +163,8 @@ def test_other_contacts_replace_those_there_were():
         (sh.forces.PointForce("tip:y", 3.0), sh.forces.PointForce(1, 3.0)),
         (sh.forces.StaticLoad({"tip:x": 5.0, 2: 1.0}), sh.forces.StaticLoad({0: 5.0, 2: 1.0})),
         (
-            sh.forces.EngineOrder(1, blades=["tip:x", "9:x"]),
-            sh.forces.EngineOrder(1, blades=[0, 2]),
+            sh.forces.EngineOrder(1, places=["tip:x", "9:x"]),
+            sh.forces.EngineOrder(1, places=[0, 2]),
         ),
         (
             sh.forces.PointForce("tip:x") + sh.forces.StaticLoad({"9:y": 2.0}),
@@ -222,7 +222,7 @@ def test_condensed_structures_know_places():
         places=sh.Places(np.arange(100, 100 + n), "x").labelled({"end": 129, "middle": 115}),
     )
     force = sh.forces.PointForce("110:x")
-    small = sh.condense(chain, force, (1, 4), dofs=["middle:x"])
+    small = sh.condense(chain, force, (1, 4), places=["middle:x"])
     assert small.dofs.tolist() == [15, 29]
     assert small.number_of("110:x") == 10
     problem = sh.HarmonicBalance(small, force)
@@ -234,4 +234,4 @@ def test_condensed_structures_know_places():
     with pytest.raises(TypeError, match="condense the structure"):
         small.with_contacts()
     with pytest.raises(KeyError, match="nearest are 'middle'"):
-        sh.condense(chain, force, (1, 4), dofs=["midle:x"])
+        sh.condense(chain, force, (1, 4), places=["midle:x"])

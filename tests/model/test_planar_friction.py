@@ -614,7 +614,7 @@ def test_sensitivities_of_peaks(kind):
 )
 def test_peaks_over_the_load(kind, loads):
     problem = problem_of(KINDS[kind], (0, 1, 2))
-    curve = sh.peak_curve(problem, "normal_load", loads, frequency=(12, 30), progress=False)
+    curve = sh.peak_curve(problem, "normal_load", loads, frequency_band=(12, 30), progress=False)
     for k in (0, curve.sizes["normal_load"] // 2, -1):
         point = curve.isel(normal_load=k)
         there = problem.with_parameters(normal_load=float(point.normal_load))

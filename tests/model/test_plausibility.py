@@ -218,14 +218,16 @@ def test_what_is_condensed():
     force, model = sh.forces.PointForce(), two_masses(damping=STIFFNESS, stiffness=DAMPING)
     three = sh.Model(np.eye(3), 0.5 * np.eye(3), 1e4 * np.eye(3), contacts=[(0,)], **CONTACT)
     assert "order mass" in said(lambda: sh.solve(sh.HarmonicBalance(model, force), 20.0))
-    assert "times above" in said(lambda: sh.condense(three, force, (600, 1800), dofs=[1]))
-    assert not said(lambda: sh.condense(three, force, (10, 30), dofs=[1]))
+    assert "times above" in said(lambda: sh.condense(three, force, (600, 1800), places=[1]))
+    assert not said(lambda: sh.condense(three, force, (10, 30), places=[1]))
 
 
 def test_of_other_front_doors():
     problem = blade(damping=1e3)
     for call in (
-        lambda: sh.peak_curve(problem, "normal_load", (50, 60), frequency=(15, 20), progress=False),
+        lambda: sh.peak_curve(
+            problem, "normal_load", (50, 60), frequency_band=(15, 20), progress=False
+        ),
         lambda: sh.minimise_peak(problem, "normal_load", (2, 40), n_starts=1, progress=False),
     ):
         assert "at least 5 times the critical one" in said(call)
@@ -287,8 +289,12 @@ def test_even_forces_need_a_mean(harmonics):
         lambda: sh.solve(problem, 10.0),
         lambda: frf(problem, (5.0, 20.0)),
         lambda: sh.follow(problem, "normal_load", (1, 2), frequency=10.0, progress=False),
-        lambda: sh.peak_curve(problem, "normal_load", (1, 2), frequency=(5, 20), progress=False),
-        lambda: sh.minimise_peak(problem, "normal_load", (1, 2), frequency=(5, 20), progress=False),
+        lambda: sh.peak_curve(
+            problem, "normal_load", (1, 2), frequency_band=(5, 20), progress=False
+        ),
+        lambda: sh.minimise_peak(
+            problem, "normal_load", (1, 2), frequency_band=(5, 20), progress=False
+        ),
     )
     for call in calls:
         with pytest.raises(ValueError, match=words):

@@ -99,7 +99,7 @@ def test_the_sector_agrees_with_the_ring(order, harmonics):
     stuck = np.sqrt(1e4 + 4e6 * np.sin(np.pi * order / 13) ** 2) / (2 * np.pi)
     band = 0.8 * stuck, 1.05 * stuck
     grid = np.linspace(*band, 6)
-    sector, whole = (sh.frf(problem, band, at=grid, sector=flag) for flag in (True, False))
+    sector, whole = (sh.frf(problem.with_by_sector(flag), band, at=grid) for flag in (True, False))
     assert sector.n_sectors == 13
     assert whole.n_sectors == 1
     assert bool(sector.converged.all())
@@ -115,9 +115,9 @@ def test_the_sector_agrees_with_the_ring(order, harmonics):
 @pytest.mark.parametrize(
     ("n_sectors", "size", "force", "harmonics"),
     [
-        (5, 2, sh.forces.EngineOrder(2, blades=range(0, 10, 2)), (0, 1, 2, 3)),
-        (6, 3, sh.forces.EngineOrder(2, blades=range(1, 18, 3)), (1, 3)),
-        (5, 2, sh.forces.EngineOrder(3, blades=range(0, 10, 2), harmonic=2), (2,)),
+        (5, 2, sh.forces.EngineOrder(2, places=range(0, 10, 2)), (0, 1, 2, 3)),
+        (6, 3, sh.forces.EngineOrder(2, places=range(1, 18, 3)), (1, 3)),
+        (5, 2, sh.forces.EngineOrder(3, places=range(0, 10, 2), harmonic=2), (2,)),
     ],
 )
 def test_sectors_of_general_matrices(n_sectors, size, force, harmonics):
@@ -125,7 +125,7 @@ def test_sectors_of_general_matrices(n_sectors, size, force, harmonics):
     problem = sh.HarmonicBalance(cyclic(n_sectors, size, 3), force, harmonics)
     band = (14, 22)
     grid = np.linspace(*band, 5)
-    sector, whole = (sh.frf(problem, band, at=grid, sector=flag) for flag in (True, False))
+    sector, whole = (sh.frf(problem.with_by_sector(flag), band, at=grid) for flag in (True, False))
     assert sector.n_sectors == n_sectors
     assert_alike(sector, whole)
 
@@ -133,7 +133,9 @@ def test_sectors_of_general_matrices(n_sectors, size, force, harmonics):
 def test_a_pattern_that_repeats_makes_sectors_of_several_blades():
     model = ring(12, mass=[1, 1.1] * 6, normal_load=[20, 30, 40] * 4)
     problem = sh.HarmonicBalance(model, sh.forces.EngineOrder(2))
-    both = [sh.frf(problem, (100, 180), sector=flag, peaks="each") for flag in (True, False)]
+    both = [
+        sh.frf(problem.with_by_sector(flag), (100, 180), peaks="each") for flag in (True, False)
+    ]
     assert both[0].n_sectors == 2
     assert_alike(both[0].drop_dims("point"), both[1].drop_dims("point"))
 
@@ -142,12 +144,15 @@ def test_accuracy_and_other_parameters_on_one_sector():
     problem = sh.HarmonicBalance(ring(normal_load=10.0), sh.forces.EngineOrder(1))
     grid = [62.0, 77.0]
     sector, whole = (
-        sh.frf(problem, (60, 80), at=grid, accuracy=1e-3, sector=flag) for flag in (True, False)
+        sh.frf(problem.with_by_sector(flag), (60, 80), at=grid, accuracy=1e-3)
+        for flag in (True, False)
     )
     assert sector.highest_harmonic.max() > 1
     np.testing.assert_allclose(sector.amplitude, whole.amplitude, rtol=AGREE)
     followed = [
-        sh.follow(problem, name, band, at=np.linspace(*band, 4), frequency=75.0, sector=flag)
+        sh.follow(
+            problem.with_by_sector(flag), name, band, at=np.linspace(*band, 4), frequency=75.0
+        )
         for name, band in (("normal_load", (5, 100)), ("stiffness", (9e3, 1.1e4)))
         for flag in (True, False)
     ]
@@ -167,7 +172,8 @@ def test_each_set_of_a_sweep_is_judged_by_itself():
     orders = sh.frf(problem, (50, 350), over={"engine_order": [1, 6]})
     for order in (1, 6):
         alone = sh.frf(
-            sh.HarmonicBalance(ring(), sh.forces.EngineOrder(order)), (50, 350), sector=False
+            sh.HarmonicBalance(ring(), sh.forces.EngineOrder(order)).with_by_sector(False),
+            (50, 350),
         )
         peak = orders.sel(engine_order=order).peak_amplitude.values[0]
         assert peak == pytest.approx(alone.peak_amplitude.values[0], rel=AGREE)
@@ -178,14 +184,14 @@ def test_what_has_no_sectors_is_solved_whole():
     whole = [
         sh.HarmonicBalance(tuned, sh.forces.PointForce(0)),
         sh.HarmonicBalance(ring(mass=np.linspace(1, 1.1, 13)), sh.forces.EngineOrder(3)),
-        sh.HarmonicBalance(tuned, sh.forces.EngineOrder(1, blades=[0, 1, 3, 2, *range(4, 13)])),
+        sh.HarmonicBalance(tuned, sh.forces.EngineOrder(1, places=[0, 1, 3, 2, *range(4, 13)])),
         sh.HarmonicBalance(sh.single_blade(**TUNED_BLADE), sh.forces.PointForce(0)),
     ]
     for problem in whole:
         assert find_symmetry(problem.model, problem.excitation, problem.basis) is None
     problem = sh.HarmonicBalance(tuned, sh.forces.EngineOrder(3))
     assert sh.frf(problem, (200, 205), stability=True).n_sectors == 1
-    one = sh.follow(problem, "normal_load", (90, 100), frequency=211.0, contact=2)
+    one = sh.follow(problem, "normal_load[2]", (90, 100), frequency=211.0)
     assert one.n_sectors == 1
     sampled = sh.HarmonicBalance(tuned, sh.forces.EngineOrder(3), samples=64)
     assert sh.frf(sampled, (200, 201)).n_sectors == 1

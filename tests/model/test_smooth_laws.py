@@ -317,7 +317,7 @@ def test_units_meaning_and_bounds_of_parameters():
     assert problem.parameters["c3"].tolist() == [1e6, 1e6]
     with pytest.raises(ValueError, match="expected values finite and > 0"):
         problem.with_parameters(c3=-1.0)
-    best = sh.minimise_peak(problem, "c3", frequency=(12, 20), bounds=(1e4, 1e7))
+    best = sh.minimise_peak(problem, "c3", frequency_band=(12, 20), bounds=(1e4, 1e7))
     start = float(sh.frf(problem, (12, 20), progress=False).amplitude.max())
     assert float(best.design_amplitude) <= start
     path = sh.follow(problem, "d", (0.01, 1.0), frequency=15.0, progress=False)

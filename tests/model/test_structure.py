@@ -146,7 +146,7 @@ def test_what_needs_matrices_says_so():
     problem = sh.HarmonicBalance(Rod(**DAMPER), sh.forces.PointForce())
     calls = [
         lambda: sh.periodic_motion(problem, 20.0),
-        lambda: sh.minimise_peak(problem, "normal_load", (1, 10), frequency=(10, 40)),
+        lambda: sh.minimise_peak(problem, "normal_load", (1, 10), frequency_band=(10, 40)),
         lambda: sh.frf(problem, (10, 40), accuracy=1e-3),
         lambda: sh.frf(problem, (10, 40), stability=True),
         lambda: problem.residual,

@@ -31,7 +31,7 @@ def chain(n=24):
 
 def pair(harmonics=(1,), force=None):
     model, force = chain(), force or sh.forces.PointForce(TIP, amplitude=3.0)
-    small = sh.condense(model, force, BAND, harmonics, dofs=[TIP], progress=False)
+    small = sh.condense(model, force, BAND, harmonics, places=[TIP], progress=False)
     return tuple(sh.HarmonicBalance(m, force, harmonics) for m in (model, small))
 
 
@@ -91,7 +91,7 @@ def test_sensitivities_are_those_of_the_whole_structure():
 def test_a_peak_curve_is_that_of_the_whole_structure():
     whole, small = (
         sh.peak_curve(
-            p, "normal_load", (0.5, 2), at=[0.7, 1.5], frequency=(0.5, 1.1), progress=False
+            p, "normal_load", (0.5, 2), at=[0.7, 1.5], frequency_band=(0.5, 1.1), progress=False
         )
         for p in pair()
     )
@@ -104,7 +104,7 @@ def test_a_peak_curve_is_that_of_the_whole_structure():
 def test_a_design_is_that_of_the_whole_structure():
     whole, small = (
         sh.minimise_peak(
-            p, "normal_load", (0.5, 60), frequency=(0.5, 1.1), n_starts=1, progress=False
+            p, "normal_load", (0.5, 60), frequency_band=(0.5, 1.1), n_starts=1, progress=False
         )
         for p in pair()
     )

@@ -108,7 +108,7 @@ def test_blades_of_a_tuned_disk():
     largest, per_dof = frf(TUNED), frf(TUNED, peaks="each")
     assert largest.n_sectors == 5
     derivatives, all_peaks = sh.datasets.sensitivity(largest), sh.datasets.sensitivity(per_dof)
-    whole = sh.datasets.sensitivity(frf(TUNED, sector=False))
+    whole = sh.datasets.sensitivity(frf(TUNED.with_by_sector(False)))
     assert derivatives.sizes["peak"] == 1
     assert all_peaks.sizes["peak"] == 5
     for name in ("mass", "damping", "contact_stiffness", "normal_load"):

@@ -101,7 +101,7 @@ def test_limit_cycles_that_stop():
 
 def test_flutter_limits_that_are_missing():
     found = sh.flutter_limit(
-        FREE, "normal_load", (0.1, 10), np.geomspace(0.1, 10, 5), amplitude=(1e-6, 4e-4),
+        FREE, "normal_load", (0.1, 10), np.geomspace(0.1, 10, 5), amplitudes=(1e-6, 4e-4),
         disturbance=[1e-6, 1e-4], progress=False,
     )  # fmt: skip
     assert not len(crosses(sh.plot.flutter_limit(found).axes[0]))

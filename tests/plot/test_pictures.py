@@ -63,8 +63,8 @@ def condensed():
         friction_coefficient=0.5,
         normal_load=1.0,
     )
-    force = sh.forces.PointForce(dof=5, amplitude=5.0)
-    small = sh.condense(chain, force, frequency=(3, 12), harmonics=(1,), dofs=[5])
+    force = sh.forces.PointForce(place=5, amplitude=5.0)
+    small = sh.condense(chain, force, frequency_band=(3, 12), harmonics=(1,), places=[5])
     return sh.HarmonicBalance(small, force, harmonics=(1,))
 
 

@@ -44,7 +44,7 @@ def nodes():
     n = 5
     stiffness = 2e4 * np.eye(n) - 1e4 * (np.eye(n, k=1) + np.eye(n, k=-1))
     chain = sh.Model(np.eye(n), 0.5 * np.eye(n), stiffness, places=NODES)
-    return sh.frf(sh.HarmonicBalance(chain, sh.forces.PointForce(dof="tip:y")), (60, 95), at=GRID)
+    return sh.frf(sh.HarmonicBalance(chain, sh.forces.PointForce(place="tip:y")), (60, 95), at=GRID)
 
 
 def drawn(dataset, place):
@@ -161,7 +161,7 @@ def test_peaks_of_a_place_are_where_it_is_largest():
         friction_coefficient=0.5,
         normal_load=1e4,
     )
-    problem = sh.HarmonicBalance(disk, sh.forces.PointForce(dof=1))
+    problem = sh.HarmonicBalance(disk, sh.forces.PointForce(place=1))
     curve = sh.frf(problem, (12, 40), peaks="each", progress=False)
     (ax,) = sh.plot.response(curve, place=["blade 1", "blade 3"]).axes
     top = ax.lines[0]

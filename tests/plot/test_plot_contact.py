@@ -133,7 +133,7 @@ def test_paths_and_followed_parameters():
     assert len(loops) == int(np.isfinite(paths.frequency).sum()) < paths.frequency.size
     assert None not in loops.values()
     ring = fig08.problem().with_parameters(engine_order=3)
-    followed = sh.follow(ring, "normal_load", (1, 50), frequency=211.4, contact=2)
+    followed = sh.follow(ring, "normal_load[2]", (1, 50), frequency=211.4)
     for contact in (2, 3):
         loops, shown, dims = loops_of(followed, contact)
         assert dims == ["normal_load"]

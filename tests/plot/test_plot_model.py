@@ -274,7 +274,7 @@ def test_omitted_properties_are_listed():
 def test_condensed_structure():
     whole = plate()
     force = sh.forces.PointForce(105)
-    small = sh.condense(whole, force, (5, 30), dofs=[60])
+    small = sh.condense(whole, force, (5, 30), places=[60])
     figure = sh.plot.model(sh.HarmonicBalance(small, force))
     names = [text for text in beside(figure) if text.isdigit()]
     assert names == [str(dof) for dof in small.dofs]
@@ -288,7 +288,7 @@ def test_condensed_structure():
     assert "condensed: 5 degrees of freedom, 3 contacts" in text
     assert "Not drawn: mass, damping and stiffness of all 200 degrees of freedom" in text
     assert "Not drawn: the force on 1 degree of freedom not kept" in text
-    kept = sh.condense(whole, sh.forces.PointForce(60), (5, 30), dofs=[60])
+    kept = sh.condense(whole, sh.forces.PointForce(60), (5, 30), places=[60])
     assert (
         "force on"
         not in words(sh.plot.model(kept, force=sh.forces.PointForce(60))).partition("Not")[2]
@@ -420,7 +420,7 @@ def test_own_axes_are_drawn_into():
         (blade(), dict(force=3), TypeError, "force=3: expected an excitation"),
         (blade(), dict(force=sh.forces.PointForce), TypeError, "expected an excitation"),
         (blade(), dict(force=blade()), TypeError, "expected an excitation"),
-        (blade(), dict(force=sh.forces.PointForce(4)), ValueError, "dof=4"),
+        (blade(), dict(force=sh.forces.PointForce(4)), ValueError, "place=4"),
         (blade(), dict(ax=3), TypeError, "ax=3"),
     ],
 )

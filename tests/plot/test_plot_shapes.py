@@ -234,10 +234,10 @@ def names(figure):
 @pytest.mark.parametrize("order", [2, -2])
 def test_blades_are_those_of_the_engine_order(condensed, order):
     """Not all degrees of freedom: a condensed sector keeps its root too."""
-    force = sh.forces.EngineOrder(order, amplitude=1.0, blades=TIPS)
+    force = sh.forces.EngineOrder(order, amplitude=1.0, places=TIPS)
     model = sectors()
     if condensed:
-        model = sh.condense(model, force, (10, 40), dofs=TIPS)
+        model = sh.condense(model, force, (10, 40), places=TIPS)
         assert model.n_dof == 14
     response = sh.frf(sh.HarmonicBalance(model, force), (10, 40), progress=False)
     figure = sh.plot.disk(response, angle=0.3)
@@ -250,9 +250,9 @@ def test_blades_are_those_of_the_engine_order(condensed, order):
 
 
 def test_blades_that_were_not_kept():
-    force = sh.forces.EngineOrder(2, amplitude=1.0, blades=TIPS)
+    force = sh.forces.EngineOrder(2, amplitude=1.0, places=TIPS)
     point = sh.solve(sh.HarmonicBalance(sh.condense(sectors(), force, (10, 40)), force), 20.0)
-    with pytest.raises(ValueError, match=r"7 are not in it .*dofs= of condense keeps them"):
+    with pytest.raises(ValueError, match=r"7 are not in it .*places= of condense keeps them"):
         sh.plot.disk(point)
     assert names(sh.plot.disk(point, blades=range(7))) == [str(i) for i in range(7)]
     with pytest.raises(ValueError, match=r"expected all 7 blades, 1 are not in it .*\[2\]"):

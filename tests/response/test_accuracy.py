@@ -301,7 +301,7 @@ def chain(n=12):
 
 def condensed_chain(harmonics):
     force = sh.forces.PointForce(11, amplitude=3.0)
-    small = sh.condense(chain(), force, (0.6, 2.2), harmonics, dofs=range(8, 12), progress=False)
+    small = sh.condense(chain(), force, (0.6, 2.2), harmonics, places=range(8, 12), progress=False)
     return sh.HarmonicBalance(small, force)
 
 

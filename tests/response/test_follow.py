@@ -347,7 +347,7 @@ def test_one_contact_of_the_ring(name, value):
     problem = fig08.problem().with_parameters(engine_order=3, normal_load=50.0)
     grid = np.linspace(0, value, 5)[1:]
     nominal = problem.parameters[name]
-    up, down = both_ways(problem, name, (0.0, value), at=grid, frequency=211.0, contact=4)
+    up, down = both_ways(problem, f"{name}[4]", (0.0, value), at=grid, frequency=211.0)
     for single in grid:
         values = nominal.copy()
         values[4] = single
@@ -365,9 +365,7 @@ def test_one_contact_of_the_ring(name, value):
 def test_one_contact_at_its_nominal_value_changes_nothing():
     problem = mistuned_ring()
     value = float(problem.parameters["normal_load"][2])
-    curve = sh.follow(
-        problem, "normal_load", (value / 2, 2 * value), at=[value], frequency=19.0, contact=2
-    )
+    curve = sh.follow(problem, "normal_load[2]", (value / 2, 2 * value), at=[value], frequency=19.0)
     point = sh.solve(problem, 19.0)
     np.testing.assert_allclose(curve.amplitude[0], point.amplitude, rtol=1e-9)
 
@@ -769,18 +767,14 @@ NAN, INF = float("nan"), float("inf")
         (dict(frequency="19"), ["frequency='19'", "real number"]),
         (dict(frequency=None), ["frequency=None", "real number"]),
         (dict(frequency=(10.0, 20.0)), ["frequency=(10.0, 20.0)", "one number"]),
-        (dict(contact=5), ["contact=5", "from 0 to 4"]),
-        (dict(contact=-1), ["contact=-1", "from 0 to 4"]),
-        (dict(contact=1.5), ["contact=1.5", "from 0 to 4"]),
-        (dict(contact=True), ["contact=True", "from 0 to 4"]),
-        (dict(contact="1"), ["contact='1'", "from 0 to 4"]),
-        (dict(contact=[1, 2]), ["contact=[1, 2]", "from 0 to 4"]),
-        (dict(dof=1), ["dof=1", "normal_load has no value per dof"]),
-        (dict(parameter="stiffness", contact=1), ["contact=1", "stiffness has no value"]),
-        (dict(parameter="stiffness", dof=5), ["dof=5", "from 0 to 4"]),
-        (dict(parameter="force_amplitude", contact=0), ["contact=0", "force_amplitude has no"]),
-        (dict(parameter="force_amplitude", dof=0), ["dof=0", "force_amplitude has no"]),
-        (dict(contact=0, dof=0), ["dof=0", "no value per dof"]),
+        (dict(parameter="normal_load[5]"), ["parameter='normal_load[5]'", "from 0 to 4"]),
+        (dict(parameter="normal_load[-1]"), ["parameter='normal_load[-1]'", "from 0 to 4"]),
+        (dict(parameter="normal_load[1.5]"), ["parameter='normal_load[1.5]'", "from 0 to 4"]),
+        (dict(parameter="normal_load[]"), ["parameter='normal_load[]'", "from 0 to 4"]),
+        (dict(parameter="stiffness[5]"), ["parameter='stiffness[5]'", "from 0 to 4"]),
+        (dict(parameter="force_amplitude[0]"), ["parameter='force_amplitude[0]'", "one value"]),
+        (dict(parameter="normal_laod[0]"), ["'normal_laod'", "normal_load"]),
+        (dict(parameter=3), ["3 is no parameter"]),
         (dict(over={"normal_load": [1.0, 2.0]}), ["over", "normal_load", "followed"]),
         (dict(over={"mas": [1.0]}), ["'mas'", "allowed", "mass"]),
         (dict(over=[1.0]), ["over=[1.0]", "mapping"]),
@@ -803,11 +797,11 @@ def test_bad_input(options, words):
     assert not missing, message
 
 
-@pytest.mark.parametrize("options", [dict(peaks="all"), dict(frequency=(20.0, 20.0))])
+@pytest.mark.parametrize("options", [dict(peaks="all"), dict(band=(20.0, 20.0))])
 def test_bad_input_of_a_frequency_response(options):
     ((name, value),) = options.items()
     with pytest.raises(ValueError, match="expected") as caught:
-        sh.frf(mistuned_ring(), **{"frequency": (10.0, 20.0)} | options)
+        sh.frf(mistuned_ring(), **{"band": (10.0, 20.0)} | options)
     assert f"{name}={value!r}" in str(caught.value)
 
 
@@ -827,8 +821,8 @@ def test_a_model_without_contacts():
     exact = 1 / np.hypot(1 - (TWO_PI * 0.1) ** 2, 0.1 * TWO_PI * 0.1)
     # A linear response: round-off.
     np.testing.assert_allclose(curve.amplitude[:, 0], exact * curve.force_amplitude, rtol=1e-11)
-    with pytest.raises(ValueError, match="contact=0"):
-        sh.follow(problem, "normal_load", (0.5, 2), frequency=0.1, contact=0)
+    with pytest.raises(ValueError, match=r"normal_load\[0\]"):
+        sh.follow(problem, "normal_load[0]", (0.5, 2), frequency=0.1)
 
 
 @pytest.mark.parametrize("harmonics", [(1,), (1, 3), (0, 1, 2, 3)])

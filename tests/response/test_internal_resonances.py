@@ -44,7 +44,7 @@ def cubic_problem(ratio, harmonics):
 
 def frequencies(problem, amplitude, **options):
     """Angular frequencies of a mode at one amplitude, in their order, NaN of what was not found."""
-    options = dict(amplitude=(1e-5, 1e-1), at=[amplitude], progress=False) | options
+    options = dict(band=(1e-5, 1e-1), at=[amplitude], progress=False) | options
     found = sh.nonlinear_modes(problem, **options)
     return np.sort(2 * np.pi * found.frequency.values[0, : found.n_solutions.item()])
 

@@ -60,7 +60,7 @@ def test_values_of_one_blade(damping, highest, amplitudes, frequencies):
 @pytest.mark.parametrize("load", [0.3, 3.0, 30.0])
 @pytest.mark.parametrize("damping", [-25.0, -5.0, -0.2])
 def test_closed_form_of_one_blade(load, damping):
-    found = cycles(blade(damping, normal_load=load), amplitude=(1e-6, 10.0))
+    found = cycles(blade(damping, normal_load=load), amplitudes=(1e-6, 10.0))
     assert found.sizes["point"] == 2
     at = [closed_form(a, 0.5 * load) for a in found.amplitude.values]
     np.testing.assert_allclose([c for c, _ in at], damping, rtol=1e-10)
@@ -136,7 +136,7 @@ def test_motions_without_damping_are_no_cycles():
 
 
 def test_cycles_of_other_amplitudes_are_not_looked_for():
-    found = cycles(blade(-0.5), amplitude=(1e-6, 1e-2))
+    found = cycles(blade(-0.5), amplitudes=(1e-6, 1e-2))
     np.testing.assert_allclose(found.amplitude, [1.508422732e-4], rtol=1e-9)
     assert "modes 0, for amplitudes of 1e-06 to 0.01 m" in found.searched
     assert "not looked for" in found.searched
@@ -151,11 +151,11 @@ def test_a_force_takes_no_part():
 
 def test_cycles_of_an_oscillator_of_van_der_pol():
     model = van_der_pol()
-    over = cycles(model, "c", (-1, 1), amplitude=(1e-2, 5), stability=True)
+    over = cycles(model, "c", (-1, 1), amplitudes=(1e-2, 5), stability=True)
     np.testing.assert_allclose(over.amplitude, 2 * np.sqrt(-over.c.values), rtol=1e-9)
     assert (over.stability == 1).all()
     assert over.amplitude[0].item() == pytest.approx(1e-2, rel=1e-6)
-    found = cycles(model, harmonics=range(1, 26, 2), amplitude=(1.0, 3.0))
+    found = cycles(model, harmonics=range(1, 26, 2), amplitudes=(1.0, 3.0))
     told = STATED["van_der_pol"]
     assert 1 / found.frequency.item() == pytest.approx(told["period"], rel=1e-9)
     assert found.largest_displacement.item() == pytest.approx(told["amplitude"], rel=1e-8)
@@ -396,7 +396,7 @@ def all_sectors():
 @pytest.mark.parametrize("wave", [0, 2, -3])
 def test_air_drives_waves_by_its_coefficients(wave):
     found = [
-        cycles(disk, harmonics=(1, 3), nodal_diameter=wave, dof=1, stability=False)
+        cycles(disk, harmonics=(1, 3), nodal_diameter=wave, place=1, stability=False)
         for disk in (sectors(), all_sectors())
     ]
     assert found[0].sizes["point"] == 2
@@ -432,8 +432,8 @@ def test_several_modes():
     matrices = np.eye(2), -2.0 * np.eye(2), np.array([[2e4, -1e4], [-1e4, 3e4]])
     values = dict(contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3)
     model = sh.Model(*matrices, contacts=[(0,), (1,)], **values)
-    both = cycles(model, mode=(0, 1), dof=0)
-    alone = [cycles(model, mode=mode, dof=0) for mode in (0, 1)]
+    both = cycles(model, mode=(0, 1), place=0)
+    alone = [cycles(model, mode=mode, place=0) for mode in (0, 1)]
     assert [one.sizes["point"] for one in alone] == [2, 2]
     amplitudes = np.sort(np.concatenate([one.amplitude for one in alone]))
     np.testing.assert_allclose(both.amplitude, amplitudes, rtol=1e-10)
@@ -459,7 +459,9 @@ def test_responses_under_negative_damping_may_be_several():
 def test_what_takes_no_negative_damping_says_so():
     chain = sh.Model(np.eye(3), -0.1 * np.eye(3), 1e4 * np.diag([2.0, 2.0, 1.0]))
     with pytest.raises(ValueError, match="gives energy to no motion"):
-        sh.condense(chain, sh.forces.PointForce(), frequency=(10, 30), dofs=[0], progress=False)
+        sh.condense(
+            chain, sh.forces.PointForce(), frequency_band=(10, 30), places=[0], progress=False
+        )
     problem = sh.HarmonicBalance(blade(0.5), sh.forces.PointForce())
     with pytest.raises(ValueError, match="values must stay >= 0"):
         sh.mistuning.uniform(problem, 5, seed=1, damping=1.5)
@@ -476,13 +478,13 @@ def test_what_takes_no_negative_damping_says_so():
         (("force_amplitude", (1, 2)), {}, (KeyError, ValueError), "force_amplitude"),
         ((None, (1, 2)), {}, ValueError, "parameter=None"),
         ((), dict(at=[1.0]), ValueError, "parameter=None"),
-        ((), dict(contact=0), ValueError, "parameter=None"),
-        ((), dict(amplitude=(1, 1e-3)), ValueError, "smallest, largest"),
-        ((), dict(amplitude=(0, 1)), ValueError, "amplitude"),
+        (("damping[9]", (-3, 0)), {}, ValueError, "damping"),
+        ((), dict(amplitudes=(1, 1e-3)), ValueError, "smallest, largest"),
+        ((), dict(amplitudes=(0, 1)), ValueError, "amplitude"),
         ((), dict(mode=1), ValueError, "mode=1"),
         ((), dict(mode=(0, 0)), ValueError, "different"),
         ((), dict(mode="first"), (TypeError, ValueError), "mode"),
-        ((), dict(dof=1), ValueError, "degree of freedom=1"),
+        ((), dict(place=1), ValueError, "degree of freedom=1"),
         ((), dict(nodal_diameter=1), ValueError, "nodal_diameter=1"),
         ((), dict(stability=1), (TypeError, ValueError), "stability"),
         (("damping", (-3, 0)), dict(over={"damping": [1.0]}), ValueError, "damping"),
@@ -501,4 +503,4 @@ def test_what_has_no_modes_is_refused():
         cycles(sectors(), stability=True, nodal_diameter=1)
     ring = sh.bladed_disk(5, damping=-2.0, **VALUES)
     with pytest.raises(ValueError, match="all sectors move alike"):
-        cycles(ring, "damping", (-3, 0), nodal_diameter=1, blade=2)
+        cycles(ring, "damping[2]", (-3, 0), nodal_diameter=1)

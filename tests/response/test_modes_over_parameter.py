@@ -1,5 +1,7 @@
 """Nonlinear modes of one amplitude over a parameter: closed forms, derivatives and datasets."""
 
+from typing import Any
+
 import numpy as np
 import pytest
 from closed_forms import OneBlade
@@ -19,9 +21,9 @@ AMPLITUDE = 3e-4
 
 
 def modes(problem, *given, **options):
-    return sh.nonlinear_modes(
-        problem, *given, **dict(amplitude=AMPLITUDE, progress=False) | options
-    )
+    """Modes over the amplitude, or with a parameter given of one amplitude."""
+    usual: dict[str, Any] = dict(amplitude=AMPLITUDE) if given else {}
+    return sh.nonlinear_modes(problem, *given, **usual | dict(progress=False) | options)
 
 
 def of_load(load, damping=0.5):
@@ -65,7 +67,7 @@ def test_modes_of_a_ring_are_those_over_the_amplitude(parameter, values):
     problem = sh.HarmonicBalance(RING, harmonics=(1, 3, 5))
     band = values[0], values[-1]
     found = modes(problem, parameter, band, at=values, nodal_diameter=3)
-    wave = dict(amplitude=(1e-6, 1e-2), nodal_diameter=3)
+    wave = dict(band=(1e-6, 1e-2), nodal_diameter=3)
     over = modes(problem, at=[AMPLITUDE], over={parameter: values}, **wave).isel(amplitude=0)
     for name in ("frequency", "damping_ratio", "coefficient", "modal_amplitude"):
         other = over[name]
@@ -79,9 +81,9 @@ def test_modes_of_a_sector_whose_contacts_open():
     load = next(name for name in problem.parameters if name.endswith("normal_load"))
     value = float(np.ravel(problem.parameters[load])[0])
     values = [0.5 * value, value, 1.5 * value]
-    wave = dict(nodal_diameter=1, dof=5)
+    wave = dict(nodal_diameter=1, place=5)
     found = modes(problem, load, (values[0], values[-1]), at=values, amplitude=1e-3, **wave)
-    over = modes(problem, at=[1e-3], over={load: values}, amplitude=(1e-6, 1e-2), **wave).isel(
+    over = modes(problem, at=[1e-3], over={load: values}, band=(1e-6, 1e-2), **wave).isel(
         amplitude=0
     )
     assert (found.contact_state == 2).any()
@@ -134,10 +136,10 @@ def test_one_contact_alone_moves():
         },
     )  # fmt: skip
     problem = sh.HarmonicBalance(model, harmonics=(1, 3))
-    found = modes(problem, "normal_load", (1, 10), at=[2.0, 3.0], contact=0)
+    found = modes(problem, "normal_load[0]", (1, 10), at=[2.0, 3.0])
     for i, load in enumerate((2.0, 3.0)):
         alone = problem.with_parameters(normal_load=[load, 5.0])
-        single = modes(alone, at=[AMPLITUDE], amplitude=(1e-6, 1e-2))
+        single = modes(alone, at=[AMPLITUDE], band=(1e-6, 1e-2))
         np.testing.assert_allclose(
             found.damping_ratio[i, 0], single.damping_ratio[0, 0], rtol=1e-10
         )
@@ -164,14 +166,16 @@ def test_bad_input_is_named():
     forced = sh.HarmonicBalance(blade, sh.forces.PointForce())
     for words, given, options in (
         ("mass.*does not change the mass matrix", (problem, "mass", (1, 2)), {}),
-        ("parameter=None", (problem, None, (1, 2)), dict(amplitude=(1e-5, 1e-3))),
+        ("amplitude=0.001: expected None", (problem,), dict(amplitude=1e-3)),
+        ("amplitude=None", (problem, "normal_load", (1, 2)), dict(amplitude=None)),
+        (r"normal_load\[3\].*from 0 to 0", (problem, "normal_load[3]", (1, 2)), {}),
         ("over: .normal_load. is", (problem, "normal_load", (1, 2)),
          dict(over={"normal_load": [1]})),
         ("amplitude=", (problem, "normal_load", (1, 2)), dict(amplitude=(1e-5, 1e-3))),
         ("amplitude=", (problem, "normal_load", (1, 2)), dict(amplitude=-1e-3)),
         ("band=", (problem, "normal_load", (2, 2)), {}),
-        ("nodal_diameter=3: expected None", (ring, "normal_load", (1, 2)),
-         dict(contact=1, nodal_diameter=3)),
+        ("nodal_diameter=3: expected None", (ring, "normal_load[1]", (1, 2)),
+         dict(nodal_diameter=3)),
         ("force_amplitude", (forced, "force_amplitude", (1, 2)), {}),
     ):  # fmt: skip
         with pytest.raises((ValueError, TypeError), match=words):

@@ -101,7 +101,7 @@ def exact_difference(problem, harmonics, amplitude, mode=0, dof=0):
 
     The mode is solved for with more harmonics, which the force and its exact motion have as well.
     """
-    found = modes(problem, mode=mode, amplitude=(1e-6, 2e-2), dof=dof, at=[amplitude])
+    found = modes(problem, mode=mode, band=(1e-6, 2e-2), place=dof, at=[amplitude])
     coarse = of_coefficients(problem, at_points(found).isel(amplitude=0))
     fine = NonlinearModeProblem(unforced(problem.with_harmonics(tuple(harmonics))), dof)
     basis, n = fine.problem.basis, fine.problem.n_unknowns
@@ -177,7 +177,7 @@ def test_sector_of_any_physics_is_its_disk(cartesian, contacts, wave_number, loa
     force = wave(wave_number, disk) if loaded else None
     problem = sh.HarmonicBalance(disk, force, harmonics)
     grid = [1e-5, 3e-4, 1e-3]
-    found = modes(problem, amplitude=(1e-6, 1e-3), dof=5, at=grid, nodal_diameter=wave_number)
+    found = modes(problem, band=(1e-6, 1e-3), place=5, at=grid, nodal_diameter=wave_number)
     assert ("force_left_out" in found.attrs) == loaded
     ring = assembled(disk, force, harmonics)
     whole = NonlinearModeProblem(unforced(sh.HarmonicBalance(ring.model, ring.force, harmonics)), 0)
@@ -202,9 +202,9 @@ def test_sector_of_any_physics_is_its_disk(cartesian, contacts, wave_number, loa
 def test_wave_of_a_sector_is_that_of_its_engine_order():
     disk = with_friction(random_disk(5, cartesian=False))
     problem = sh.HarmonicBalance(disk, sh.forces.EngineOrder(2, pattern={1: {5: 1.0}}), (0, 1))
-    own = modes(problem, amplitude=(1e-5, 1e-4), dof=5, at=[1e-4])
+    own = modes(problem, band=(1e-5, 1e-4), place=5, at=[1e-4])
     alone = sh.HarmonicBalance(disk, None, (0, 1))
-    given = modes(alone, amplitude=(1e-5, 1e-4), dof=5, at=[1e-4], nodal_diameter=2)
+    given = modes(alone, band=(1e-5, 1e-4), place=5, at=[1e-4], nodal_diameter=2)
     np.testing.assert_allclose(own.frequency, given.frequency, rtol=1e-13)
 
 
@@ -225,7 +225,7 @@ def test_stop_closes_at_its_gap_and_opens_at_its_preload():
         (dict(normal_load=10.0), "onset of opening", 10.0 / 2e4, 3e4),
     ):
         problem = sh.HarmonicBalance(held_blade(stop(**given)), harmonics=range(8))
-        path = modes(problem, amplitude=(1e-6, 10.0))
+        path = modes(problem, band=(1e-6, 10.0))
         assert path.event_kind.item() == kind
         assert path.event_amplitude.item() == pytest.approx(amplitude, rel=1e-12)
         assert path.frequency[0] == pytest.approx(np.sqrt(stiffness) / (2 * np.pi), rel=1e-12)
@@ -236,7 +236,7 @@ def test_stop_closes_at_its_gap_and_opens_at_its_preload():
 
 def test_stop_that_just_touches_never_moves_linearly():
     problem = sh.HarmonicBalance(held_blade(stop(gap=0.0)), harmonics=range(40))
-    path = modes(problem, amplitude=(1e-6, 1e-2))
+    path = modes(problem, band=(1e-6, 1e-2))
     both = np.array([1e4, 3e4]) ** -0.5
     np.testing.assert_allclose(path.frequency, 1 / (np.pi * both.sum()), rtol=1e-7)
 
@@ -254,7 +254,7 @@ def shroud(**given):
 @pytest.mark.parametrize("mode", [0, 1])
 def test_contact_that_opens_over_the_whole_range(given, mode):
     problem = sh.HarmonicBalance(shroud(**given), harmonics=range(6))
-    path = modes(problem, mode=mode, amplitude=(1e-6, 1e-1), dof=mode)
+    path = modes(problem, mode=mode, band=(1e-6, 1e-1), place=mode)
     assert path.status.item() == sh.Status.REACHED_END
     assert path.converged.all()
     kind = "onset of opening" if "normal_load" in given else "onset of contact"
@@ -301,16 +301,16 @@ def test_bad_input_is_named():
         (
             "dof=1: expected a degree of freedom that moves in mode 0, .*; 0 moves",
             (pair,),
-            dict(dof=1),
+            dict(place=1),
         ),
-        ("degree of freedom=1: expected", (problem,), dict(dof=1)),
-        ("degree of freedom=-1", (problem,), dict(dof=-1)),
-        ("dof=.*right interface", (sector,), dict(dof=disk.n_whole - 1, nodal_diameter=1)),
+        ("degree of freedom=1: expected", (problem,), dict(place=1)),
+        ("degree of freedom=-1", (problem,), dict(place=-1)),
+        ("dof=.*right interface", (sector,), dict(place=disk.n_whole - 1, nodal_diameter=1)),
         ("nodal_diameter=7: expected an integer from -6 to 6", (ring,), dict(nodal_diameter=7)),
         ("nodal_diameter=1: expected None", (problem,), dict(nodal_diameter=1)),
         ("nodal_diameter=0.5", (ring,), dict(nodal_diameter=0.5)),
-        ("amplitude=.*smallest", (problem,), dict(amplitude=(1e-2, 1e-6))),
-        ("amplitude=", (problem,), dict(amplitude=(0.0, 1e-6))),
+        ("band=.*smallest", (problem,), dict(band=(1e-2, 1e-6))),
+        ("band=", (problem,), dict(band=(0.0, 1e-6))),
         ("at=", (problem,), dict(at=[1.0])),
         ("harmonics=.*expected 1", (third,), {}),
         ("samples=64", (sh.HarmonicBalance(blade, None, (1,), 64),), {}),
@@ -354,10 +354,10 @@ def test_frequency_that_falls_to_zero_ends_the_path():
     model = sh.Model([[1.0]], [[2.0]], [[1e4]], contacts={"soft": spring})
     problem = sh.HarmonicBalance(model, harmonics=(1,))
     with pytest.warns(RuntimeWarning, match="falls to 0"):
-        path = modes(problem, amplitude=(1e-6, 1e-1))
+        path = modes(problem, band=(1e-6, 1e-1))
     assert path.amplitude[-1].item() == pytest.approx(np.sqrt(1e4 / 0.75e8), rel=1e-3)
     with pytest.raises(sh.SolveError, match="falls to 0"):
-        modes(problem, amplitude=(1e-6, 1e-1), throw=True)
+        modes(problem, band=(1e-6, 1e-1), throw=True)
 
 
 def test_amplitude_that_turns_back_to_its_start_is_told():
@@ -426,13 +426,13 @@ def test_degree_of_freedom_that_moves_most():
     for mode in (0, 1):
         problem = sh.HarmonicBalance(pair)
         most, given = (
-            modes(problem, mode=mode, amplitude=(1e-6, 1e-5), dof=dof) for dof in (None, mode)
+            modes(problem, mode=mode, band=(1e-6, 1e-5), place=dof) for dof in (None, mode)
         )
         np.testing.assert_array_equal(most.coefficient, given.coefficient)
         assert most.attrs["followed"] == given.attrs["followed"]
     disk = with_friction(random_disk(5, cartesian=False))
     alone = sh.HarmonicBalance(disk, None, (0, 1))
-    path = modes(alone, amplitude=(1e-6, 1e-5), dof=None, nodal_diameter=1)
+    path = modes(alone, band=(1e-6, 1e-5), place=None, nodal_diameter=1)
     size = np.hypot(*path.coefficient.sel(harmonic=1)[0].values.T)
     assert size.max() == pytest.approx(1e-6, rel=1e-12)
 
@@ -441,11 +441,11 @@ def test_reduced_structure_is_told_by_the_numbers_of_the_whole():
     stiffness = 2e4 * np.eye(12) - 1e4 * (np.eye(12, k=1) + np.eye(12, k=-1))
     rubs = dict(contact_stiffness=5e3, friction_coefficient=0.5, normal_load=3.0)
     whole = sh.Model(np.eye(12), 0.5 * np.eye(12), stiffness, contacts=[(9,)], **rubs)
-    reduced = sh.craig_bampton(whole, 11, (1, 40), dofs=[9])  # as many modes as there are
+    reduced = sh.craig_bampton(whole, 11, (1, 40), places=[9])  # as many modes as there are
     found = []
     for model in (whole, reduced):
         problem = sh.HarmonicBalance(model, harmonics=(1, 3))
-        found.append(modes(problem, amplitude=(1e-6, 1e-2), dof=9, at=[1e-5, 1e-3, 5e-3]))
+        found.append(modes(problem, band=(1e-6, 1e-2), place=9, at=[1e-5, 1e-3, 5e-3]))
     for name in ("frequency", "damping_ratio", "modal_amplitude"):
         np.testing.assert_allclose(found[1][name], found[0][name], rtol=1e-8)
     small = sh.HarmonicBalance(sh.craig_bampton(whole, 2, (1, 20)))
@@ -463,9 +463,9 @@ def test_archives_of_a_reduced_sector_know_its_degree_of_freedom(tmp_path, monke
         tangential=(4,), contact_stiffness=5e3, friction_coefficient=0.5, normal_load=3
     )
     disk = sh.Sector(sector, left=[0], right=[5], n_sectors=8).with_contacts(root=rubs)
-    small = sh.craig_bampton(disk, 2, (1, 60), dofs=[4])
+    small = sh.craig_bampton(disk, 2, (1, 60), places=[4])
     problem = sh.HarmonicBalance(small, harmonics=(1,))
-    path = modes(problem, amplitude=(1e-5, 1e-3), dof=4, nodal_diameter=2)
+    path = modes(problem, band=(1e-5, 1e-3), place=4, nodal_diameter=2)
     assert sh.datasets.rebuild(path).model.kept.tolist() != small.kept.tolist()
     verified = sh.verify(path, exact="none", progress=False)
     assert verified.residual_stored.max() < 1e-9
@@ -483,6 +483,6 @@ def test_archives_of_a_reduced_sector_know_its_degree_of_freedom(tmp_path, monke
     with monkeypatch.context() as patch:
         patch.setattr("symhbm.response.ensemble._outcome", interrupted)
         with pytest.raises(KeyboardInterrupt):
-            modes(problem, amplitude=(1e-5, 1e-3), dof=4, nodal_diameter=2, archive=target)
+            modes(problem, band=(1e-5, 1e-3), place=4, nodal_diameter=2, archive=target)
     found = sh.resume(target, progress=False)
     np.testing.assert_array_equal(found.damping_ratio, path.damping_ratio)

@@ -165,7 +165,9 @@ def test_one_sector_and_the_ring_have_the_same_outputs():
     turned = np.eye(6) - np.roll(np.eye(6), 1, axis=1)
     ring = ring.with_outputs({"relative": turned}, units="m")
     balance = sh.HarmonicBalance(ring, sh.forces.EngineOrder(2), (1, 3), peaks_of="relative")
-    one, whole = (sh.frf(balance, (60, 110), sector=s, progress=False) for s in (True, False))
+    one, whole = (
+        sh.frf(balance.with_by_sector(s), (60, 110), progress=False) for s in (True, False)
+    )
     assert one.n_sectors.item() == 6
     np.testing.assert_allclose(one.peak_amplitude, whole.peak_amplitude, rtol=1e-9)
     assert one.peak_relative_amplitude.std("relative_row").max() < 1e-12 * one.peak_amplitude.max()
@@ -268,7 +270,7 @@ def test_tracked_peaks_and_designs_are_those_of_the_output():
     np.testing.assert_allclose(stress[by], factor * plain[by], rtol=1e-12)
     assert stress[by].attrs["units"] == "Pa N-1"
     plain, stress = (
-        sh.minimise_peak(each, "normal_load", (1, 10), frequency=(10, 30)) for each in both
+        sh.minimise_peak(each, "normal_load", (1, 10), frequency_band=(10, 30)) for each in both
     )
     np.testing.assert_allclose(stress.design_value, plain.design_value, rtol=1e-9)
     np.testing.assert_allclose(stress.design_amplitude, factor * plain.design_amplitude)
@@ -276,14 +278,18 @@ def test_tracked_peaks_and_designs_are_those_of_the_output():
 
 def test_second_derivatives_of_peaks_of_differences():
     curve = sh.peak_curve(
-        problem("stress", (1,)), "force_amplitude", (1.0, 2.5), frequency=(5, 25), progress=False
+        problem("stress", (1,)),
+        "force_amplitude",
+        (1.0, 2.5),
+        frequency_band=(5, 25),
+        progress=False,
     )
     step = 1e-4
     at = float(curve.force_amplitude[len(curve.force_amplitude) // 2])
     around = [
         sh.peak_curve(
             problem("stress", (1,)), "force_amplitude", (1.0, 2.5), at=[value],
-            frequency=(5, 25), progress=False,
+            frequency_band=(5, 25), progress=False,
         )
         for value in (at - step, at, at + step)
     ]  # fmt: skip

@@ -58,7 +58,7 @@ def test_they_are_the_backbone_that_modes_draw(harmonics):
     [frequency] = resonances(found)
     at = found.isel(point=int(np.argmin(np.abs(found.frequency.values - frequency))))
     first = float(np.hypot(*at.coefficient.sel(harmonic=1).squeeze().values))
-    mode = sh.nonlinear_modes(problem, amplitude=(1e-5, 1e-1), at=[first], progress=False)
+    mode = sh.nonlinear_modes(problem, band=(1e-5, 1e-1), at=[first], progress=False)
     near = 1e-11 if harmonics == (1,) else 1e-3
     assert float(mode.frequency.squeeze()) == pytest.approx(frequency, rel=near)
 
@@ -87,7 +87,7 @@ def test_antiresonances_are_none(band):
     """A linear chain driven at one end: three resonances, the two lags between them left out."""
     mass, damping = np.eye(3), 0.5 * np.eye(3)
     stiffness = 1e4 * np.array([[2.0, -1, 0], [-1, 2, -1], [0, -1, 2]])
-    problem = sh.HarmonicBalance(sh.Model(mass, damping, stiffness), sh.forces.PointForce(dof=0))
+    problem = sh.HarmonicBalance(sh.Model(mass, damping, stiffness), sh.forces.PointForce(place=0))
     found = sh.frf(problem, band, phase_resonances=True, progress=False)
 
     def in_phase(hertz):
@@ -136,7 +136,9 @@ def test_a_ring_is_solved_by_sectors():
     )  # fmt: skip
     problem = sh.HarmonicBalance(disk, sh.forces.EngineOrder(2, amplitude=3.0), (1,))
     each = [
-        resonances(sh.frf(problem, (15, 150), sector=s, phase_resonances=True, progress=False))
+        resonances(
+            sh.frf(problem.with_by_sector(s), (15, 150), phase_resonances=True, progress=False)
+        )
         for s in (True, False)
     ]
     assert len(each[0]) == 1
@@ -158,7 +160,7 @@ def test_none_is_passed_over_on_linear_chains(seed):
     mass, damping = np.diag(rng.uniform(0.5, 2, 4)), 10 ** rng.uniform(-1, 1) * np.eye(4)
     driven = int(rng.integers(4))
     problem = sh.HarmonicBalance(
-        sh.Model(mass, damping, stiffness), sh.forces.PointForce(dof=driven)
+        sh.Model(mass, damping, stiffness), sh.forces.PointForce(place=driven)
     )
     found = sh.frf(problem, (0.5, 80), phase_resonances=True, progress=False)
     grid = np.linspace(0.5, 80, 40001)

@@ -15,7 +15,7 @@ def frequency_over_stuck(found):
 
 
 def test_two_masses_on_dry_friction():
-    found = sh.nonlinear_modes(two_masses(21), amplitude=(1e-2, 12.0), dof=1, progress=False)
+    found = sh.nonlinear_modes(two_masses(21), band=(1e-2, 12.0), place=1, progress=False)
     told, frequency = DRY_FRICTION, frequency_over_stuck(found)
     assert np.sqrt(640.0) == pytest.approx(told["stuck"], abs=5e-5)
     modal = np.log(found.modal_amplitude.values)
@@ -33,7 +33,7 @@ def test_two_masses_on_dry_friction():
 def test_fold_of_two_masses_on_dry_friction_is_truncation():
     """With more harmonics it is gone, and the highest frequency moves by 2e-5."""
     few, many = (
-        sh.nonlinear_modes(two_masses(highest), amplitude=(0.13, 0.14), dof=1, progress=False)
+        sh.nonlinear_modes(two_masses(highest), band=(0.13, 0.14), place=1, progress=False)
         for highest in (21, 41)
     )
     assert few.event_kind.values.tolist() == ["fold", "fold"]
@@ -46,7 +46,7 @@ def test_fold_of_two_masses_on_dry_friction_is_truncation():
 def test_duffing_oscillator(cubic):
     problem = duffing_problem(cubic)
     largest = 3.0 if cubic > 0 else 1.2
-    found = sh.nonlinear_modes(problem, amplitude=(1e-2, largest), progress=False)
+    found = sh.nonlinear_modes(problem, band=(1e-2, largest), progress=False)
     expected = duffing(1.0, cubic, found.largest_displacement.values[:, 0])
     np.testing.assert_allclose(2 * np.pi * found.frequency, expected, rtol=1e-9)
     assert np.abs(found.damping_ratio).max() < 1e-12
@@ -61,7 +61,7 @@ def test_similar_modes_of_two_equal_oscillators():
     )
     problem = sh.HarmonicBalance(model, harmonics=range(1, 10, 2))
     for mode, linear in ((0, 1.0), (1, 1.0 + 2 * coupling)):
-        found = sh.nonlinear_modes(problem, mode=mode, amplitude=(1e-2, 0.2), progress=False)
+        found = sh.nonlinear_modes(problem, mode=mode, band=(1e-2, 0.2), progress=False)
         largest = found.largest_displacement.values
         np.testing.assert_allclose(largest[:, 1], largest[:, 0], rtol=1e-9)
         expected = duffing(linear, cubic, largest[:, 0])

@@ -21,7 +21,7 @@ def test_one_degree_of_freedom_and_one_harmonic_is_exact(amplitude):
     problem = sh.HarmonicBalance(
         sh.single_blade(**BLADE), sh.forces.PointForce(amplitude=amplitude, phase=0.4)
     )
-    found = modes(problem, amplitude=(1e-6, 1e-1))
+    found = modes(problem, band=(1e-6, 1e-1))
     near = sh.datasets.synthesised_response(found)
     assert np.nanmax(near.synthesis_error) < 1e-11
     assert near.peak_synthesis_error.max() < 1e-11
@@ -76,7 +76,7 @@ def test_sector_of_a_disk():
     disk = with_friction(sh.Sector(light, *ends, 5, rotation="z"))
     force = sh.forces.EngineOrder(2, 20.0, pattern={1: {5: 1.0}})
     problem = sh.HarmonicBalance(disk, force, (0, 1, 2, 3))
-    found = modes(problem, amplitude=(1e-6, 1e-1), dof=5)
+    found = modes(problem, band=(1e-6, 1e-1), place=5)
     near = sh.datasets.synthesised_response(found)
     k = int(np.nanargmin(near.synthesis_error[1]))
     point = sh.solve(problem, near.frequency[1, k].item())

@@ -78,12 +78,11 @@ CASES = {
     "loads": lambda: sh.follow(BLADE, "normal_load", (0.1, 100), frequency=19.5),
     "one load": lambda: sh.follow(
         RING,
-        "normal_load",
+        "normal_load[1]",
         (0.5, 5),
         at=[0.5, 2.0, 5.0],
         over={"force_amplitude": [1.0, 2.0]},
         frequency=24.0,
-        contact=1,
     ),
     "duffing": lambda: sh.frf(DUFFING, (0.32, 0.08), at=[0.15, 0.19, 0.21]),
     "cubic stiffness": lambda: sh.follow(

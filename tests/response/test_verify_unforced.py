@@ -58,16 +58,14 @@ def cubic():
 CASES = {
     "mode": lambda: sh.nonlinear_modes(blade(0.5), over=LOADS, **QUIET),
     "mode at": lambda: sh.nonlinear_modes(blade(0.5), at=[1e-4, 3e-4, 1e-3], over=LOADS, **QUIET),
-    "wave": lambda: sh.nonlinear_modes(
-        ring(0.5), amplitude=(1e-5, 1e-3), nodal_diameter=2, **QUIET
-    ),
+    "wave": lambda: sh.nonlinear_modes(ring(0.5), band=(1e-5, 1e-3), nodal_diameter=2, **QUIET),
     "wave of a sector": lambda: sh.nonlinear_modes(
-        disk(), amplitude=(1e-5, 1e-3), nodal_diameter=-3, **QUIET
+        disk(), band=(1e-5, 1e-3), nodal_diameter=-3, **QUIET
     ),
     "stop": lambda: sh.nonlinear_modes(
-        on_stop(), amplitude=(1e-4, 0.1), over={"force_amplitude": [0.5, 1.0]}, **QUIET
+        on_stop(), band=(1e-4, 0.1), over={"force_amplitude": [0.5, 1.0]}, **QUIET
     ),
-    "cubic": lambda: sh.nonlinear_modes(cubic(), mode=1, amplitude=(1e-2, 1.0), **QUIET),
+    "cubic": lambda: sh.nonlinear_modes(cubic(), mode=1, band=(1e-2, 1.0), **QUIET),
     "cycles": lambda: sh.limit_cycles(blade(-0.5), over=LOADS, **QUIET),
     "cycles over": lambda: sh.limit_cycles(
         blade(-0.5), "damping", (-30, 0), stability=True, over=LOADS, **QUIET

@@ -53,7 +53,7 @@ CASES = {
     "ensemble": lambda: sh.frf(RING, (14, 24), over=draws()),
     "engine orders": lambda: sh.frf(RING, (14, 18), at=[15, 17], over={"engine_order": [0, 1, 4]}),
     "blades": lambda: sh.frf(
-        sh.HarmonicBalance(RING.model, sh.forces.EngineOrder(1, blades=(2, 0, 1))), (14, 16)
+        sh.HarmonicBalance(RING.model, sh.forces.EngineOrder(1, places=(2, 0, 1))), (14, 16)
     ),
     "general": lambda: sh.frf(GENERAL, (0.3, 0.7), over={"force_amplitude": [1.0, 2.0]}),
     "point": lambda: sh.solve(RING, 17.0),
@@ -205,7 +205,7 @@ def test_rebuilt_problem_is_the_original(tmp_path, case):
     originals = {"path": BLADE, "grid": BLADE, "general": GENERAL}
     original = originals.get(case, RING)
     if case == "blades":
-        original = sh.HarmonicBalance(RING.model, sh.forces.EngineOrder(1, blades=(2, 0, 1)))
+        original = sh.HarmonicBalance(RING.model, sh.forces.EngineOrder(1, places=(2, 0, 1)))
     assert_same_problem(sh.datasets.rebuild(dataset(case)), original)
     path = sh.save(dataset(case), tmp_path / "archive.nc")
     assert_same_problem(sh.datasets.rebuild(sh.load(path)), original)

@@ -216,7 +216,7 @@ OTHERS = {
     "harmonics": dict(problem=sh.HarmonicBalance(BLADE.model, BLADE.excitation, (1, 3))),
     "samples": dict(problem=sh.HarmonicBalance(BLADE.model, BLADE.excitation, (1,), 64)),
     "excitation": dict(problem=sh.HarmonicBalance(BLADE.model, sh.forces.PointForce(phase=0.1))),
-    "band": dict(frequency=(15.0, 26.0)),
+    "band": dict(band=(15.0, 26.0)),
     "frequency": dict(at=GRID),
     "accuracy": dict(accuracy=0.02),
     "peaks": dict(peaks="each"),
@@ -232,7 +232,7 @@ def test_an_archive_of_another_computation_is_refused(interrupted, finished, mon
         call("path", archive=interrupted).close()
     made = counted(monkeypatch)
     for part, change in OTHERS.items():
-        given = dict(problem=BLADE, frequency=BAND, over={"normal_load": LOADS}, progress=False)
+        given = dict(problem=BLADE, band=BAND, over={"normal_load": LOADS}, progress=False)
         with pytest.raises(sh.datasets.ArchiveError, match=rf"different in [^;]*\b{part}\b"):
             sh.frf(**given | change, archive=interrupted)
     assert not made

@@ -31,7 +31,7 @@ def chain(stiffness=4e3):
 
 @pytest.fixture(scope="module")
 def problem():
-    small = sh.condense(chain(), FORCE, (1, 3), (0, 1, 2, 3), dofs=[29], progress=False)
+    small = sh.condense(chain(), FORCE, (1, 3), (0, 1, 2, 3), places=[29], progress=False)
     return sh.HarmonicBalance(small, FORCE, (0, 1, 2))
 
 

@@ -48,7 +48,7 @@ CALLS = {
     "modes": (
         sh.nonlinear_modes,
         (sh.HarmonicBalance(BLADE.model, harmonics=(1,)),),
-        dict(amplitude=(1e-5, 1e-3), over={"normal_load": [1.0, 3.0, 5.0]}),
+        dict(band=(1e-5, 1e-3), over={"normal_load": [1.0, 3.0, 5.0]}),
     ),
 }
 

@@ -38,7 +38,7 @@ def of_two():
 def condensed():
     disk = with_opening(random_disk(6, True, n_inner=4))
     force = wave(4, disk)  # its waves are of the other sense
-    small = sh.condense(disk, force, (18, 30), HARMONICS, dofs=[5], progress=False)
+    small = sh.condense(disk, force, (18, 30), HARMONICS, places=[5], progress=False)
     return sh.HarmonicBalance(small, force, HARMONICS)
 
 
@@ -68,7 +68,7 @@ def turning():
 
 
 def reduced():
-    small = sh.craig_bampton(plate_sector(6), 12, (5, 40), dofs=[77])
+    small = sh.craig_bampton(plate_sector(6), 12, (5, 40), places=[77])
     return sh.HarmonicBalance(small, sh.forces.EngineOrder(2, pattern={60: 3.0}), (1, 3))
 
 

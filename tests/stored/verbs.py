@@ -104,7 +104,7 @@ def reduced() -> Any:
     """A sector in few coordinates."""
     with warnings.catch_warnings():
         warnings.simplefilter("ignore")
-        return sh.craig_bampton(plate_sector(6), modes=6, frequency=(1.0, 60.0))
+        return sh.craig_bampton(plate_sector(6), modes=6, frequency_band=(1.0, 60.0))
 
 
 @cache
@@ -236,20 +236,20 @@ CALLS: dict[str, Callable[[], Any]] = {
     "periodic motion that opens": lambda: sh.periodic_motion(pressed("shroud"), 17.0),
     "verify": lambda: sh.verify(sh.frf(ring(n=4), BAND, at=GRID, **QUIET), exact="none", **QUIET),
     "nonlinear modes": lambda: sh.nonlinear_modes(
-        blade(), at=[1e-4, 3e-4, 1e-3], amplitude=(1e-5, 1e-2), **QUIET
+        blade(), at=[1e-4, 3e-4, 1e-3], band=(1e-5, 1e-2), **QUIET
     ),
     "nonlinear modes of a wave": lambda: sh.nonlinear_modes(
-        ring(harmonics=(1, 3)), at=[1e-4, 1e-3], amplitude=(1e-5, 1e-2), nodal_diameter=1, **QUIET
+        ring(harmonics=(1, 3)), at=[1e-4, 1e-3], band=(1e-5, 1e-2), nodal_diameter=1, **QUIET
     ),
     "synthesised response": lambda: sh.datasets.synthesised_response(
-        sh.nonlinear_modes(blade(), amplitude=(1e-5, 1e-3), **QUIET), sh.forces.PointForce()
+        sh.nonlinear_modes(blade(), band=(1e-5, 1e-3), **QUIET), sh.forces.PointForce()
     ),
-    "limit cycles": lambda: sh.limit_cycles(_negative(), amplitude=(1e-6, 1e-1), **QUIET),
+    "limit cycles": lambda: sh.limit_cycles(_negative(), amplitudes=(1e-6, 1e-1), **QUIET),
     "limit cycles over a load": lambda: sh.limit_cycles(
-        _negative(), "normal_load", (1.0, 20.0), [2.0, 5.0, 10.0], amplitude=(1e-6, 1e-1), **QUIET
+        _negative(), "normal_load", (1.0, 20.0), [2.0, 5.0, 10.0], amplitudes=(1e-6, 1e-1), **QUIET
     ),
     "flutter limit": lambda: sh.flutter_limit(
-        _negative(), "normal_load", (1.0, 20.0), [2.0, 5.0, 10.0], amplitude=(1e-6, 1e-3), **QUIET
+        _negative(), "normal_load", (1.0, 20.0), [2.0, 5.0, 10.0], amplitudes=(1e-6, 1e-3), **QUIET
     ),
     "most damping": lambda: sh.maximise_damping(blade(), "normal_load", (0.1, 50.0), 3e-4, **QUIET),
     "highest flutter limit": lambda: sh.maximise_flutter_limit(
@@ -282,7 +282,7 @@ CALLS: dict[str, Callable[[], Any]] = {
         },
     ),
     "peak curve": lambda: sh.peak_curve(
-        blade(), "normal_load", (0.5, 30.0), [1.0, 3.0, 10.0], frequency=BAND, **QUIET
+        blade(), "normal_load", (0.5, 30.0), [1.0, 3.0, 10.0], frequency_band=BAND, **QUIET
     ),
     "sensitivity": lambda: sh.datasets.sensitivity(sh.frf(ring(n=4), BAND, **QUIET)).drop_dims(
         ALONG_PATHS, errors="ignore"

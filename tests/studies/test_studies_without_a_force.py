@@ -116,7 +116,7 @@ def test_equations_of_a_whole_sector_have_its_modes(wind):
     problem = sh.HarmonicBalance(model, harmonics=(1,))
     at = [1e-6, 2e-5]
     modes = sh.nonlinear_modes(
-        problem, at=at, amplitude=(1e-6, 2e-5), dof=found.tip, nodal_diameter=5, progress=False
+        problem, at=at, band=(1e-6, 2e-5), place=found.tip, nodal_diameter=5, progress=False
     ).isel(solution=0)
     for i, amplitude in enumerate(at):
         frequency, ratio = modes.frequency.values[i], modes.damping_ratio.values[i]
@@ -138,7 +138,7 @@ def test_air_of_the_ring_is_that_of_influence_coefficients():
     for n in (2, -3):
         problem = flutter.ring((1,))
         at = sh.nonlinear_modes(
-            problem, at=[1e-6], amplitude=(1e-6, 1e-5), nodal_diameter=n, progress=False
+            problem, at=[1e-6], band=(1e-6, 1e-5), nodal_diameter=n, progress=False
         )
         expected = flutter.ring_wave(n).mode(1e-6)
         found = at.frequency.item(), at.damping_ratio.item()

@@ -38,7 +38,7 @@ def chain(contacts, n=40):
 def problems(contacts, harmonics, covered):
     model, force = chain(contacts), sh.forces.PointForce(39, amplitude=40.0)
     small = sh.condense(
-        model, force, BAND, range(covered + 1), dofs=[39], stability=True, progress=False
+        model, force, BAND, range(covered + 1), places=[39], stability=True, progress=False
     )
     return [sh.HarmonicBalance(m, force, harmonics) for m in (model, small)]
 

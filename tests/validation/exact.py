@@ -182,7 +182,7 @@ def modes() -> list[Comparison]:
     rows = []
     for kind, cubic, largest in (("hardening", 0.5, 3.0), ("softening", -0.5, 1.2)):
         problem = duffing_problem(cubic)
-        found = sh.nonlinear_modes(problem, amplitude=(1e-2, largest), progress=False)
+        found = sh.nonlinear_modes(problem, band=(1e-2, largest), progress=False)
         expected = duffing(1.0, cubic, found.largest_displacement.values[:, 0])
         omega = 2 * np.pi * found.frequency.values
         what = f"{kind} oscillator of Duffing: frequency"

@@ -39,7 +39,7 @@ def parts(quick: bool) -> list[Part]:
 
 def published() -> list[Comparison]:
     """Two masses on dry friction, a disk, and the oscillator of van der Pol."""
-    found = sh.nonlinear_modes(two_masses(21), amplitude=(1e-2, 12.0), dof=1, progress=False)
+    found = sh.nonlinear_modes(two_masses(21), band=(1e-2, 12.0), place=1, progress=False)
     told = STATED["two_masses_on_dry_friction"]
     frequency = 2 * np.pi * found.frequency.values / np.sqrt(640.0)
     modal, rows = np.log(found.modal_amplitude.values), []
@@ -59,7 +59,7 @@ def published() -> list[Comparison]:
         what = f"blisk of 24 sectors, {diameters} nodal diameters: natural frequencies"
         rows.append(compared(what, at, expected, 5e-10, LAXALDE, unit="Hz"))
     problem = sh.HarmonicBalance(van_der_pol(), harmonics=range(1, 26, 2))
-    cycle = sh.limit_cycles(problem, amplitude=(1.0, 3.0), progress=False)
+    cycle = sh.limit_cycles(problem, amplitudes=(1.0, 3.0), progress=False)
     told, what = STATED["van_der_pol"], "oscillator of van der Pol"
     period, largest = 1 / cycle.frequency.values, cycle.largest_displacement.values.ravel()
     amore, hairer = "P. Amore, arXiv 2111.12198", "E. Hairer, test problems"

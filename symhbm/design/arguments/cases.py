@@ -47,7 +47,7 @@ def check_dimensions(sweep: Sweep) -> None:
                 )
 
 
-def read_bands(frequency: Any, sweep: Sweep, argument: str = "frequency") -> list[Bands]:
+def read_bands(frequency: Any, sweep: Sweep, argument: str = "frequency_band") -> list[Bands]:
     """The bands [Hz] of each case: one pair for all, several pairs, or one per case."""
     shape: tuple[int, ...] = ()
     values = frequency

@@ -33,10 +33,8 @@ def maximise_damping(
     amplitude: float,
     *,
     mode: int = 0,
-    dof: Place | None = 0,
+    place: Place | None = 0,
     nodal_diameter: int | None = None,
-    contact: int | None = None,
-    blade: int | None = None,
     **run: Unpack[runs.Following],
 ) -> xr.Dataset:
     """The value of a parameter that damps vibrations of one amplitude most, with a certificate.
@@ -46,12 +44,12 @@ def maximise_damping(
     problem
         What vibrates; a force takes no part, as in `symhbm.nonlinear_modes`.
     parameter, bounds
-        The named parameter to choose, for example ``"normal_load"``, and its lower and upper value.
+        The named parameter to choose, for example ``"normal_load"`` or ``"normal_load[2]"``, that
+        of one contact or blade, and its lower and upper value.
     amplitude
-        Amplitude [m] of the vibration: that of the first harmonic at ``dof``.
-    mode, dof, nodal_diameter, contact, blade
-        As in `symhbm.nonlinear_modes`: which mode, where its amplitude is told, and which value of
-        the parameter is chosen.
+        Amplitude [m] of the vibration: that of the first harmonic at ``place``.
+    mode, place, nodal_diameter
+        As in `symhbm.nonlinear_modes`: which mode, and where its amplitude is told.
     **run
         ``throw``, ``progress`` and ``max_points``, as `symhbm.Run` tells; ``throw`` where there is
         no best value.
@@ -88,8 +86,7 @@ def maximise_damping(
     >>> best.design_value.values.round(6), best.design_damping_ratio.values.round(6)
     (array([2.303898]), np.float64(0.113793))
     """
-    given: Any = dict(mode=mode, dof=dof, nodal_diameter=nodal_diameter, contact=contact)
-    given |= dict(blade=blade, amplitude=amplitude)
+    given: Any = dict(mode=mode, place=place, nodal_diameter=nodal_diameter, amplitude=amplitude)
     running = runs.Running.of(run, runs.Following)
     given |= dict(progress=running.progress, max_points=running.max_points)
     with warnings.catch_warnings():

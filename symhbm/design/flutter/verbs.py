@@ -39,13 +39,11 @@ def flutter_limit(
     band: tuple[float, float],
     at: ArrayLike | None = None,
     *,
-    amplitude: tuple[float, float] = (1e-6, 1e-2),
+    amplitudes: tuple[float, float] = (1e-6, 1e-2),
     disturbance: float | Sequence[float] | None = None,
     mode: int = 0,
-    dof: Place | None = 0,
+    place: Place | None = 0,
     nodal_diameter: int | None = None,
-    contact: int | None = None,
-    blade: int | None = None,
     **run: Unpack[runs.Following],
 ) -> xr.Dataset:
     """Largest negative damping under which contacts hold disturbances, over a parameter.
@@ -56,15 +54,15 @@ def flutter_limit(
         What vibrates; a force takes no part, as in `symhbm.nonlinear_modes`.
     parameter, band
         A named parameter that moves between two values (SI units), for example
-        ``"normal_load", (0.1, 10)``.
+        ``"normal_load", (0.1, 10)``, or ``"normal_load[2]"`` of one contact or blade.
     at : (n,), ascending
         Values of the parameter; by default so many that lines between them tell the limits.
-    amplitude
+    amplitudes
         Smallest amplitude [m], and the largest one that is allowed: that of the first harmonic at
-        ``dof``.
+        ``place``.
     disturbance : (n,), ascending
         Amplitudes [m] of disturbances, by default the smallest amplitude.
-    mode, dof, nodal_diameter, contact, blade
+    mode, place, nodal_diameter
         As in `symhbm.nonlinear_modes`.
     **run
         ``throw`` (where a limit is missing), ``progress`` and ``max_points``, as `symhbm.Run`
@@ -110,7 +108,7 @@ def flutter_limit(
     >>> problem = sh.HarmonicBalance(blade, harmonics=(1, 3, 5))
     >>> limit = sh.flutter_limit(
     ...     problem, "normal_load", (1, 9), at=[1, 3, 9],
-    ...     amplitude=(1e-6, 4e-4), disturbance=[1e-6, 2e-4], progress=False,
+    ...     amplitudes=(1e-6, 4e-4), disturbance=[1e-6, 2e-4], progress=False,
     ... )
     >>> limit.flutter_limit.values.round(4)
     array([[0.1138, 0.1031],
@@ -118,8 +116,8 @@ def flutter_limit(
            [0.0018, 0.0018]])
     """
     running = runs.Running.of(run, runs.Following)
-    given = mode, dof, nodal_diameter, contact, blade
-    limits, request = _limits(problem, parameter, band, at, amplitude, disturbance, running, *given)
+    given = disturbance, running, mode, place, nodal_diameter
+    limits, request = _limits(problem, parameter, band, at, amplitudes, *given)
     band = request.band
     if request.at is None:
         rows = limits.sample(band)
@@ -132,13 +130,11 @@ def maximise_flutter_limit(
     problem: HarmonicBalance,
     parameter: str,
     bounds: tuple[float, float],
-    amplitude: tuple[float, float] = (1e-6, 1e-2),
+    amplitudes: tuple[float, float] = (1e-6, 1e-2),
     *,
     mode: int = 0,
-    dof: Place | None = 0,
+    place: Place | None = 0,
     nodal_diameter: int | None = None,
-    contact: int | None = None,
-    blade: int | None = None,
     **run: Unpack[runs.Following],
 ) -> xr.Dataset:
     """The value of a parameter with which contacts hold the most negative damping.
@@ -148,11 +144,12 @@ def maximise_flutter_limit(
     problem
         What vibrates; a force takes no part, as in `symhbm.nonlinear_modes`.
     parameter, bounds
-        The named parameter to choose, for example ``"normal_load"``, and its lower and upper value.
-    amplitude
+        The named parameter to choose, for example ``"normal_load"`` or ``"normal_load[2]"``, that
+        of one contact or blade, and its lower and upper value.
+    amplitudes
         The amplitude [m] of the disturbance, and the largest amplitude that is allowed, as of
         `symhbm.flutter_limit`.
-    mode, dof, nodal_diameter, contact, blade, **run
+    mode, place, nodal_diameter, **run
         As in `symhbm.flutter_limit`; ``throw`` where there is no best value.
 
     Returns
@@ -180,14 +177,14 @@ def maximise_flutter_limit(
     >>> blade = sh.Model([[1.0]], [[0.5]], [[1e4]], contacts={"dampers": dampers})
     >>> problem = sh.HarmonicBalance(blade, harmonics=(1, 3))
     >>> best = sh.maximise_flutter_limit(
-    ...     problem, "normal_load", (0.1, 10), contact=1, progress=False
+    ...     problem, "normal_load[1]", (0.1, 10), progress=False
     ... )
     >>> best.design_value.values.round(4), best.design_damping_ratio.values.round(4)
     (array([1.2]), np.float64(0.1445))
     """
     running = runs.Running.of(run, runs.Following)
-    given = mode, dof, nodal_diameter, contact, blade
-    limits, request = _limits(problem, parameter, bounds, None, amplitude, None, running, *given)
+    given = None, running, mode, place, nodal_diameter
+    limits, request = _limits(problem, parameter, bounds, None, amplitudes, *given)
     optimum = best_limit(limits, request.band)
     rows = sorted(limits.rows.values(), key=lambda row: row.value)
     result = _dataset(problem, request, limits, rows)
@@ -221,29 +218,27 @@ def _limits(
     parameter: str,
     band: Any,
     at: Any,
-    amplitude: Any,
+    amplitudes: Any,
     disturbance: Any,
     running: runs.Running,
     mode: Any,
-    dof: Any,
+    place: Any,
     nodal_diameter: Any,
-    contact: Any,
-    blade: Any,
 ) -> tuple[FlutterLimits, Request]:
     """What computes the limits, and the request that asks for them; raises for bad arguments."""
     sweep = checked(problem, None)
-    wave, amplitudes = wave_of(nodal_diameter), amplitudes_of(amplitude)
+    wave, amplitudes = wave_of(nodal_diameter), amplitudes_of(amplitudes)
     disturbances = (
         (amplitudes[0],) if disturbance is None else _disturbances(disturbance, amplitudes)
     )
     request = Request(
-        **axis_of(problem, parameter, band, at, contact, blade, sweep, wave),
+        **axis_of(problem, parameter, band, at, sweep, wave),
         may_fold=True,
         max_points=running.max_points,
         unforced="nonlinear mode",
         mode=check.integer("mode", mode, minimum=0),
         nodal_diameter=wave,
-        dof=None if dof is None else problem.model.number_of(dof),
+        dof=None if place is None else problem.model.number_of(place),
         amplitude=amplitudes[1],
     )
     request = with_dof(problem, request)
@@ -261,7 +256,7 @@ def _disturbances(given: Any, amplitudes: tuple[float, float]) -> tuple[float, .
     if not ascending or values[0] < low or values[-1] > high:
         raise ValueError(
             f"disturbance={check.shown(given)}: expected ascending amplitudes from {low:g} to "
-            f"{high:g} m, those of amplitude="
+            f"{high:g} m, those of amplitudes="
         )
     return tuple(values.tolist())
 

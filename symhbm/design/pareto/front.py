@@ -28,7 +28,7 @@ def pareto_front(
     problem: HarmonicBalance,
     parameters: str | Sequence[str],
     bounds: Any,
-    frequency: ArrayLike | None = None,
+    frequency_band: ArrayLike | None = None,
     over: Mapping[str, Any] | xr.Dataset | None = None,
     *,
     aims: Mapping[str, Callable[[Any, Any], Any]],
@@ -45,7 +45,7 @@ def pareto_front(
 
     Parameters
     ----------
-    problem, parameters, bounds, frequency, over
+    problem, parameters, bounds, frequency_band, over
         As in `minimise_peak`.
     aims
         Two aims by name, each to be small: functions of peaks and parameters as the ``objective``
@@ -114,7 +114,7 @@ def pareto_front(
             "parameters"
         )
     task = Task.of(
-        *(problem, parameters, bounds, frequency, over),
+        *(problem, parameters, bounds, frequency_band, over),
         vary=vary,
         statistic=statistic,
         tail=tail,

@@ -37,10 +37,10 @@ _AT_REST = 1e-2
 def condense(
     model: Model | Sector,
     excitation: Any,
-    frequency: tuple[float, float],
+    frequency_band: tuple[float, float],
     harmonics: Iterable[int] = (1,),
     *,
-    dofs: Iterable[Place] = (),
+    places: Iterable[Place] = (),
     keep: Literal["touched", "displacements"] = "touched",
     tolerance: float | None = None,
     stability: bool = False,
@@ -61,16 +61,16 @@ def condense(
         nodal diameters that its harmonics have.
     excitation
         The force, or a list of all forces it shall have; any degree of freedom may be excited.
-    frequency
+    frequency_band
         Band of excitation frequencies [Hz] that results may lie in.
     harmonics
         Harmonics that responses may have: those of `HarmonicBalance` are some of these.
-    dofs
+    places
         Degrees of freedom to keep beside those that contacts touch, blade tips for example, by
         number or by name. Those of a mistuned ring have their numbers along ``dof`` of its results.
     keep
         ``"touched"`` keeps all degrees of freedom that contacts touch; ``"displacements"`` keeps
-        ``dofs`` and one unknown for each displacement of a contact ``w^T x``, in place of both
+        ``places`` and one unknown for each displacement of a contact ``w^T x``, in place of both
         sides: half as many for contacts between two sides, with the same responses.
     tolerance
         Largest allowed relative error of linear responses of the kept degrees of freedom; None
@@ -103,11 +103,11 @@ def condense(
     difference there. It is a measurement at these frequencies, of linear responses, with all
     contacts open and with all stuck as stiff as those of ``model``.
 
-    Displacements that others and ``dofs`` tell are no unknowns of their own; a sector is refused
-    where that differs between its waves. Along ``dof`` displacements come after ``dofs``: their
+    Displacements that others and ``places`` tell are no unknowns of their own; a sector is refused
+    where that differs between its waves. Along ``dof`` displacements come after ``places``: their
     ``structure_dof`` is the number of degrees of freedom of the structure plus that of the
     displacement, their ``label`` names contact and direction, and the largest response is that of
-    ``dofs`` and displacements together. Datasets of them are read as all others, but not rebuilt.
+    ``places`` and displacements together. Datasets of them are read as all others, but not rebuilt.
 
     Responses with friction are no combination of linear ones. Their ``friction_bound`` follows from
     the error ``dZ`` of the condensed stiffness, because friction of constant normal load only takes
@@ -134,8 +134,8 @@ def condense(
     ...     M, 0.5 * M + 1e-5 * K, K, contacts=[(199,)],
     ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=0.5,
     ... )
-    >>> force = sh.forces.PointForce(dof=99)
-    >>> small = sh.condense(chain, force, frequency=(0.2, 1), dofs=[99])
+    >>> force = sh.forces.PointForce(place=99)
+    >>> small = sh.condense(chain, force, frequency_band=(0.2, 1), places=[99])
     >>> response = sh.frf(sh.HarmonicBalance(small, force), (0.2, 1))
     >>> response.structure_dof.values
     array([ 99, 199])
@@ -147,9 +147,11 @@ def condense(
     check_whole("model", model)
     check_at_one_speed("model", model.structure if isinstance(model, Sector) else model)
     basis = FourierBasis(check_harmonics(harmonics))
-    edges = check.array("frequency", frequency, "positive")
+    edges = check.array("frequency_band", frequency_band, "positive")
     if edges.shape != (2,) or edges[0] == edges[1]:
-        raise ValueError(f"frequency={check.shown(frequency)}: expected two different values in Hz")
+        raise ValueError(
+            f"frequency_band={check.shown(frequency_band)}: expected two different values in Hz"
+        )
     band = float(edges.min()), float(edges.max())
     check.one_of("keep", keep, ("touched", "displacements"))
     stability, progress = check.flag("stability", stability), check_progress(progress)
@@ -162,7 +164,7 @@ def condense(
     excitations = _excitations(model, excitation)
     seen = _seen(model)
     read = np.unique(np.concatenate([np.zeros(0, int), *(r.nonzero()[1] for r in seen.values())]))
-    masters, rows = np.union1d(_watched(model, dofs), read).astype(np.intp), np.zeros(0, np.intp)
+    masters, rows = np.union1d(_watched(model, places), read).astype(np.intp), np.zeros(0, np.intp)
     structure = model
     if keep == "displacements":
         structure, coordinates = in_displacements(model, masters)
@@ -265,16 +267,16 @@ def _check_error(certificate: Certificate, tolerance: float | None) -> None:
     if tolerance is None and error <= _NOTHING:
         warnings.warn(f"{told}; {advice}", stacklevel=3)
         return
-    asked = "frequency" if tolerance is None else f"tolerance={tolerance:g}"
+    asked = "frequency_band" if tolerance is None else f"tolerance={tolerance:g}"
     raise ValueError(f"{asked}: {told}; {advice}")
 
 
-def _watched(model: Model | Sector, dofs: Iterable[Place]) -> NDArray[np.intp]:
-    """The degrees of freedom ``dofs``, ascending."""
-    kept = own_numbers("dofs", model, dofs)
+def _watched(model: Model | Sector, places: Iterable[Place]) -> NDArray[np.intp]:
+    """The degrees of freedom ``places``, ascending."""
+    kept = own_numbers("places", model, places)
     if isinstance(model, Sector) and (right := np.setdiff1d(kept, model.kept)).size:
         raise ValueError(
-            f"dofs: expected degrees of freedom that are not right, {right[0]} is; keep that of "
+            f"places: expected degrees of freedom that are not right, {right[0]} is; keep that of "
             "left at the same place, which is its of the next sector"
         )
     return kept
@@ -283,10 +285,10 @@ def _watched(model: Model | Sector, dofs: Iterable[Place]) -> NDArray[np.intp]:
 def _check_kept(model: Model | Sector, masters: NDArray[np.intp]) -> None:
     """Raise ValueError where nothing is kept, or everything."""
     if not len(masters):
-        raise ValueError("dofs=(): expected at least one for a structure without contacts")
+        raise ValueError("places=(): expected at least one for a structure without contacts")
     if len(masters) == model.n_dof:
         raise ValueError(
-            f"model: contacts, outputs and dofs= take all {model.n_dof} degrees of freedom, "
+            f"model: contacts, outputs and places= take all {model.n_dof} degrees of freedom, "
             "nothing is left to be eliminated; solve the structure as it is"
         )
 

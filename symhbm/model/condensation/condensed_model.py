@@ -381,7 +381,7 @@ def kept_rows(output: Output, rows: Any, dofs: NDArray[np.intp]) -> Any:
     if others.size and np.abs(beyond.data).max() > _INSIDE * np.abs(rows.data).max():
         raise ValueError(
             f"outputs[{output.name!r}]: expected degrees of freedom that are kept, {others[0]} is "
-            "not; give the outputs to the structure in front of condensing it, or dofs="
+            "not; give the outputs to the structure in front of condensing it, or places="
         )
     return rows[:, dofs]
 

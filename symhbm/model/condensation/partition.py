@@ -103,7 +103,7 @@ class Interior:
         if not np.isfinite(static).all() or rest > 1e-6 * terms.max(initial=1e-300):
             raise ValueError(
                 "stiffness_matrix: expected one that holds all degrees of freedom once the kept "
-                "ones are held; add to dofs one of each part that moves freely"
+                "ones are held; add to places one of each part that moves freely"
             )
         self.static = static
         self.at_rest: NDArray = at_rest.astype(self.dtype)

@@ -232,7 +232,7 @@ class Sector(PolynomialStructure):
         if self.n_dof > LARGEST:
             raise ValueError(
                 f"model: a sector of {self.n_dof:,} degrees of freedom is to be condensed first, "
-                "symhbm.condense(sector, excitation, frequency, harmonics, dofs=...)"
+                "symhbm.condense(sector, excitation, frequency_band, harmonics, places=...)"
             )
         order = sector_order(excitation, self.n_sectors)
         return self._changed(order=order, structure=self.structure.along(excitation))

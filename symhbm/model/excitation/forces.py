@@ -27,7 +27,7 @@ from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics
 class PointForce(Excitation):
     """Force ``amplitude cos(harmonic omega t + phase)`` on one degree of freedom [N, rad].
 
-    ``dof`` is its number, or its name in a structure with places, as ``"tip:y"``.
+    ``place`` is its number, or its name in a structure with places, as ``"tip:y"``.
 
     Examples
     --------
@@ -37,31 +37,32 @@ class PointForce(Excitation):
     >>> import symhbm as sh
     >>> tip = sh.Places(node=[7, 7], direction=["x", "y"], label=["tip", "tip"])
     >>> blade = sh.Model(np.eye(2), np.eye(2), 1e4 * np.eye(2), places=tip)
-    >>> problem = sh.HarmonicBalance(blade, sh.forces.PointForce(dof="tip:y", amplitude=1.0))
+    >>> problem = sh.HarmonicBalance(blade, sh.forces.PointForce("tip:y", amplitude=1.0))
     >>> sh.solve(problem, 10.0).amplitude.values.round(8)
     array([0.        , 0.00016522])
     """
 
-    dof: Place = 0
+    place: Place = 0
     amplitude: float = 1.0
     phase: float = 0.0
     harmonic: int = 1
 
     def __post_init__(self):
         put = object.__setattr__
-        put(self, "dof", check_place("dof", self.dof))
+        put(self, "place", check_place("place", self.place))
         put(self, "amplitude", check.scalar("amplitude", self.amplitude))
         put(self, "phase", check.scalar("phase", self.phase))
         put(self, "harmonic", check.integer("harmonic", self.harmonic, 1))
 
     def placed(self, number_of: Callable[[Place], int]) -> Self:
         """The same force on a numbered degree of freedom."""
-        return replace(self, dof=number_of(self.dof)) if isinstance(self.dof, str) else self
+        named = isinstance(self.place, str)
+        return replace(self, place=number_of(self.place)) if named else self
 
     def shape(self, n_dof: int, basis: FourierBasis) -> FloatArray:
         """Coefficients at unit amplitude, ``(n_dof, n_components)``; ValueError if out of range."""
         check_contained(self.harmonic, basis)
-        dof = check.integer("dof", self.dof, 0, n_dof - 1)
+        dof = check.integer("place", self.place, 0, n_dof - 1)
         shape = np.zeros((n_dof, basis.n_components))
         shape[dof, basis.component(self.harmonic)] = np.cos(self.phase)
         shape[dof, basis.component(self.harmonic, sine=True)] = -np.sin(self.phase)
@@ -76,7 +77,7 @@ class EngineOrder(Excitation):
     add up to an amplitude of ``sqrt(2) f0``; as forces in phase they would move tuned blades
     differently.
 
-    ``blades`` lists the degrees of freedom of the N blades in their order around the disk, by
+    ``places`` lists the degrees of freedom of the N blades in their order around the disk, by
     number or by name; by default all degrees of freedom. Orders ``order`` and ``order + N`` are the
     same force.
 
@@ -93,7 +94,7 @@ class EngineOrder(Excitation):
 
     order: int
     amplitude: float = 1.0
-    blades: Sequence[Place] | None = None
+    places: Sequence[Place] | None = None
     harmonic: int = 1
     pattern: Mapping[Any, Any] | ArrayLike | None = None
 
@@ -104,17 +105,17 @@ class EngineOrder(Excitation):
         put(self, "order", check.integer("engine_order", self.order))
         put(self, "amplitude", check.scalar("amplitude", self.amplitude))
         put(self, "harmonic", check.integer("harmonic", self.harmonic, 1))
-        if self.blades is not None:
-            if isinstance(self.blades, str) or not isinstance(self.blades, Iterable):
-                raise TypeError(f"blades={check.shown(self.blades)}: expected a sequence of DOFs")
-            blades = tuple(check_place("blades", dof) for dof in self.blades)
-            if not blades or len(set(blades)) != len(blades):
-                raise ValueError(f"blades={check.shown(self.blades)}: expected distinct DOFs")
-            put(self, "blades", blades)
+        if self.places is not None:
+            if isinstance(self.places, str) or not isinstance(self.places, Iterable):
+                raise TypeError(f"places={check.shown(self.places)}: expected a sequence of DOFs")
+            places = tuple(check_place("places", dof) for dof in self.places)
+            if not places or len(set(places)) != len(places):
+                raise ValueError(f"places={check.shown(self.places)}: expected distinct DOFs")
+            put(self, "places", places)
         if self.pattern is not None:
-            if self.blades is not None or self.harmonic != 1:
+            if self.places is not None or self.harmonic != 1:
                 raise ValueError(
-                    "pattern: expected blades=None and harmonic=1 beside it, it tells degrees of "
+                    "pattern: expected places=None and harmonic=1 beside it, it tells degrees of "
                     "freedom and harmonics itself"
                 )
             put(self, "pattern", check_pattern(self.pattern))
@@ -128,9 +129,9 @@ class EngineOrder(Excitation):
         """The same force on numbered degrees of freedom."""
         if self.pattern is not None:
             return replace(self, pattern=placed_pattern(self.pattern, number_of))  # type: ignore[arg-type]
-        if not any(isinstance(dof, str) for dof in self.blades or ()):
+        if not any(isinstance(dof, str) for dof in self.places or ()):
             return self
-        return replace(self, blades=tuple(map(number_of, self.blades or ())))
+        return replace(self, places=tuple(map(number_of, self.places or ())))
 
     def shape(self, n_dof: int, basis: FourierBasis) -> FloatArray:
         """Coefficients at unit amplitude, ``(n_dof, n_components)``; ValueError if out of range.
@@ -140,8 +141,8 @@ class EngineOrder(Excitation):
         if self.pattern is not None:
             return shape_of(self.pattern, n_dof, basis)  # type: ignore[arg-type]
         check_contained(self.harmonic, basis)
-        given = range(n_dof) if self.blades is None else self.blades
-        blades = [check.integer("blades", dof, 0, n_dof - 1) for dof in given]
+        given = range(n_dof) if self.places is None else self.places
+        blades = [check.integer("places", dof, 0, n_dof - 1) for dof in given]
         # Reduced in integers first, so that aliased orders give the same force to the bit.
         count = len(blades)
         turns = (self.order % count * np.arange(count)) % count / count
@@ -287,5 +288,5 @@ def check_whole(force: Excitation) -> None:
         if isinstance(part, EngineOrder) and part.pattern is not None:
             raise ValueError(
                 "excitation: pattern is the force on one sector of a symhbm.Sector, expected None "
-                "for a whole structure, with blades=..., or a symhbm.forces.HarmonicForce"
+                "for a whole structure, with places=..., or a symhbm.forces.HarmonicForce"
             )

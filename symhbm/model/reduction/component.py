@@ -89,7 +89,7 @@ def follow(inside: Any, push: Any) -> FloatArray:
     if not np.isfinite(result).all() or rest > 1e-6 * terms:
         raise ValueError(
             "stiffness_matrix: expected one that holds all degrees of freedom once the kept ones "
-            "are held; add to dofs one of each part that moves freely"
+            "are held; add to places one of each part that moves freely"
         )
     return result
 

@@ -33,7 +33,7 @@ _ALIKE = 1e-6
 _WAVES = 9
 """Most nodal diameters whose modes tell the motion of interfaces."""
 
-_NOTHING_TOUCHED = "dofs=(): expected at least one for a structure without contacts"
+_NOTHING_TOUCHED = "places=(): expected at least one for a structure without contacts"
 
 
 class ReducedSector(Sector):
@@ -54,18 +54,18 @@ class ReducedSector(Sector):
 def craig_bampton(
     structure: Model | Sector,
     modes: int,
-    frequency: tuple[float, float],
+    frequency_band: tuple[float, float],
     *,
     interface_modes: int | None = None,
-    dofs: Iterable[Any] = (),
+    places: Iterable[Any] = (),
     blade: Iterable[Any] | None = None,
     blade_modes: int = 0,
 ) -> Any:
     """Reduce a structure by Craig and Bampton: constraint modes, and modes with the boundary held.
 
-    What contacts touch, ``dofs`` and the interfaces of a sector are the boundary, and stay. Unlike
-    one that is condensed, the result has matrices: motions in time, stability, designs and mistuned
-    disks are for it. It is not exact; its ``certificate`` tells how far.
+    What contacts touch, ``places`` and the interfaces of a sector are the boundary, and stay.
+    Unlike one that is condensed, the result has matrices: motions in time, stability, designs and
+    mistuned disks are for it. It is not exact; its ``certificate`` tells how far.
 
     Parameters
     ----------
@@ -73,13 +73,13 @@ def craig_bampton(
         A `Model` with its contacts, or a `Sector` with its.
     modes
         Number of modes with the boundary held, from the lowest on.
-    frequency
+    frequency_band
         Band [Hz] that the certificate is of. Harmonics reach beyond that of the excitation: a band
         to its highest frequency times the highest harmonic covers them.
     interface_modes
         Motions that the interfaces of a sector keep beside what contacts touch on them, those that
         the lowest modes of all nodal diameters share most; None keeps all.
-    dofs
+    places
         Degrees of freedom to keep, blade tips for example.
     blade
         Degrees of freedom of the blade of a sector, but those of its root, that deviations of
@@ -120,17 +120,19 @@ def craig_bampton(
     ...     M, 0.5 * M + 1e-5 * K, K, contacts=[(199,)],
     ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=0.5,
     ... )
-    >>> small = sh.craig_bampton(chain, modes=12, frequency=(0.2, 1), dofs=[99])
+    >>> small = sh.craig_bampton(chain, modes=12, frequency_band=(0.2, 1), places=[99])
     >>> small.n_dof, small.certificate.frequency_error < 1e-2
     (14, True)
-    >>> response = sh.frf(sh.HarmonicBalance(small, sh.forces.PointForce(dof=99)), (0.2, 1))
+    >>> response = sh.frf(sh.HarmonicBalance(small, sh.forces.PointForce(place=99)), (0.2, 1))
     >>> response.structure_dof.values[:2]
     array([ 99, 199])
     """
     modes = check.integer("modes", modes, minimum=0)
-    edges = check.array("frequency", frequency, "non-negative")
+    edges = check.array("frequency_band", frequency_band, "non-negative")
     if edges.shape != (2,) or edges[0] == edges[1]:
-        raise ValueError(f"frequency={check.shown(frequency)}: expected two different values in Hz")
+        raise ValueError(
+            f"frequency_band={check.shown(frequency_band)}: expected two different values in Hz"
+        )
     band = float(edges.min()), float(edges.max())
     blade_modes = check.integer("blade_modes", blade_modes, minimum=0)
     if blade_modes and blade is None:
@@ -139,7 +141,7 @@ def craig_bampton(
         check_whole("structure", structure)
     if isinstance(structure, Sector):
         check_at_one_speed("structure", structure.structure)
-        reduced = _sector(structure, modes, band, interface_modes, dofs)
+        reduced = _sector(structure, modes, band, interface_modes, places)
         if blade is not None:
             of_blade = own_numbers("blade", structure, blade)
             parts = _blade(structure.structure, reduced.structure, of_blade, blade_modes)
@@ -152,7 +154,7 @@ def craig_bampton(
         raise ValueError("blade: expected None, only a sector has one")
     if interface_modes is not None:
         raise ValueError(f"interface_modes={interface_modes}: expected None, only a sector has any")
-    watched = own_numbers("dofs", structure, dofs)
+    watched = own_numbers("places", structure, places)
     boundary = np.unique([*structure.touched, *watched]).astype(np.intp)
     component = _component(structure, boundary, sp.eye_array(len(boundary), format="csr"), modes)
     kept = np.concatenate([boundary, component.representatives])
@@ -166,7 +168,7 @@ def _component(model: Model, boundary: NDArray[np.intp], motion: Any, modes: int
     if len(boundary) == 0:
         raise ValueError(_NOTHING_TOUCHED)
     if len(boundary) == model.n_dof:
-        raise ValueError("dofs: expected fewer, nothing is left to be reduced")
+        raise ValueError("places: expected fewer, nothing is left to be reduced")
     return Component(model.mass_matrix, model.stiffness_matrix, boundary, motion, modes)
 
 
@@ -214,13 +216,13 @@ def _sector(
     modes: int,
     band: tuple[float, float],
     interface_modes: int | None,
-    dofs: Iterable[Any],
+    places: Iterable[Any],
 ) -> ReducedSector:
     """A sector on its interfaces or their motions, what contacts touch, and some of its inside."""
     left, right = sector.interfaces.left, sector.interfaces.right
-    watched = own_numbers("dofs", sector, dofs)
+    watched = own_numbers("places", sector, places)
     for dof in watched[np.isin(watched, right)]:
-        raise ValueError(f"dofs: expected none on the right, {dof} is one of the next sector")
+        raise ValueError(f"places: expected none on the right, {dof} is one of the next sector")
     touched = np.unique([*sector.touched, *watched]).astype(np.intp)
     if not len(touched):
         raise ValueError(_NOTHING_TOUCHED)
@@ -261,7 +263,7 @@ def _seen(sector: Sector, reduced: Sector, output: Output) -> Output:
     if right > _NOTHING * np.abs(projected).max():
         raise ValueError(
             f"outputs[{output.name!r}]: expected places that do not move with the interface on the "
-            "right, in a sector that is reduced; keep them with dofs="
+            "right, in a sector that is reduced; keep them with places="
         )
     return output.of(projected[:, reduced.interfaces.others])
 
@@ -276,8 +278,8 @@ def _interface(
     free = np.setdiff1d(np.arange(len(left)), touched)
     if not len(free):
         raise ValueError(
-            f"interface_modes={check.shown(count)}: expected None, contacts and dofs= keep all of "
-            "the interface"
+            f"interface_modes={check.shown(count)}: expected None, contacts and places= keep all "
+            "of the interface"
         )
     count = check.integer("interface_modes", count, 1, len(free))
     n_waves = len(sector.nodal_diameters)

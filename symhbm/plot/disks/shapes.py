@@ -165,7 +165,7 @@ def _blades_of_problem(dataset: xr.Dataset) -> list[int]:
     missing = [dof for dof in blades if dof not in position]
     if missing:
         kept = (
-            "dofs= of condense keeps them"
+            "places= of condense keeps them"
             if Description(dataset).condensed_from
             else "select all of them"
         )

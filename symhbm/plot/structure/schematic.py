@@ -183,7 +183,7 @@ def _text(part: Excitation, coefficients: FloatArray) -> str:
     if isinstance(part, PointForce):
         turn = "" if part.harmonic == 1 else f"{part.harmonic} "
         phase = f" + {number(part.phase)} rad" if part.phase else ""
-        return rf"force $f_0$ cos({turn}$\omega t${phase}) on {part.dof}, {amplitude}"
+        return rf"force $f_0$ cos({turn}$\omega t${phase}) on {part.place}, {amplitude}"
     if isinstance(part, EngineOrder):
         blades = _counted(count, "blade")
         return f"force of engine order {part.order} on {blades}, {amplitude}"

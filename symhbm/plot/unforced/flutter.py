@@ -41,7 +41,7 @@ def flutter_limit(dataset: xr.Dataset, *, ax: Axes | None = None) -> Picture:
     ... )
     >>> problem = sh.HarmonicBalance(blade, harmonics=(1, 3, 5))
     >>> limit = sh.flutter_limit(
-    ...     problem, "normal_load", (0.1, 10), amplitude=(1e-6, 4e-4), disturbance=[1e-6, 1e-4],
+    ...     problem, "normal_load", (0.1, 10), amplitudes=(1e-6, 4e-4), disturbance=[1e-6, 1e-4],
     ...     progress=False,
     ... )
     >>> figure = sh.plot.flutter_limit(limit)

@@ -7,10 +7,8 @@ from symhbm.balance import HarmonicBalance, check_problem
 from symhbm.numerics import check
 from symhbm.results import (
     Sweep,
+    check_axis,
     check_band,
-    check_grid,
-    check_index,
-    check_parameter,
     parse,
 )
 
@@ -27,11 +25,11 @@ def checked(problem: HarmonicBalance, over: Any) -> Sweep:
     return parse(problem, over)
 
 
-def amplitudes_of(amplitude: Any) -> tuple[float, float]:
+def amplitudes_of(amplitudes: Any, name: str = "amplitudes") -> tuple[float, float]:
     """A band of amplitudes, ascending."""
-    band = check_band("amplitude", amplitude, "positive", " [m]")
+    band = check_band(name, amplitudes, "positive", " [m]")
     if band[0] > band[1]:
-        raise ValueError(f"amplitude={check.shown(amplitude)}: expected (smallest, largest) [m]")
+        raise ValueError(f"{name}={check.shown(amplitudes)}: expected (smallest, largest) [m]")
     return band
 
 
@@ -40,18 +38,14 @@ def axis_of(
     parameter: str,
     band: Any,
     at: Any,
-    contact: Any,
-    blade: Any,
     sweep: Sweep,
     wave: int | None,
 ) -> dict[str, Any]:
     """Fields of the request that tell which parameter moves, and where."""
-    bound = check_parameter(problem, parameter)
-    name = problem.parameter_name(parameter)
+    axis = check_axis(problem, parameter, band, at)
+    name, index = axis["name"], axis["index"]
     if name == "force_amplitude":
         raise ValueError(f"parameter={parameter!r}: expected one of the structure, no force acts")
-    edges = check_band("band", band, bound, f" [{problem.model.about(name).units}]")
-    index = check_index(problem, name, contact, blade)
     if name in sweep.values:
         raise ValueError(f"over: {name!r} is the parameter that is followed")
     if wave is not None and index is not None:
@@ -59,7 +53,7 @@ def axis_of(
             f"nodal_diameter={wave}: expected None where the parameter of one contact or blade "
             "moves, all sectors move alike in a wave"
         )
-    return dict(name=name, band=edges, at=check_grid(at, edges), index=index)
+    return axis
 
 
 def modes_of(mode: Any) -> int | tuple[int, ...]:

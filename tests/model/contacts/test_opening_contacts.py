@@ -240,7 +240,7 @@ def test_sensitivities_of_peaks_agree_with_differences():
 
 def test_peaks_are_followed_over_the_load():
     problem = problem_of(3)
-    curve = sh.peak_curve(problem, "normal_load", (3.0, 8.0), frequency=(12, 35))
+    curve = sh.peak_curve(problem, "normal_load", (3.0, 8.0), frequency_band=(12, 35))
     for k in (0, -1):
         load, peak = curve.normal_load.values[k], curve.peak_amplitude.values[k]
         expected = sh.frf(problem.with_parameters(normal_load=load), (12, 35))

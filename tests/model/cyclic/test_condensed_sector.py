@@ -51,7 +51,7 @@ def test_condensed_stiffness_is_that_of_all_equations(order):
     """At frequencies that it was not made from, of both senses of one wave, and of none."""
     disk, tip, pattern = damped_disk((2, 3, 1, 2))
     force = sh.forces.EngineOrder(order, pattern={1: pattern, 2: pattern})
-    small = sh.condense(disk, force, (800, 2200), (1, 2), dofs=[tip])
+    small = sh.condense(disk, force, (800, 2200), (1, 2), places=[tip])
     assert small.certificate.error < 1e-9
     assert small.certificate.friction_bound < 1e-7
     problem = sh.HarmonicBalance(small, force, (1, 2))
@@ -80,7 +80,7 @@ def test_condensed_stiffness_is_that_of_all_equations(order):
 def test_responses_are_those_of_the_sector(opens):
     disk, tip, pattern = damped_disk((1, 3, 1, 1), n_sectors=6, opens=opens)
     force = sh.forces.EngineOrder(5, pattern={1: pattern, 2: {tip: 60 - 60j}})
-    small = sh.condense(disk, force, (2000, 9000), (0, 1, 2), dofs=[tip])
+    small = sh.condense(disk, force, (2000, 9000), (0, 1, 2), places=[tip])
     condensed = sh.HarmonicBalance(small, force, (0, 1, 2))
     point = sh.solve(condensed, 4100.0)
     assert (point.contact_state.values > 0).any()
@@ -100,7 +100,7 @@ def test_responses_are_those_of_the_sector(opens):
 def test_responses_are_those_of_the_ring_of_twelve(opens):
     disk, tip, pattern = damped_disk((1, 3, 1, 1), n_sectors=12, opens=opens)
     force = sh.forces.EngineOrder(5, pattern={1: pattern, 2: {tip: 60 - 60j}})
-    small = sh.condense(disk, force, (2000, 9000), HARMONICS, dofs=[tip])
+    small = sh.condense(disk, force, (2000, 9000), HARMONICS, places=[tip])
     condensed = sh.HarmonicBalance(small, force, HARMONICS)
     point = sh.solve(condensed, 4100.0)
     assert (point.contact_state.values > 0).any()
@@ -136,13 +136,13 @@ def test_peaks_are_those_of_the_sector():
 def test_several_engine_orders_and_copies():
     disk, tip, pattern = damped_disk((1, 3, 1, 1), n_sectors=12)
     forces = [sh.forces.EngineOrder(order, pattern=pattern) for order in (2, 10, 5)]
-    small = sh.condense(disk, forces, (2000, 6000), (0, 1), dofs=[tip])
+    small = sh.condense(disk, forces, (2000, 6000), (0, 1), places=[tip])
     assert sorted(small.waves) == [0, 2, 5]
     problems = [sh.HarmonicBalance(small, force, (0, 1)) for force in forces]
     points = [sh.solve(problem, 3000.0) for problem in problems]
     again = sh.solve(pickle.loads(pickle.dumps(problems[1])), 3000.0)
     assert np.array_equal(again.coefficient, points[1].coefficient)
-    alone = sh.condense(disk, forces[1], (2000, 6000), (0, 1), dofs=[tip])
+    alone = sh.condense(disk, forces[1], (2000, 6000), (0, 1), places=[tip])
     single = sh.solve(sh.HarmonicBalance(alone, forces[1], (0, 1)), 3000.0)
     assert np.allclose(
         single.coefficient, points[1].coefficient, rtol=0, atol=1e-9 * single.amplitude.max().item()
@@ -155,7 +155,7 @@ def test_several_engine_orders_and_copies():
     with pytest.raises(ValueError, match="does not know this force"):
         sh.HarmonicBalance(small, sh.forces.EngineOrder(2, pattern={50: 1.0}), (0, 1))
     with pytest.raises(ValueError, match="not right"):
-        sh.condense(disk, forces, (2000, 6000), dofs=[int(disk.interfaces.right[0])])
+        sh.condense(disk, forces, (2000, 6000), places=[int(disk.interfaces.right[0])])
     with pytest.raises(ValueError, match=r"expected symhbm\.EngineOrder"):
         sh.condense(disk, sh.forces.PointForce(), (2000, 6000))
 
@@ -168,7 +168,7 @@ def test_displacements_of_contacts_are_enough(order, opens):
     force = sh.forces.EngineOrder(order, pattern={1: pattern, 2: {tip: 60 - 60j}})
     everywhere = []
     for keep, size in (("touched", 9 + opens), ("displacements", 4 + opens)):
-        small = sh.condense(disk, force, (2000, 6000), (0, 1, 2), dofs=[tip], keep=keep)
+        small = sh.condense(disk, force, (2000, 6000), (0, 1, 2), places=[tip], keep=keep)
         assert small.n_dof == size
         assert small.certificate.error < 1e-10
         problem = sh.HarmonicBalance(small, force, (0, 1, 2))

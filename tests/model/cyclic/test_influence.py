@@ -153,8 +153,8 @@ def test_influences_and_outputs_of_a_reduced_sector_number_places_of_the_whole(p
     wind = sh.Influence({place: 1.0}, {-1: 4e3j, 0: 3e4 + 9e3j}, 20.0)
     rows = {"bending": {place: 3e9, 77: -1e9}}
     before = whole.with_influences(wind).with_outputs(rows, units="Pa")
-    before = sh.craig_bampton(before, 12, (5, 40), dofs=kept)
-    after = sh.craig_bampton(whole, 12, (5, 40), dofs=kept)
+    before = sh.craig_bampton(before, 12, (5, 40), places=kept)
+    after = sh.craig_bampton(whole, 12, (5, 40), places=kept)
     after = after.with_influences(wind).with_outputs(rows, units="Pa")
     force = sh.forces.EngineOrder(2, pattern={77: 1.0}, amplitude=0.01)
     one, other = (sh.solve(sh.HarmonicBalance(each, force), 17.0) for each in (before, after))
@@ -168,7 +168,7 @@ def test_a_reduced_sector_and_its_ring_take_them_along(damping):
     whole = plate_sector(6, damping)
     wind = sh.Influence({tip: 1.0, 75: 0.5}, {-1: 4e3j, 0: 3e4 + 9e3j, 1: -3e3j}, 20.0)
     moved = whole.with_influences(wind)
-    reduced = sh.craig_bampton(moved, 12, (5, 40), dofs=[tip], blade=blade)
+    reduced = sh.craig_bampton(moved, 12, (5, 40), places=[tip], blade=blade)
     force = sh.forces.EngineOrder(2, pattern={tip: 1.0}, amplitude=0.01)
     models = moved, reduced, sh.mistuned_ring(reduced), sh.craig_bampton(whole, 12, (5, 40))
     tips = []

@@ -162,7 +162,7 @@ def test_narrow_resonances_are_counted_wave_by_wave():
          "pattern: expected 4 values"),
         (lambda m: sh.forces.EngineOrder(2, pattern={0: "a"}), TypeError, "a complex number"),
         (lambda m: sh.forces.EngineOrder(2, pattern={0: np.nan}), ValueError, "finite"),
-        (lambda m: sh.forces.EngineOrder(2, blades=[1], pattern={0: 1}), ValueError, "blades=None"),
+        (lambda m: sh.forces.EngineOrder(2, places=[1], pattern={0: 1}), ValueError, "blades=None"),
         (lambda m: sh.periodic_motion(sh.HarmonicBalance(sector(m), one_order()), 5.0), TypeError,
          "craig_bampton"),
         (lambda m: sh.datasets.sector_response(sh.solve(sh.HarmonicBalance(sector(m), one_order()),
@@ -241,7 +241,7 @@ def test_peaks_are_followed_over_parameters(condensed):
     model = sh.condense(disk, force, (18, 33), HARMONICS, progress=False) if condensed else disk
     problem = sh.HarmonicBalance(model, force, HARMONICS)
     curve = sh.peak_curve(
-        problem, "normal_load", (1.9, 2.1), [2.0], frequency=(20, 31), progress=False
+        problem, "normal_load", (1.9, 2.1), [2.0], frequency_band=(20, 31), progress=False
     )
     peak = sh.frf(problem, (20, 31), progress=False).peak_amplitude.max().item()
     assert curve.peak_amplitude.sel(normal_load=2.0).item() == pytest.approx(peak, rel=1e-9)

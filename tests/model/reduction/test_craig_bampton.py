@@ -26,21 +26,21 @@ def chain():
 
 @pytest.fixture(scope="module")
 def reduced(chain):
-    return sh.craig_bampton(chain, 30, BAND, dofs=[60])
+    return sh.craig_bampton(chain, 30, BAND, places=[60])
 
 
 def test_all_modes_are_exact(chain):
-    small = sh.craig_bampton(chain, N - 4, BAND, dofs=[60])
+    small = sh.craig_bampton(chain, N - 4, BAND, places=[60])
     assert small.certificate.error < 1e-10
     assert small.certificate.frequency_error < 1e-12
-    force = sh.forces.PointForce(dof=20)
+    force = sh.forces.PointForce(place=20)
     exact, found = (sh.solve(sh.HarmonicBalance(m, force, (1, 3)), 0.7) for m in (chain, small))
     scale = np.abs(exact.coefficient).max()
     assert_allclose(found.coefficient, exact.coefficient[small.dofs], atol=1e-10 * scale)
 
 
 def test_the_certificate_falls_with_modes_and_holds_elsewhere(chain):
-    made = [sh.craig_bampton(chain, modes, BAND, dofs=[60]) for modes in (10, 30, 60)]
+    made = [sh.craig_bampton(chain, modes, BAND, places=[60]) for modes in (10, 30, 60)]
     errors = [small.certificate.error for small in made]
     assert errors[0] > 3 * errors[1] > 9 * errors[2]
     for small in made:
@@ -73,14 +73,14 @@ def test_modal_rows_are_the_coordinates_of_modes(reduced):
 def test_forces_are_those_of_the_whole_structure(chain, reduced):
     shape = np.zeros((N, 2))
     shape[20, 0] = 1.0
-    basis = sh.HarmonicBalance(chain, sh.forces.PointForce(dof=20)).basis
+    basis = sh.HarmonicBalance(chain, sh.forces.PointForce(place=20)).basis
     assert_allclose(
-        reduced.felt_shape(sh.forces.PointForce(dof=20), basis), reduced.basis.T @ shape
+        reduced.felt_shape(sh.forces.PointForce(place=20), basis), reduced.basis.T @ shape
     )
 
 
 def test_all_verbs_take_it(reduced, tmp_path):
-    problem = sh.HarmonicBalance(reduced, sh.forces.PointForce(dof=20, amplitude=2.0), (1, 3))
+    problem = sh.HarmonicBalance(reduced, sh.forces.PointForce(place=20, amplitude=2.0), (1, 3))
     response = sh.frf(problem, (0.3, 0.6), progress=False)
     assert response.structure_dof.values.tolist() == reduced.dofs.tolist()
     point = response.isel(point=3)
@@ -104,7 +104,7 @@ def test_it_is_sent_to_workers(reduced):
 def test_a_sector_converges_to_its_waves(interface_modes):
     disk = plate_sector(8)
     coarse, fine = (
-        sh.craig_bampton(disk, modes, (1, 40), dofs=[76], interface_modes=interface_modes)
+        sh.craig_bampton(disk, modes, (1, 40), places=[76], interface_modes=interface_modes)
         for modes in (8, 30)
     )
     errors = [part.structure.certificate.error for part in (coarse, fine)]
@@ -117,7 +117,7 @@ def test_a_sector_converges_to_its_waves(interface_modes):
 
 def test_a_sector_with_all_modes_is_exact():
     disk = plate_sector(6)
-    small = sh.craig_bampton(disk, 67, (1, 60), dofs=[76])
+    small = sh.craig_bampton(disk, 67, (1, 60), places=[76])
     assert small.structure.certificate.error < 1e-9
     force = sh.forces.EngineOrder(2, pattern={76: 1.0, 50: 0.3j}, amplitude=30.0)
     exact, found = (sh.solve(sh.HarmonicBalance(m, force, (0, 1, 2)), 25.0) for m in (disk, small))
@@ -128,7 +128,7 @@ def test_a_sector_with_all_modes_is_exact():
 
 def test_interfaces_turn_with_the_axes():
     disk = plane_sector(6)
-    small = sh.craig_bampton(disk, 4, (1, 400), dofs=["4:x", "4:y"])
+    small = sh.craig_bampton(disk, 4, (1, 400), places=["4:x", "4:y"])
     assert small.structure.certificate.error < 1e-8
     force = sh.forces.EngineOrder(1, pattern={"4:x": 1.0, "4:y": 0.5j}, amplitude=10.0)
     exact, found = (sh.solve(sh.HarmonicBalance(m, force, (1, 3)), 60.0) for m in (disk, small))
@@ -142,16 +142,16 @@ def test_interfaces_turn_with_the_axes():
     [
         (dict(modes=-1), ValueError, "modes"),
         (dict(modes=N), ValueError, f"at most {N - 4}"),
-        (dict(frequency=(1.0, 1.0)), ValueError, "two different values"),
+        (dict(frequency_band=(1.0, 1.0)), ValueError, "two different values"),
         (dict(interface_modes=3), ValueError, "only a sector has any"),
         (dict(blade=[3]), ValueError, "only a sector has one"),
-        (dict(dofs="tip"), TypeError, "dofs"),
-        (dict(dofs=[N]), ValueError, "dofs"),
+        (dict(places="tip"), TypeError, "places"),
+        (dict(places=[N]), ValueError, "places"),
         (dict(structure=3), TypeError, "a Model or a Sector"),
     ],
 )
 def test_bad_input_is_refused(chain, arguments, error, told):
-    given = dict(structure=chain, modes=5, frequency=BAND, dofs=[60]) | arguments
+    given = dict(structure=chain, modes=5, frequency_band=BAND, places=[60]) | arguments
     with pytest.raises(error, match=told):
         sh.craig_bampton(**given)
 
@@ -161,23 +161,26 @@ def test_a_sector_needs_places_to_compare_and_an_interface_to_reduce():
     with pytest.raises(ValueError, match=r"dofs=\(\): expected at least one .* without contacts"):
         sh.craig_bampton(still, 2, (1, 40))
     left = still.interfaces.left
-    with pytest.raises(ValueError, match=r"interface_modes=1: .* dofs= keep all of the interface"):
-        sh.craig_bampton(still, 2, (1, 40), dofs=left, interface_modes=1)
-    assert sh.craig_bampton(still, 2, (1, 40), dofs=left).structure.certificate.error < 1
+    with pytest.raises(ValueError, match=r"interface_modes=1: .* places= keep all of the"):
+        sh.craig_bampton(still, 2, (1, 40), places=left, interface_modes=1)
+    assert sh.craig_bampton(still, 2, (1, 40), places=left).structure.certificate.error < 1
 
 
 def test_what_moves_freely_is_told():
     free = sh.Model(np.eye(3), np.zeros((3, 3)), np.diag([1.0, 1.0, 0.0]))
     with pytest.raises(ValueError, match="moves freely"):
-        sh.craig_bampton(free, 1, (1, 2), dofs=[0])
+        sh.craig_bampton(free, 1, (1, 2), places=[0])
 
 
 @pytest.mark.parametrize("reduce", [sh.craig_bampton, sh.condense])
 def test_what_is_reduced_is_not_reduced_again(chain, reduce):
     """A number would be one of the whole structure, or one of its modes."""
-    small = sh.craig_bampton(chain, 4, (0.5, 3), dofs=[9])
+    small = sh.craig_bampton(chain, 4, (0.5, 3), places=[9])
     sector = sh.craig_bampton(plate_sector(4, sh.RayleighDamping(2.0, 1e-5)), 4, (5, 40))
-    for given, force in ((small, sh.forces.PointForce(dof=9)), (sector, sh.forces.EngineOrder(1))):
+    for given, force in (
+        (small, sh.forces.PointForce(place=9)),
+        (sector, sh.forces.EngineOrder(1)),
+    ):
         arguments = (4, (1, 2)) if reduce is sh.craig_bampton else (force, (1, 2))
         with pytest.raises(ValueError, match="expected a whole structure, this one is reduced"):
             reduce(given, *arguments, dofs=[9])

@@ -28,7 +28,7 @@ def disk():
 
 @pytest.fixture(scope="module")
 def reduced(disk):
-    return sh.craig_bampton(disk, 30, (1, 40), dofs=[TIP], blade=BLADE, blade_modes=3)
+    return sh.craig_bampton(disk, 30, (1, 40), places=[TIP], blade=BLADE, blade_modes=3)
 
 
 def blade_alone(disk):
@@ -115,7 +115,7 @@ def test_a_tuned_ring_responds_as_its_sector(make):
     if make is plane_sector:
         force = sh.forces.EngineOrder(2, pattern={"4:y": 1.0, "4:x": 0.3j}, amplitude=9.0)
         modes, dofs = 3, [8, 9]
-    small = sh.craig_bampton(disk, modes, (1, 100), dofs=dofs)
+    small = sh.craig_bampton(disk, modes, (1, 100), places=dofs)
     load = sh.forces.StaticLoad({dofs[0]: 2.0})
     one, whole = (
         sh.solve(sh.HarmonicBalance(model, force + load, (0, 1, 3)), 27.0)
@@ -196,7 +196,9 @@ def complete():
     """A sector in other coordinates, with all its modes and all of its blade."""
     disk = plate_sector(4)
     modes = 80 - len({*disk.interfaces.left, *disk.interfaces.right, 74, 77, TIP})
-    small = sh.craig_bampton(disk, modes, (1, 40), dofs=[TIP], blade=BLADE, blade_modes=len(BLADE))
+    small = sh.craig_bampton(
+        disk, modes, (1, 40), places=[TIP], blade=BLADE, blade_modes=len(BLADE)
+    )
     return disk, small
 
 
@@ -236,7 +238,7 @@ def test_the_blade_follows_its_root_freely():
     stiffness = disk.structure.stiffness_matrix.toarray() - np.diag(ground)
     free = sh.Model(np.eye(80), np.zeros((80, 80)), stiffness)
     small = sh.craig_bampton(
-        sh.Sector(free, disk.interfaces.left, disk.interfaces.right, 4), 20, (1, 40), dofs=[TIP],
+        sh.Sector(free, disk.interfaces.left, disk.interfaces.right, 4), 20, (1, 40), places=[TIP],
         blade=BLADE,
     )  # fmt: skip
     together = np.ones(small.structure.n_dof)
@@ -309,7 +311,7 @@ def test_time_domain_and_follow_take_a_ring():
 def test_a_condensed_ring_agrees(reduced, keep):
     ring = sh.mistuned_ring(reduced, stiffness_deviation=DEVIATIONS)
     tips = np.flatnonzero(ring.kept % 80 == TIP)
-    small = sh.condense(ring, FORCE, (5, 20), (1,), dofs=tips, keep=keep)
+    small = sh.condense(ring, FORCE, (5, 20), (1,), places=tips, keep=keep)
     whole, condensed = (sh.solve(sh.HarmonicBalance(m, FORCE), 12.0) for m in (ring, small))
     scale = np.abs(whole.coefficient).max()
     of_tips = condensed.coefficient.values[np.isin(condensed.structure_dof, tips)]
@@ -320,7 +322,7 @@ def test_places_of_a_ring_are_kept_by_name():
     """Those of the first sector; what is at its right interface moves as the next one's left."""
     disk = plane_sector(6)
     ring, force = sh.mistuned_ring(disk), sh.forces.EngineOrder(1, pattern={"4:x": 1.0})
-    small = sh.condense(ring, force, (20, 80), (1,), dofs=["4:x"], progress=False)
+    small = sh.condense(ring, force, (20, 80), (1,), places=["4:x"], progress=False)
     [place] = np.flatnonzero(ring.kept == disk.number_of("4:x"))
     assert place in small.dofs
     right = disk.interfaces.right[0]
@@ -331,7 +333,7 @@ def test_places_of_a_ring_are_kept_by_name():
         if disk.number_of(f"{node}:{way}") == right
     )
     with pytest.raises(ValueError, match="twins at the left"):
-        sh.condense(ring, force, (20, 80), (1,), dofs=[name], progress=False)
+        sh.condense(ring, force, (20, 80), (1,), places=[name], progress=False)
 
 
 def test_structural_damping_of_a_ring():
@@ -500,7 +502,7 @@ def test_bad_numbers_of_modes_are_refused(arguments, told):
 def test_a_reduced_sector_of_an_archive_has_its_blade(tmp_path):
     """A ring of the sector that an archive holds deviates as one of the sector itself."""
     disk = plate_sector(4)
-    small = sh.craig_bampton(disk, 12, (1, 40), dofs=[TIP], blade=BLADE, blade_modes=2)
+    small = sh.craig_bampton(disk, 12, (1, 40), places=[TIP], blade=BLADE, blade_modes=2)
     problem = sh.HarmonicBalance(small, sh.forces.EngineOrder(1, pattern={TIP: 1.0}))
     sh.save(sh.solve(problem, 20.0), tmp_path / "sector.nc")
     again = sh.datasets.rebuild(sh.load(tmp_path / "sector.nc")).model
@@ -581,5 +583,5 @@ def test_modes_that_are_not_kept_may_have_one_frequency():
         stiffness[np.ix_([i, j], [i, j])] += (k * np.array([[1, -1], [-1, 1]])).astype(int)
     model = sh.Model(np.diag([1.0, 0, 1, 1, 1]), np.zeros((5, 5)), stiffness)
     sector = sh.Sector(model, [0], [1], 4)
-    small = sh.craig_bampton(sector, 2, (1, 60), dofs=[2], blade=[2, 3, 4], blade_modes=1)
+    small = sh.craig_bampton(sector, 2, (1, 60), places=[2], blade=[2, 3, 4], blade_modes=1)
     assert_allclose(small.blade.frequencies, [100 / 2 / np.pi], rtol=1e-12)

@@ -113,7 +113,7 @@ def test_reduced_structures_at_a_speed_keep_coriolis_forces(rule):
     skew[2, 3], skew[3, 2] = 0.5, -0.5
     model = sh.Model(np.eye(n), rule, springs)
     rotor = sh.RotatingModel(model, {0: springs, 900: springs + 3e3 * np.eye(n)}, skew).at(700)
-    small = sh.craig_bampton(rotor, n - 1, (5, 60), dofs=[0])
+    small = sh.craig_bampton(rotor, n - 1, (5, 60), places=[0])
     force = sh.forces.PointForce(0)
     for frequency in (12.0, 20.0):
         exact = sh.solve(sh.HarmonicBalance(rotor, force), frequency).amplitude.values[0]

@@ -151,7 +151,7 @@ def test_remarks_of_structures_that_were_made_of_others():
         sh.laws.Coulomb(), [(0,)], contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3
     )
     whole = sh.Model(eye, 0.1 * eye, 1e4 * (2 * eye - next_to), contacts={"tip": damper})
-    condensed = sh.condense(whole, sh.forces.PointForce(dof=0), (5, 20), progress=False)
+    condensed = sh.condense(whole, sh.forces.PointForce(place=0), (5, 20), progress=False)
     reduced = sh.craig_bampton(whole, 5, (5, 20))
     for structure, word in ((condensed, "kept of 12"), (reduced, "reduced from 12")):
         assert word in repr(structure)

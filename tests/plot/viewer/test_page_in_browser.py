@@ -34,7 +34,7 @@ CHAIN = sh.Model(
     friction_coefficient=0.5,
     normal_load=1.0,
 )
-PUSH = sh.forces.PointForce(dof=0)
+PUSH = sh.forces.PointForce(place=0)
 CLAMPED = sh.single_blade(**BLADE, normal_load=3)
 
 
@@ -50,7 +50,7 @@ CASES = {
     ),
     # As Fig. 8: engine orders of a tuned disk.
     "engine orders": lambda: sh.frf(
-        RING, (50, 350), over={"engine_order": [1, 2]}, sector=False, progress=False
+        RING.with_by_sector(False), (50, 350), over={"engine_order": [1, 2]}, progress=False
     ),
     # As Fig. 12: paths of mistuned disks.
     "mistuned": lambda: sh.frf(

@@ -161,7 +161,7 @@ def test_a_page_never_has_more_than_it_may(tmp_path, monkeypatch):
     )  # fmt: skip
     orders = {"engine_order": [1, 2], "normal_load": [5, 10, 20]}
     problem = sh.HarmonicBalance(disk, sh.forces.EngineOrder(1))
-    disks = sh.frf(problem, (100, 300), over=orders, sector=False, progress=False)
+    disks = sh.frf(problem.with_by_sector(False), (100, 300), over=orders, progress=False)
     whole = sh.view(disks, tmp_path / "whole.html").stat().st_size
     module = sys.modules["symhbm.plot.viewer.view"]
     monkeypatch.setattr(module, "MOST_BYTES", whole - 1000)

@@ -83,7 +83,7 @@ def test_reduced_structures_with_matrices_know_stability():
             tangential=(3,), contact_stiffness=1e4, friction_coefficient=0.5, normal_load=0.5
         )
     })  # fmt: skip
-    small = sh.craig_bampton(chain, 2, (1, 20), dofs=[0])
+    small = sh.craig_bampton(chain, 2, (1, 20), places=[0])
     problem = sh.HarmonicBalance(small, sh.forces.PointForce(0))
     assert np.all(sh.frf(problem, (5, 15), stability=True, progress=False).stability == 1)
     turning = sh.RotatingModel(chain, {0: 1e4 * np.eye(4), 100: 2e4 * np.eye(4)})
