@@ -261,8 +261,6 @@ def resting_place(waves: Any, angles: Any, out: Any) -> int:
     asked = np.empty(samples)
     basis, kept = np.empty(4, dtype=np.int64), np.empty(3)
     trial, polished = np.empty(3), np.empty(3)
-    # Without the mean of the limit, which moves no place, a small motion keeps its digits.
-    mean, waves[2, 0, 0] = waves[2, 0, 0], 0.0
     for i in range(samples):
         motion_at(waves, i * cell, at)
         for k in range(3):
@@ -314,8 +312,6 @@ def resting_place(waves: Any, angles: Any, out: Any) -> int:
                 if near and worst <= polished[2] + 1e-14 * size:
                     for k in range(3):
                         angles[k], out[k] = kept[k], polished[k]
-    waves[2, 0, 0] = mean
-    out[2] -= mean
     return n
 
 
