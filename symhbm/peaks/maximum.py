@@ -3,7 +3,7 @@
 At a *smooth* maximum the slope of the amplitude vanishes, at a *corner* one contact is on its slip
 limit, an *edge* is the end of the band. The contact on the limit of a corner is held in stick,
 where the equations are smooth on both sides; the limit may be that of a small loop within its
-hysteresis, see `symhbm.model.contacts.coulomb.loops`. Variables are unknowns, frequency and the
+hysteresis, see `symhbm.model.contacts.coulomb.state`. Variables are unknowns, frequency and the
 parameters of a `SecondOrder`, in this order.
 """
 

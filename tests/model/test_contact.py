@@ -10,7 +10,7 @@ from hypothesis import assume, event, given, settings
 from hypothesis import strategies as st
 
 from symhbm.model.contacts.coulomb.located import locate, on_loop
-from symhbm.model.contacts.coulomb.loops import loops_near_limit
+from symhbm.model.contacts.coulomb.state import loops_near_limit
 from symhbm.numerics.fourier import FourierBasis
 
 EXACT = json.loads(

@@ -2,12 +2,11 @@
 
 from typing import Any
 
-from symhbm.model.contacts.coulomb import Coulomb
+from symhbm.model.contacts.coulomb import Coulomb, PressedCoulomb
 from symhbm.model.contacts.group import Contacts
 from symhbm.model.contacts.law import ContactLaw
-from symhbm.model.contacts.normal import Given, Preload, given_of
+from symhbm.model.contacts.normal import Given, Preload, given_by_rotation, given_of
 from symhbm.model.contacts.planar import PlanarFriction
-from symhbm.model.contacts.rotation import PressedCoulomb, given_by_rotation
 from symhbm.model.contacts.varying_load import VariableLoadFriction
 
 

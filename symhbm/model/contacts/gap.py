@@ -13,8 +13,14 @@ from numpy.typing import NDArray
 
 from symhbm.model.contacts.group import Contacts
 from symhbm.model.contacts.motions import Behaviour, Events, History, Located, Motions, Values
-from symhbm.model.contacts.normal import NORMAL, PRESSED, NormalLaw, Preload, given_of
-from symhbm.model.contacts.rotation import given_by_rotation
+from symhbm.model.contacts.normal import (
+    NORMAL,
+    PRESSED,
+    NormalLaw,
+    Preload,
+    given_by_rotation,
+    given_of,
+)
 from symhbm.model.contacts.varying_load import VariableLoadFriction
 from symhbm.numerics import FloatArray, FourierBasis
 
@@ -43,7 +49,7 @@ class UnilateralSpring(NormalLaw):
         return np.asarray(values["normal_stiffness"]) > 0
 
     def n_events(self, basis: FourierBasis) -> int:
-        """``E`` and ``e`` of `symhbm.model.contacts.varying_load.coefficients`."""
+        """``E`` and ``e`` of `symhbm.model.contacts.varying_load.batch`."""
         return basis.n_components**2 + basis.n_components
 
     def force(self, at: Motions, events: Any) -> Any:

@@ -29,12 +29,12 @@ from symhbm.model.contacts.motions import (
     History,
     Located,
     Motions,
+    Parameter,
     Sliders,
     SpringSliders,
     Switch,
     Values,
 )
-from symhbm.model.contacts.parameter import Parameter
 from symhbm.model.records import Record
 from symhbm.numerics import Compiled, FloatArray, FourierBasis
 

@@ -3,10 +3,9 @@
 from symhbm.model.contacts.coulomb import Coulomb
 from symhbm.model.contacts.gap import UnilateralSpring
 from symhbm.model.contacts.law import ContactLaw
-from symhbm.model.contacts.motions import Located, Switch
-from symhbm.model.contacts.parameter import Parameter
+from symhbm.model.contacts.memoryless import CubicSpring, PolynomialLaw
+from symhbm.model.contacts.motions import Located, Parameter, Switch
 from symhbm.model.contacts.planar import PlanarFriction
-from symhbm.model.contacts.polynomial import CubicSpring, PolynomialLaw
 from symhbm.model.contacts.smooth import SmoothLaw
 from symhbm.model.contacts.varying_load import VariableLoadFriction
 

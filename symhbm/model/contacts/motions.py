@@ -1,17 +1,60 @@
-"""Motions of contacts, and what laws find of them: events, states, histories, sliders."""
+"""What laws take and find: motions and named values; events, states, histories, sliders."""
 
 from __future__ import annotations
 
 from dataclasses import dataclass
 from enum import IntEnum
-from typing import Any, NamedTuple
+from typing import Any, Literal, NamedTuple
 
 import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from symhbm.model.records import record
 from symhbm.numerics import FloatArray, FourierBasis
 from symhbm.numerics.loops import Loop
+
+LEADING = 0.5
+"""Share of a harmonic in the square of a motion from which it leads."""
+
+
+@record
+class Parameter(NamedTuple):
+    """A named number of a model, of a contact law or of an excitation.
+
+    ``units`` as datasets have them, UDUNITS; ``symbol`` of pictures, with the ``unit`` there, by
+    default its name and units; ``per``, what has one value each, None for one in all; ``bound`` of
+    its values, "positive", "non-negative" or "any", and ``followed``, that of a band it is followed
+    over; ``designed``, whether designs may vary it; ``deviation``, whether it is one from the
+    nominal structure, which draws scatter by their spreads themselves.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> stiffness = sh.laws.Parameter("N m-1", "stiffness of the stop", "$k_s$", bound="positive")
+    >>> stiffness.units, stiffness.bound
+    ('N m-1', 'positive')
+    """
+
+    units: str
+    meaning: str
+    symbol: str = ""
+    unit: str | None = None
+    per: Literal["dof", "contact", "blade"] | None = "contact"
+    bound: str = "non-negative"
+    followed: str = "non-negative"
+    designed: bool = False
+    deviation: bool = False
+
+    @property
+    def dims(self) -> tuple[str, ...]:
+        """Dimensions of one value in a dataset, but of contacts with groups of their own."""
+        return () if self.per is None else (self.per,)
+
+    def shown_as(self, name: str) -> tuple[str, str]:
+        """Symbol and unit of pictures."""
+        return self.symbol or name.replace("_", " "), self.units if self.unit is None else self.unit
+
 
 Values = dict[str, Any]
 """Values of the parameters of a law by name: arrays (n_contacts,), or symbols of one contact."""
@@ -246,3 +289,9 @@ def _add(contact: Any, gradient: Any, jump: Any, share: Any, weights: Any, resul
                     part = push * gradient[e, a] * jump[e, d, b]
                     result[contact[e], a, b] += part
                     result[contact[e], b, a] += part
+
+
+def leading(motion: Any, a: int) -> tuple[Any, Any]:
+    """Whether the harmonic of the components ``a`` and ``a + 1`` leads a motion, its square."""
+    square = ca.sumsqr(motion[a : a + 2])
+    return square > LEADING * ca.sumsqr(motion), square

@@ -1,8 +1,12 @@
-"""The normal side of contacts that close and open: preload or gap, and what datasets tell of it.
+"""What presses contacts: a preload or a gap, where they close and open, and the speed of rotation.
 
 ``v`` is the normal displacement of a contact, positive where it closes. Its spring carries
 ``p = N0 + k_n v`` where that is positive, and nothing else. ``N0`` is the preload, or ``-k_n g``
 with a gap ``g``.
+
+Along an engine order the angular frequency of the excitation is ``omega = engine_order Omega``, so
+that the load ``F_n + centrifugal_load Omega^2`` depends on the frequency. In a structure at one
+speed it does not.
 """
 
 from collections.abc import Mapping
@@ -13,10 +17,45 @@ import casadi as ca
 import numpy as np
 
 from symhbm.model.contacts.law import ContactLaw
-from symhbm.model.contacts.motions import Motions, SpringSliders, Switch, Values
-from symhbm.model.contacts.parameter import Parameter
-from symhbm.model.contacts.rotation import centrifugal, check_order, of_rotation
-from symhbm.numerics import Compiled, FloatArray, check, turning_points
+from symhbm.model.contacts.motions import Motions, Parameter, SpringSliders, Switch, Values
+from symhbm.numerics import RADIANS, Compiled, FloatArray, check, turning_points
+
+LOAD = "centrifugal_load"
+LOAD_RECORD = Parameter(
+    "kg m",
+    "load of the contact over the square of the speed of rotation",
+    r"$F_n / \Omega^2$",
+    "kg m",
+    designed=True,
+)
+
+
+def check_order(engine_order: int | None) -> int | None:
+    """An engine order from 1, or None without rotation; raises TypeError or ValueError."""
+    return None if engine_order is None else check.integer("engine_order", engine_order, 1)
+
+
+def of_rotation(law: ContactLaw) -> dict[str, Parameter]:
+    """The parameter by which rotation presses a contact, where it does."""
+    return {} if law.engine_order is law.speed is None else {LOAD: LOAD_RECORD}
+
+
+def centrifugal(law: ContactLaw, frequency: Any, values: Values) -> Any:
+    """What rotation adds to a load [N] at an angular frequency, of arrays or of symbols."""
+    if law.speed is not None:
+        return values[LOAD] * (RADIANS * law.speed / 60) ** 2
+    return 0 if law.engine_order is None else values[LOAD] * (frequency / law.engine_order) ** 2
+
+
+def given_by_rotation(centrifugal_load: Any, engine_order: int | None) -> dict[str, Any]:
+    """The value of the parameter; ValueError for a load without an engine order or vice versa."""
+    if (centrifugal_load is None) != (engine_order is None):
+        raise ValueError(
+            f"centrifugal_load={check.shown(centrifugal_load)}, engine_order="
+            f"{check.shown(engine_order)}: expected both, or neither"
+        )
+    return {} if engine_order is None else {LOAD: centrifugal_load}
+
 
 Given = Literal["normal_load", "gap"]
 """What is a parameter and stays as it is where the normal stiffness changes."""
@@ -53,7 +92,7 @@ class NormalLaw(ContactLaw):
     ``given`` says which of both is the parameter; ``preload="balanced"`` says that displacements
     are measured from the equilibrium under the preload, ``"coupled"`` that static loads press the
     contact in harmonic 0. With an ``engine_order`` rotation presses the contact, too, by the
-    parameter ``centrifugal_load``, see `symhbm.model.contacts.rotation`, as it does at a ``speed``
+    parameter ``centrifugal_load``, see `symhbm.model.contacts.normal`, as it does at a ``speed``
     [1/min]. Raises ValueError for other words.
     """
 

@@ -1,16 +1,15 @@
 """Dry friction with a constant normal load: a spring and a Coulomb slider."""
 
-from symhbm.model.contacts.coulomb.law import Coulomb, SampledCoulomb, leading
+from symhbm.model.contacts.coulomb.law import Coulomb, PressedCoulomb, SampledCoulomb
 from symhbm.model.contacts.coulomb.located import locate, on_loop, stick_intervals
-from symhbm.model.contacts.coulomb.loops import Loop, loops_near_limit
-from symhbm.model.contacts.coulomb.state import ContactState, slip_limit
+from symhbm.model.contacts.coulomb.state import ContactState, Loop, loops_near_limit, slip_limit
 
 __all__ = [
     "ContactState",
     "Coulomb",
     "Loop",
+    "PressedCoulomb",
     "SampledCoulomb",
-    "leading",
     "locate",
     "loops_near_limit",
     "on_loop",

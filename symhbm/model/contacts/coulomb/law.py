@@ -11,21 +11,30 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.model.contacts.coulomb.history import histories_of
-from symhbm.model.contacts.coulomb.limit import limit_moves, limit_slopes
-from symhbm.model.contacts.coulomb.located import locate
-from symhbm.model.contacts.coulomb.moving import moving_angles
-from symhbm.model.contacts.coulomb.one_harmonic import details_of, one_harmonic_kernel, unpack
-from symhbm.model.contacts.coulomb.ranges import range_margins
-from symhbm.model.contacts.coulomb.sampled import locate_sampled
-from symhbm.model.contacts.coulomb.state import ContactState, slip_limit
+from symhbm.model.contacts.coulomb.located import details_of, locate, one_harmonic_kernel, unpack
+from symhbm.model.contacts.coulomb.march import range_margins
+from symhbm.model.contacts.coulomb.sampled import histories_of, locate_sampled
+from symhbm.model.contacts.coulomb.state import (
+    ContactState,
+    limit_moves,
+    limit_slopes,
+    moving_angles,
+    slip_limit,
+)
 from symhbm.model.contacts.law import ContactLaw
-from symhbm.model.contacts.motions import Events, History, Located, Motions, Sliders, Switch, Values
-from symhbm.model.contacts.parameter import Parameter
+from symhbm.model.contacts.motions import (
+    Events,
+    History,
+    Located,
+    Motions,
+    Parameter,
+    Sliders,
+    Switch,
+    Values,
+    leading,
+)
+from symhbm.model.contacts.normal import LOAD, LOAD_RECORD, centrifugal, check_order
 from symhbm.numerics import FloatArray, FourierBasis, turning_hessian, turning_points
-
-LEADING = 0.5
-"""Share of a harmonic in the square of a motion from which it leads."""
 
 
 class Coulomb(ContactLaw):
@@ -264,6 +273,38 @@ class Coulomb(ContactLaw):
         return moving_angles(at.basis, at.motion, *slider, slips, located.details)
 
 
+class PressedCoulomb(Coulomb):
+    """Dry friction under ``F_n + centrifugal_load (omega / engine_order)^2``, see `Coulomb`.
+
+    With a ``speed`` [1/min] the load is that of this speed, whatever the frequency.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> law = sh.Friction(
+    ...     tangential=(0,), contact_stiffness=1e4, friction_coefficient=0.5, normal_load=0.0,
+    ...     centrifugal_load=0.02, engine_order=3,
+    ... ).law
+    >>> at_speed = dict(friction_coefficient=0.5, normal_load=1.0, centrifugal_load=0.02)
+    >>> law.slip_limit(300.0, at_speed)
+    100.5
+    """
+
+    parameters: ClassVar = {**Coulomb.parameters, LOAD: LOAD_RECORD}
+
+    def __init__(self, engine_order: int | None = 1, speed: float | None = None):
+        self.engine_order, self.speed = check_order(engine_order), speed
+
+    def slip_limit(self, frequency: Any, values: Values) -> Any:
+        """``mu`` times the load [N] at an angular frequency [rad/s]."""
+        added = centrifugal(self, frequency, values)
+        return values["friction_coefficient"] * (values["normal_load"] + added)
+
+    def __repr__(self) -> str:
+        at = self.engine_order if self.speed is None else f"speed={self.speed:g}"
+        return f"PressedCoulomb({at})"
+
+
 class SampledCoulomb(Coulomb):
     """The same friction marched over equidistant samples of the period: a cross-check.
 
@@ -301,9 +342,3 @@ def _split(basis: FourierBasis, events: Any) -> _Parts:
     size = basis.n_components
     matrix = ca.reshape(events[: size * size], size, size)
     return _Parts(matrix, events[size * size : size * size + size], events[-1])
-
-
-def leading(motion: Any, a: int) -> tuple[Any, Any]:
-    """Whether the harmonic of the components ``a`` and ``a + 1`` leads a motion, its square."""
-    square = ca.sumsqr(motion[a : a + 2])
-    return square > LEADING * ca.sumsqr(motion), square

@@ -1,20 +1,178 @@
-"""Dry friction with located switching angles, for any motion.
+"""Located switching angles of friction: closed under one harmonic, Eqs. (6)-(8), else marched.
 
-Along one period the slider is marched over the reversals of the relative displacement ``y``, and
-each change from stick to slip is located.
+Under one harmonic ``y = r cos(tau - theta_0)`` about any mean slips when ``k_d r > g``, from
+``theta_star = theta_0 + arccos(1 - 2 g / (k_d r))`` to the next extreme. The second half period
+mirrors the first. Under any other motion the slider is marched along one period over the reversals
+of the relative displacement ``y``, and each change from stick to slip is located.
 """
 
 from dataclasses import replace
+from functools import lru_cache
+from itertools import pairwise
+from typing import Any
 
+import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.model.contacts.coulomb import march
-from symhbm.model.contacts.coulomb.loops import Loop, apart, images
-from symhbm.model.contacts.coulomb.one_harmonic import locate_one_harmonic
-from symhbm.model.contacts.coulomb.state import ContactState
-from symhbm.numerics import FloatArray, FourierBasis, check_turning, turning_points
+from symhbm.model.contacts.coulomb.state import ContactState, Loop, apart, images
+from symhbm.numerics import Compiled, FloatArray, FourierBasis, check_turning, turning_points
 from symhbm.numerics.loops import fourier
+
+FREE = -1.0
+"""State imposed on a contact that is in the one its motion asks for; 0 is stick, 1 slip."""
+_SHORT = 0.3
+"""Angle below which its difference from its sine is a series."""
+
+
+def locate_one_harmonic(
+    basis: FourierBasis,
+    coefficients: FloatArray,
+    contact_stiffness: FloatArray,
+    slip_limit: FloatArray,
+    slip: NDArray[np.bool_] | None = None,
+) -> ContactState:
+    """Locate the events of motions of harmonic 1, with or without a mean.
+
+    Arguments as of `symhbm.model.contacts.coulomb.located.locate`.
+    """
+    n_contacts, size = coefficients.shape
+    imposed = np.full(n_contacts, FREE) if slip is None else np.asarray(slip, dtype=float)
+    if not n_contacts:
+        return unpack(np.zeros((0, packed_size(size))), size)
+    (found,) = _each(size, n_contacts)(coefficients.ravel(), contact_stiffness, slip_limit, imposed)
+    return unpack(found.reshape(n_contacts, packed_size(size)), size)
+
+
+@lru_cache(maxsize=4)
+def layout(size: int) -> dict[str, slice]:
+    """Where the kernel puts what it gives for motions of ``size`` coefficients."""
+    lengths = dict(
+        matrix=size * size, vector=size, slip_margin_gradient=size, slip=1, slip_margin=1
+    )
+    lengths |= dict(theta_0=1, theta_star=1, stick_fraction=1, reversals=1)
+    lengths |= dict(stick_begin=2, stick_end=2)
+    ends = np.cumsum([0, *lengths.values()]).tolist()
+    return {name: slice(*pair) for name, pair in zip(lengths, pairwise(ends), strict=True)}
+
+
+def packed_size(size: int) -> int:
+    """Numbers per contact that the kernel gives for motions of ``size`` coefficients."""
+    return layout(size)["stick_end"].stop
+
+
+def details_of(packed: Any, size: int) -> dict[str, Any]:
+    """The parts of one column that the kernel gives."""
+    return {name: packed[place] for name, place in layout(size).items()}
+
+
+def unpack(packed: FloatArray, size: int) -> ContactState:
+    """What the kernel gives, (n_contacts, packed_size)."""
+    part: dict[str, Any] = {name: packed[:, place] for name, place in layout(size).items()}
+    for name in ("slip_margin", "theta_0", "theta_star", "stick_fraction"):
+        part[name] = part[name][:, 0]
+    part["slip"] = part["slip"][:, 0] > 0
+    part["reversals"] = part["reversals"][:, 0].astype(int)
+    # CasADi stores columns one after the other.
+    part["matrix"] = part["matrix"].reshape(-1, size, size).transpose(0, 2, 1)
+    return ContactState(**part)
+
+
+@lru_cache(maxsize=64)
+def _each(size: int, n_contacts: int) -> Compiled:
+    return Compiled(one_harmonic_kernel(size).map(n_contacts))
+
+
+@lru_cache(maxsize=4)
+def one_harmonic_kernel(size: int) -> ca.Function:
+    """CasADi function of one contact: all of `ContactState`, packed, from its motion.
+
+    Inputs: ``coefficients`` (size), the last two of harmonic 1 [m], ``contact_stiffness`` [N/m],
+    ``slip_limit`` [N], and the state ``imposed``.
+    """
+    y = ca.SX.sym("coefficients", size)
+    stiffness, limit = ca.SX.sym("contact_stiffness"), ca.SX.sym("slip_limit")
+    imposed = ca.SX.sym("imposed")
+    cosine, sine = y[-2], y[-1]
+    radius = ca.hypot(cosine, sine)
+    moves = radius > 0
+    theta_0 = ca.atan2(sine, cosine)
+    travel = stiffness * radius
+    # Without limit any motion slips, without motion or spring none does.
+    bounded = ca.logic_and(limit > 0, travel > 0)
+    logarithm = ca.log(_where(bounded, travel, 1)) - ca.log(_where(bounded, limit, 1))
+    slip_margin = _where(bounded, logarithm, _where(limit > 0, -ca.inf, ca.inf))
+    free = ca.logic_or(imposed < 0, ca.logic_not(bounded))
+    state = _where(free, slip_margin > 0, imposed)
+    slides = ca.logic_and(state, moves)
+    pulls = ca.logic_and(slides, travel > 0)
+    share = _where(pulls, ca.fmin(limit / _where(pulls, travel, 1), 1), ca.logic_not(slides))
+    # cos(stick) = 1 - 2 share, in forms that keep their digits for stiff contacts in gross slip.
+    stick = 2 * ca.atan2(ca.sqrt(share), ca.sqrt(1 - share))
+    sin_stick = 2 * ca.sqrt(share * (1 - share))
+    bend = _angle_minus_sine(stick, sin_stick)
+
+    # The 2 x 2 block of the matrix in axes along the motion and across it, and the vector.
+    along, across = bend / 2 - sin_stick * share, bend / 2 + sin_stick * share
+    upper, lower = sin_stick**2 / 2, -2 * share**2
+    push_along, push_across = 4 / np.pi * sin_stick, 4 / np.pi * (2 * share - 1)
+    # Turned to the axes of cosine and sine.
+    safe = _where(moves, radius, 1)
+    c, s = _where(moves, cosine / safe, 1), sine / safe
+    turn: Any = ca.horzcat(ca.vertcat(c, s), ca.vertcat(-s, c))
+    local = ca.horzcat(ca.vertcat(along, lower), ca.vertcat(upper, across))
+    block = 2 / np.pi * (turn @ local @ turn.T)
+    push = turn @ ca.vertcat(push_along, push_across)
+
+    matrix = ca.SX.zeros(size, size)
+    vector, gradient = ca.SX.zeros(size), ca.SX.zeros(size)
+    still = ca.logic_and(state, ca.logic_not(moves))
+    for i in range(size):
+        for j in range(size):
+            inside = i >= size - 2 and j >= size - 2
+            slipping = block[i - size + 2, j - size + 2] if inside else 0
+            sticking = float(i == j) if inside else 0
+            entry = _where(state, slipping, sticking)
+            matrix[i, j] = _where(still, 0, entry)
+    vector[-2:] = push * pulls
+    gradient[-2:] = ca.vertcat(c, s) / safe * moves
+    turns = 2 * np.pi
+    theta_star = theta_0 + stick
+    theta_0 = _where(moves, _positive(theta_0), np.nan)
+    # A contact held in slip short of its limit never leaves its stretch of stick.
+    begin = _where(ca.logic_and(slides, slip_margin > 0), theta_0, np.nan)
+    parts = dict(
+        matrix=ca.vec(matrix),
+        vector=vector,
+        slip_margin_gradient=gradient,
+        slip=state,
+        slip_margin=slip_margin,
+        theta_0=theta_0,
+        theta_star=_where(
+            slides, _where(theta_star < turns, _positive(theta_star), theta_star), np.nan
+        ),
+        stick_fraction=_where(state, _where(moves, stick / np.pi, 0), 1),
+        reversals=2 * moves,
+        stick_begin=ca.vertcat(begin, begin + np.pi),
+        stick_end=ca.vertcat(begin + stick, begin + np.pi + stick),
+    )
+    packed = ca.vertcat(*(parts[name] for name in layout(size)))
+    return ca.Function("one_harmonic", [y, stiffness, limit, imposed], [ca.densify(packed)])
+
+
+def _where(condition: Any, value: Any, other: Any) -> Any:
+    return ca.if_else(condition, value, other)
+
+
+def _positive(angle: Any) -> Any:
+    return _where(angle < 0, angle + 2 * np.pi, angle)
+
+
+def _angle_minus_sine(angle: Any, sine: Any) -> Any:
+    square = angle**2
+    series = 1 - square / 20 * (1 - square / 42 * (1 - square / 72 * (1 - square / 110)))
+    return _where(angle < _SHORT, angle**3 / 6 * series, angle - sine)
 
 
 def locate(

@@ -24,19 +24,18 @@ from symhbm.model.contacts.motions import (
     History,
     Located,
     Motions,
+    Parameter,
     SpringSliders,
     Switch,
     Values,
 )
-from symhbm.model.contacts.normal import NORMAL, PRESSED, NormalLaw, Preload
-from symhbm.model.contacts.parameter import Parameter
+from symhbm.model.contacts.normal import NORMAL, PRESSED, NormalLaw, Preload, of_rotation
 from symhbm.model.contacts.planar import batch
 from symhbm.model.contacts.planar.bends import bends_of
 from symhbm.model.contacts.planar.expansion import resting_bends, slip_margin
 from symhbm.model.contacts.planar.history import history_of
 from symhbm.model.contacts.planar.period import TOO_MANY
 from symhbm.model.contacts.planar.rest import middle_of
-from symhbm.model.contacts.rotation import of_rotation
 from symhbm.numerics import FloatArray, FourierBasis, check
 from symhbm.numerics.loops import Loop
 

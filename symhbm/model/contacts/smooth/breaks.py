@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from symhbm.model.contacts.smooth.instants import Force, arguments_of
+from symhbm.model.contacts.smooth.expression import Force, arguments_of
 from symhbm.numerics import MACHINE, FloatArray, FourierBasis, monotone_root
 
 _CELLS = 64

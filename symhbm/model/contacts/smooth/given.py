@@ -8,9 +8,9 @@ import casadi as ca
 import numpy as np
 
 from symhbm.model.contacts.group import Contacts
-from symhbm.model.contacts.parameter import Parameter
-from symhbm.model.contacts.smooth import graph
-from symhbm.model.contacts.smooth.instants import arguments_of
+from symhbm.model.contacts.motions import Parameter
+from symhbm.model.contacts.smooth import expression as graph
+from symhbm.model.contacts.smooth.expression import arguments_of
 from symhbm.model.contacts.smooth.law import ROUND_OFF, SmoothForce
 from symhbm.numerics import FloatArray, check
 

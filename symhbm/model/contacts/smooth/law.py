@@ -13,11 +13,11 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.model.contacts.memoryless import Instants, MemorylessLaw
-from symhbm.model.contacts.motions import Events, Located, Motions, Values
-from symhbm.model.contacts.parameter import Parameter
-from symhbm.model.contacts.smooth import graph, sums
+from symhbm.model.contacts.motions import Events, Located, Motions, Parameter, Values
+from symhbm.model.contacts.smooth import expression as graph
+from symhbm.model.contacts.smooth import sums
 from symhbm.model.contacts.smooth.breaks import Motion, find_breaks
-from symhbm.model.contacts.smooth.instants import Force, Sizes, arguments_of, force_of
+from symhbm.model.contacts.smooth.expression import Force, Sizes, arguments_of, force_of
 from symhbm.numerics import FloatArray, FourierBasis, check
 
 ROUND_OFF = 1e-9

@@ -13,7 +13,7 @@ import numpy as np
 
 from symhbm.model.contacts.motions import Events
 from symhbm.model.contacts.smooth.breaks import Angles, Breaks, Motion, find_breaks
-from symhbm.model.contacts.smooth.instants import Force
+from symhbm.model.contacts.smooth.expression import Force
 from symhbm.numerics import FloatArray, FourierBasis
 
 TOLERANCE = 1e-12

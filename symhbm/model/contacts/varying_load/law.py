@@ -24,11 +24,11 @@ from symhbm.model.contacts.motions import (
     History,
     Located,
     Motions,
+    Parameter,
     Switch,
     Values,
 )
 from symhbm.model.contacts.normal import NORMAL, PRESSED, NormalLaw
-from symhbm.model.contacts.parameter import Parameter
 from symhbm.model.contacts.varying_load.batch import (
     LARGEST,
     LEAST,
@@ -43,7 +43,7 @@ from symhbm.model.contacts.varying_load.batch import (
     locate,
     most_pieces,
 )
-from symhbm.model.contacts.varying_load.history import history_of
+from symhbm.model.contacts.varying_load.march import history_of
 from symhbm.model.contacts.varying_load.moving import moving_events
 from symhbm.numerics import FloatArray, FourierBasis, turning_points
 
@@ -113,7 +113,7 @@ class VariableLoadFriction(NormalLaw):
         return pushes | (pulls & (pressed | self.margins_move))
 
     def n_events(self, basis: FourierBasis) -> int:
-        """``A, B, C, E`` and ``b, c, e`` of `symhbm.model.contacts.varying_load.coefficients`."""
+        """``A, B, C, E`` and ``b, c, e`` of `symhbm.model.contacts.varying_load.batch`."""
         return 4 * basis.n_components**2 + 3 * basis.n_components
 
     def force(self, at: Motions, events: Any) -> Any:
