@@ -30,10 +30,9 @@ from symhbm.model import (
 )
 from symhbm.model.condensation import condense
 from symhbm.model.contacts import Contacts, Friction, Gap, laws
-from symhbm.model.cyclic import Influence, Sector
+from symhbm.model.cyclic import Influence, RotatingModel, Sector
 from symhbm.model.files import read_structure, save_structure
 from symhbm.model.reduction import craig_bampton, mistuned_ring
-from symhbm.model.rotation import RotatingModel
 from symhbm.peaks import peak_curve
 from symhbm.response import (
     campbell,

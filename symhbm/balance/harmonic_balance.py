@@ -20,19 +20,19 @@ from symhbm.model import (
     PARAMETERS,
     EngineOrder,
     Excitation,
-    Model,
+    Matrices,
     ReadOnly,
     StaticLoad,
     Structure,
     Symmetry,
     amplitude_of,
+    as_table,
     check_excitation,
     find_symmetry,
+    rows_of,
 )
 from symhbm.model.contacts import ContactLaw, NormalLaw, Parameter
-from symhbm.model.cyclic import Sector
-from symhbm.model.rotation import check_speed
-from symhbm.model.shown import as_table, rows_of
+from symhbm.model.cyclic import check_speed
 from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics, compact
 
 LARGE = 100_000
@@ -127,9 +127,9 @@ class HarmonicBalance:
             samples = check.integer("samples", samples, minimum=2 * basis.highest + 1)
         if symmetry is not None and not model.has_matrices:
             raise ValueError("symmetry: expected None for a structure without matrices")
-        if isinstance(model, Model):
-            _check_entries(model)
-            _advise(model)
+        if (stored := model.stored_matrices) is not None:
+            _check_entries(model, stored)
+            _advise(model, stored)
         if peaks_of is not None:
             check.known(check.text("peaks_of", peaks_of), model.outputs, "output of the model")
         given = model, excitation, basis, samples, symmetry
@@ -685,14 +685,14 @@ class HarmonicBalance:
 
 def nothing_on(model: Structure) -> Excitation:
     """An excitation of a structure that neither moves nor loads it."""
-    if isinstance(model, Sector):
+    if model.nodal_diameters is not None and model.has_matrices:
         return EngineOrder(0, amplitude=0.0, pattern={1: {0: 1.0}})
     return StaticLoad({0: 0.0})
 
 
-def _check_entries(model: Model) -> None:
+def _check_entries(model: Structure, stored: Matrices) -> None:
     """Raise TypeError for a large structure whose damping is of low rank: no matrix to compile."""
-    if not sp.issparse(model.damping_matrix):
+    if not sp.issparse(stored.damping_matrix):
         raise TypeError(
             f"model: expected one with damping as a sparse matrix, the modal damping of "
             f"{model.n_dof:,} degrees of freedom is full; use symhbm.condense or "
@@ -700,9 +700,9 @@ def _check_entries(model: Model) -> None:
         )
 
 
-def _advise(model: Model) -> None:
+def _advise(model: Structure, stored: Matrices) -> None:
     """Say of a large structure with few contacts that it is better condensed."""
-    entries = int(model.stiffness_matrix.nnz)
+    entries = int(stored.stiffness_matrix.nnz)
     if entries <= LARGE or not _has_few_contacts(model):
         return
     warnings.warn(

@@ -2,7 +2,7 @@
 
 from symhbm.model import forces
 from symhbm.model.builders import bladed_disk, single_blade
-from symhbm.model.damping import Damping, ModalDamping, RayleighDamping, StructuralDamping
+from symhbm.model.damping import ModalDamping, RayleighDamping, StructuralDamping
 from symhbm.model.excitation import (
     EngineOrder,
     Excitation,
@@ -12,11 +12,11 @@ from symhbm.model.excitation import (
     StaticLoad,
     check_excitation,
     force_coefficients,
-    static_force,
 )
 from symhbm.model.interfaces import ContactPairs, contact_pairs
 from symhbm.model.mass import positive_definite
 from symhbm.model.matrices import Model
+from symhbm.model.outputs import Output
 from symhbm.model.parameters import (
     BLADE_PARAMETERS,
     CONTACT_PARAMETERS,
@@ -28,6 +28,7 @@ from symhbm.model.parameters import (
 from symhbm.model.places import Place, Places, next_sector, number_of
 from symhbm.model.plausibility import DOUBT, warn_of_doubts
 from symhbm.model.sectors import Symmetry, find_symmetry
+from symhbm.model.shown import as_table, rows_of
 from symhbm.model.structure import (
     Matrices,
     SliderContacts,
@@ -41,7 +42,6 @@ __all__ = [
     "DOUBT",
     "PARAMETERS",
     "ContactPairs",
-    "Damping",
     "EngineOrder",
     "Excitation",
     "ForceSum",
@@ -49,6 +49,7 @@ __all__ = [
     "Matrices",
     "ModalDamping",
     "Model",
+    "Output",
     "Place",
     "Places",
     "PointForce",
@@ -60,6 +61,7 @@ __all__ = [
     "Structure",
     "Symmetry",
     "amplitude_of",
+    "as_table",
     "bladed_disk",
     "check_excitation",
     "contact_pairs",
@@ -70,8 +72,8 @@ __all__ = [
     "next_sector",
     "number_of",
     "positive_definite",
+    "rows_of",
     "single_blade",
-    "static_force",
     "warn_of_doubts",
     "weighted",
 ]

@@ -16,7 +16,6 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
-from symhbm.model.contact_groups import SHORT, grouped
 from symhbm.model.contacts import (
     Ends,
     Group,
@@ -30,7 +29,9 @@ from symhbm.model.outputs import Output, outputs_of
 from symhbm.model.parameters import (
     CONTACT_PARAMETERS,
     PARAMETERS,
+    SHORT,
     ReadOnly,
+    grouped,
     records_by_name,
 )
 from symhbm.model.places import NextSector, Place, Places, check_places, number_of
@@ -622,6 +623,11 @@ class Structure(Record, ABC):
     def has_matrices(self) -> bool:
         """Whether mass, damping and stiffness matrices are known."""
         return False
+
+    @property
+    def stored_matrices(self) -> Matrices | None:
+        """Matrices as they are stored, without those of contacts; None where there are none."""
+        return None
 
     @property
     def bends(self) -> bool:

@@ -9,8 +9,8 @@ import xarray as xr
 
 from symhbm.balance import HarmonicBalance, check_problem, is_held
 from symhbm.continuation import SolveError, Status
+from symhbm.model import Output
 from symhbm.model.contacts import Behaviour
-from symhbm.model.outputs import Output
 from symhbm.numerics import (
     RADIANS,
     FloatArray,

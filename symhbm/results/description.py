@@ -8,9 +8,8 @@ import numpy as np
 import xarray as xr
 
 from symhbm.balance import HarmonicBalance
-from symhbm.model import PARAMETERS, is_pattern
+from symhbm.model import PARAMETERS, Output, is_pattern
 from symhbm.model.contacts import Parameter
-from symhbm.model.outputs import Output
 from symhbm.model.records import plain, unpack
 from symhbm.results.outputs import histories_of, of_peaks, variables_of
 from symhbm.results.variables import (

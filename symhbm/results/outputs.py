@@ -5,7 +5,7 @@ from typing import Any
 
 import numpy as np
 
-from symhbm.model.outputs import Output
+from symhbm.model import Output
 from symhbm.numerics import (
     FloatArray,
     FourierBasis,

@@ -10,8 +10,8 @@ import numpy as np
 import xarray as xr
 
 from symhbm.balance import HarmonicBalance
+from symhbm.model.cyclic import speed_order
 from symhbm.model.excitation import motions_of_base
-from symhbm.model.rotation import speed_order
 from symhbm.results.dataset_parts import (
     DRAWN,
     LABELS,

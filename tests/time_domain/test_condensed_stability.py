@@ -111,7 +111,7 @@ def test_what_the_modes_do_not_tell_is_refused(monkeypatch):
     problem = sh.HarmonicBalance(small, force)
     with pytest.raises(ValueError, match="condense it with stability=True"):
         sh.frf(problem, BAND, stability=True)
-    monkeypatch.setattr("symhbm.model.condensation.modal.LARGEST_MODAL", 8)
+    monkeypatch.setattr("symhbm.model.condensation.pole_residue.LARGEST_MODAL", 8)
     small = sh.condense(model, force, BAND, stability=True, progress=False)
     assert small.modal is None
     with pytest.raises(ValueError, match=r"symhbm\.craig_bampton"):

@@ -3,9 +3,8 @@
 from symhbm.model.condensation.condense import condense
 from symhbm.model.condensation.condensed_model import CondensedModel
 from symhbm.model.condensation.condensed_sector import CondensedSector
-from symhbm.model.condensation.modal import LARGEST_MODAL
 from symhbm.model.condensation.partition import LONG, dynamic_stiffness, factorised, refined
-from symhbm.model.condensation.pole_residue import OUTSIDE, PoleResidueFunction
+from symhbm.model.condensation.pole_residue import LARGEST_MODAL, OUTSIDE, PoleResidueFunction
 
 __all__ = [
     "LARGEST_MODAL",

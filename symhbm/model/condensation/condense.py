@@ -8,21 +8,20 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from symhbm.model.condensation.condense_sector import condense_sector, orthonormal
 from symhbm.model.condensation.condensed_model import (
     CondensedModel,
     CondensedStiffness,
     kept_rows,
 )
-from symhbm.model.condensation.displacements import RelativeModel, in_displacements
-from symhbm.model.condensation.partition import Interior
+from symhbm.model.condensation.condensed_sector import condense_sector, orthonormal
+from symhbm.model.condensation.partition import Interior, RelativeModel, in_displacements
 from symhbm.model.condensation.reduced_basis import MOST, Certificate, reduce
 from symhbm.model.cyclic import Sector
 from symhbm.model.excitation import Excitation, check_excitation
 from symhbm.model.matrices import Model
 from symhbm.model.places import Place, check_whole, own_numbers
 from symhbm.model.plausibility import warn_of_doubts
-from symhbm.model.rotation import check_at_one_speed
+from symhbm.model.sectors import check_at_one_speed
 from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics
 from symhbm.workers import check_progress
 

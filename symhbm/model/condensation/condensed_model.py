@@ -7,10 +7,14 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
-from symhbm.model.condensation.displacements import names_of
-from symhbm.model.condensation.modal import ModalMatrices
-from symhbm.model.condensation.modes import modes_below, modes_near
-from symhbm.model.condensation.pole_residue import PoleResidueFunction, PoleSum
+from symhbm.model.condensation.partition import names_of
+from symhbm.model.condensation.pole_residue import (
+    ModalMatrices,
+    PoleResidueFunction,
+    PoleSum,
+    modes_below,
+    modes_near,
+)
 from symhbm.model.condensation.reduced_basis import Certificate
 from symhbm.model.contacts import renumbered
 from symhbm.model.cyclic import components, phasors

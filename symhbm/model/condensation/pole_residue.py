@@ -1,18 +1,29 @@
-"""Functions of the frequency as a sum over poles near a band and a polynomial.
+"""Condensed structures as sums over poles: the function, how many modes it has, its matrices.
 
 A condensed stiffness has as many poles as the interior has modes; only those near a band vary
 quickly within it. All others together are a polynomial, to round-off: the cost of a frequency does
 not depend on the number of modes.
+
+The fixed-interface structure is the one whose kept degrees of freedom are held at rest. The number
+of modes below ``s`` is that of the fixed-interface modes below ``s`` plus that of the negative
+eigenvalues of the undamped ``Z(s)`` with the springs of the contacts (Wittrick and Williams). So
+modes are counted exactly, and none is computed.
+
+Matrices of what is kept and of the modes of its basis have the same condensed stiffness, to
+round-off: a motion in time that the sum describes at frequencies ``p`` is that of these matrices.
 """
 
-from typing import NamedTuple
+from typing import Any, NamedTuple, Protocol
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
+from symhbm.model.matrices import Model
 from symhbm.model.records import record
-from symhbm.numerics import ComplexArray, FloatArray
+from symhbm.model.structure import NearModes, Structure, restored, weighted
+from symhbm.numerics import ComplexArray, FloatArray, negative_eigenvalues
 
 _NEAR = 3.0
 """Sum of the half axes, over half the band, of the ellipse around it whose poles are kept."""
@@ -154,3 +165,168 @@ class PoleResidueFunction:
 def _diagonal(coefficients: ComplexArray, poles: ComplexArray) -> ComplexArray:
     """Each column (n_rows, n_poles) at its own pole."""
     return coefficients[0] + coefficients[1] * poles + coefficients[2] * poles**2
+
+
+_NEAR_POLE = 1e-9
+"""Relative distance from a fixed-interface frequency, a pole of Z, at which Z has no digits."""
+
+
+class Condensed(Protocol):
+    """Data of the modes of a condensed structure; see `CondensedModel`."""
+
+    functions: dict[int, PoleResidueFunction]
+    undamped: dict[int, PoleResidueFunction]
+
+    @property
+    def n_dof(self) -> int:
+        """Number of degrees of freedom that are kept."""
+        ...
+
+    def fixed_in(self, harmonic: int) -> tuple[FloatArray, FloatArray]:
+        """Fixed-interface natural frequencies and half widths (n,) [rad/s]."""
+        ...
+
+    def directions_in(self, harmonic: int) -> Any:
+        """Directions of the contacts in a harmonic, sparse (n_contacts, n_dof)."""
+        ...
+
+
+def modes_near(
+    model: Condensed, harmonic: int, frequency: float, spring: FloatArray, loss: FloatArray
+) -> NearModes:
+    """Modes near a harmonic of an angular ``frequency`` [rad/s].
+
+    The sign of each detuning is exact, its size to first order and within the natural frequencies
+    of the fixed-interface structure around it; that of a mode far away is halfway between them, its
+    width that of the narrower of them.
+
+    ``spring`` and ``loss`` (n_rows,) or (n_rows, n_rows) are the stiffness and the loss stiffness
+    of the contacts in this harmonic [N/m].
+    """
+    exciting, n_dof = harmonic * frequency, model.n_dof
+    fixed, fixed_width = model.fixed_in(harmonic)
+    s = _beside_resonance(fixed, fixed_width, exciting)
+    directions = model.directions_in(harmonic).toarray()
+    stiffness, slope = (_of_kind(directions, part) for part in model.undamped[harmonic](s))
+    stiffness = _hermitian(stiffness) + _contact_matrix(directions, spring)
+    eigenvalues, vectors = np.linalg.eigh(stiffness)
+    matrix = model.functions[harmonic](s)[0][:, :n_dof]
+    damping = _of_kind(directions, (matrix - matrix.conj().T) / 2j)
+    damping = damping + _contact_matrix(directions, loss)
+    # The inertia of a mode, interior included, is in the derivative of Z by the frequency.
+    inertia = np.maximum(-_quadratic_forms(vectors, slope), 1e-300)
+    n_fixed_below = int(np.count_nonzero(fixed < s))
+    n_modes = len(fixed) + n_dof
+    near = np.zeros(n_modes, dtype=bool)
+    near[n_fixed_below : n_fixed_below + n_dof] = True
+    # Each mode lies between two fixed-interface frequencies.
+    infinite = np.full(n_dof, np.inf)
+    lowest = np.concatenate([-infinite, fixed - exciting])
+    highest = np.concatenate([fixed - exciting, infinite])
+    width = np.minimum(
+        np.concatenate([infinite, fixed_width]), np.concatenate([fixed_width, infinite])
+    )
+    between = np.isfinite(highest - lowest)
+    detuning = np.zeros(n_modes)
+    detuning[between] = (lowest[between] + highest[between]) / 2
+    detuning[near] = eigenvalues / inertia + s - exciting
+    width[near] = np.abs(_quadratic_forms(vectors, damping)) / inertia
+    shapes = vectors * np.sqrt(2 * s / inertia)
+    return NearModes(np.clip(detuning, lowest, highest), width, near, shapes)
+
+
+def modes_below(model: Condensed, harmonic: int, frequency: float, spring: FloatArray) -> int:
+    """Number of modes below a harmonic of an angular ``frequency``, see `modes_near`."""
+    fixed, _ = model.fixed_in(harmonic)
+    s = _off_pole(fixed, harmonic * frequency)
+    directions = model.directions_in(harmonic).toarray()
+    stiffness = _hermitian(_of_kind(directions, model.undamped[harmonic](s)[0]))
+    dynamic = stiffness + _contact_matrix(directions, spring)
+    return negative_eigenvalues(dynamic) + int(np.count_nonzero(fixed < s))
+
+
+def _of_kind(directions: NDArray, matrix: ComplexArray) -> NDArray:
+    """A Hermitian matrix, real where the directions are: then it is so but for round-off."""
+    return matrix if np.iscomplexobj(directions) else matrix.real.astype(float)
+
+
+def _off_pole(fixed: FloatArray, s: float) -> float:
+    """A frequency, or one beside it where it is a fixed-interface frequency, a pole of Z."""
+    at_pole = np.abs(fixed / s - 1).min(initial=1.0) < _NEAR_POLE
+    return s * (1 + 2 * _NEAR_POLE) if at_pole else s
+
+
+def _beside_resonance(fixed: FloatArray, fixed_widths: FloatArray, s: float) -> float:
+    """A frequency, but no closer to a fixed-interface frequency than half the width of that.
+
+    Closer to it ``Z`` grows without bound if undamped and does not if damped, which would give
+    modes without width.
+    """
+    if not fixed.size:
+        return s
+    i = np.argmin(np.abs(fixed - s))
+    nearest, half_width = fixed[i], fixed_widths[i]
+    to_next = np.min(np.abs(fixed[fixed != nearest] - nearest), initial=np.inf)
+    distance = max(min(half_width, to_next / 4), 2 * _NEAR_POLE * s)
+    if abs(s - nearest) >= distance:
+        return s
+    return float(nearest + np.copysign(distance, s - nearest))
+
+
+def _quadratic_forms(vectors: NDArray, matrix: NDArray) -> FloatArray:
+    """The quadratic form ``v' A v`` of each column ``v``."""
+    return np.sum(vectors.conj() * (matrix @ vectors), axis=0).real
+
+
+def _hermitian(matrix: NDArray) -> NDArray:
+    return (matrix + matrix.conj().T) / 2
+
+
+def _contact_matrix(directions: NDArray, factors: FloatArray) -> NDArray:
+    return weighted(directions.conj().T, factors) @ directions
+
+
+LARGEST_MODAL = 400
+"""Masters and modes up to which matrices are kept: Floquet multipliers of more take too long."""
+
+
+@record
+class ModalMatrices(NamedTuple):
+    """A structure in coordinates of its masters and of fixed-interface modes, (n, n) each.
+
+    ``forces`` (n, n_patterns) are the known force patterns in these coordinates; ``between`` tells
+    whether they are exact between the harmonics, too.
+    """
+
+    stiffness: FloatArray
+    damping: FloatArray
+    mass: FloatArray
+    forces: FloatArray
+    between: bool = False
+
+    @classmethod
+    def of(
+        cls, masters: NDArray, pull: NDArray, push: NDArray, inside: NDArray
+    ) -> "ModalMatrices | None":
+        """From coefficients of 1, ``p`` and ``p^2`` of four blocks, see `Interior.projected`.
+
+        None where there are more than `LARGEST_MODAL` coordinates, and of a wave around a disk.
+        """
+        n = pull.shape[1]
+        if n + len(inside[0]) > LARGEST_MODAL or np.iscomplexobj(inside):
+            return None
+        upper = np.concatenate([masters[:, :, :n], pull], axis=2)
+        lower = np.concatenate([push[:, :, :n], inside], axis=2)
+        stiffness, damping, mass = np.concatenate([upper, lower], axis=1)
+        forces = np.concatenate([masters[0, :, n:], push[0, :, n:]])
+        return cls(stiffness, damping, (mass + mass.T) / 2, forces)
+
+    def model(self, contacts: Structure) -> Model:
+        """A model of these matrices, with the contacts of a structure of the masters."""
+        matrices = {
+            f"{name}_matrix": sp.csc_array(getattr(self, name))
+            for name in ("mass", "damping", "stiffness")
+        }
+        names = ["contacts", "row_ends", "groups", "lumped", *contacts.contact_parameters]
+        own = {name: getattr(contacts, name) for name in names}
+        return restored(matrices | own, Model)

@@ -12,9 +12,8 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cholesky, eig, eigh, eigvals, eigvalsh, qr, solve_triangular
 
-from symhbm.model.condensation.modal import ModalMatrices
 from symhbm.model.condensation.partition import Interior, adjoint
-from symhbm.model.condensation.pole_residue import PoleSum, at
+from symhbm.model.condensation.pole_residue import ModalMatrices, PoleSum, at
 from symhbm.model.records import record
 from symhbm.numerics import ComplexArray, FloatArray
 from symhbm.workers import progress_bar

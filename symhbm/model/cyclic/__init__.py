@@ -1,17 +1,21 @@
-"""One sector of a disk of identical ones, and the travelling waves that it moves in."""
+"""What turns: one sector of a disk of identical ones, its waves, stiffness by the speed."""
 
-from symhbm.model.cyclic.blade import Blade
 from symhbm.model.cyclic.influence import Coupling, Influence
+from symhbm.model.cyclic.rotating import RotatingModel
 from symhbm.model.cyclic.sector import Sector
-from symhbm.model.cyclic.waves import Interfaces, components, displacements, phasors
+from symhbm.model.cyclic.waves import Blade, Interfaces, components, displacements, phasors
+from symhbm.model.sectors import check_speed, speed_order
 
 __all__ = [
     "Blade",
     "Coupling",
     "Influence",
     "Interfaces",
+    "RotatingModel",
     "Sector",
+    "check_speed",
     "components",
     "displacements",
     "phasors",
+    "speed_order",
 ]

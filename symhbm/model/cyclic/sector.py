@@ -9,9 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.model.contacts import Contacts
-from symhbm.model.cyclic.blade import Blade
 from symhbm.model.cyclic.influence import Coupling, Influence
+from symhbm.model.cyclic.rotating import RotatingModel
 from symhbm.model.cyclic.waves import (
+    Blade,
     Interfaces,
     check_geometry,
     phasors,
@@ -19,10 +20,8 @@ from symhbm.model.cyclic.waves import (
 )
 from symhbm.model.excitation import EngineOrder, Excitation, StaticLoad, sector_order
 from symhbm.model.linear import RelativeCoordinates
-from symhbm.model.matrices import Model
+from symhbm.model.matrices import Model, PolynomialStructure
 from symhbm.model.outputs import Output
-from symhbm.model.polynomial import PolynomialStructure
-from symhbm.model.rotation import RotatingModel
 from symhbm.model.structure import DENSE, Matrices
 from symhbm.numerics import FourierBasis, check
 

@@ -1,4 +1,4 @@
-"""Motions of a sector that the others repeat one after the other: its interfaces, wave by wave.
+"""Motions of a sector that the others repeat one after the other: interfaces, waves, its blade.
 
 In a wave of ``n`` nodal diameters each sector lags the one before by ``n phi``, ``phi = 2 pi / N``.
 The right interface of a sector is the left one of the next: ``u_R = R u_L exp(-i n phi)``.
@@ -275,3 +275,18 @@ def _distances(
 
 def _named(places: Places) -> list[tuple[int, str]]:
     return list(zip(places.node.tolist(), places.direction.tolist(), strict=True))
+
+
+@record
+class Blade(NamedTuple):
+    """The blade of a sector, for deviations of it.
+
+    ``stiffness`` and ``mass`` (n_dof, n_dof), what of the matrices is the blade's; ``frequencies``
+    (n_modes,), natural frequencies of the blade held at its root [Hz]; ``rows`` (n_modes, n_dof),
+    coordinates [m kg^1/2] of these modes, of unit mass, from the motion.
+    """
+
+    stiffness: FloatArray
+    mass: FloatArray
+    frequencies: FloatArray
+    rows: FloatArray

@@ -8,7 +8,7 @@ from symhbm.model.excitation.excitation import (
     force_coefficients,
     static_force,
 )
-from symhbm.model.excitation.field_force import FieldForce
+from symhbm.model.excitation.field_force import FieldForce, nodal_field
 from symhbm.model.excitation.forces import (
     EngineOrder,
     HarmonicForce,
@@ -17,7 +17,6 @@ from symhbm.model.excitation.forces import (
     sector_order,
 )
 from symhbm.model.excitation.frequency_force import FrequencyForce, leaves
-from symhbm.model.excitation.nodal_field import nodal_field
 from symhbm.model.excitation.static_load import StaticLoad
 
 __all__ = [

@@ -10,10 +10,9 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from symhbm.model.excitation.excitation import Excitation, check_contained
-from symhbm.model.excitation.field_force import FieldForce
+from symhbm.model.excitation.field_force import FieldForce, placed_values
 from symhbm.model.excitation.forces import EngineOrder
 from symhbm.model.excitation.frequency_force import FrequencyForce
-from symhbm.model.excitation.pattern import placed_values
 from symhbm.model.places import Place, check_place
 from symhbm.numerics import ComplexArray, FloatArray, FourierBasis, check
 

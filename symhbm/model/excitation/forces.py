@@ -10,14 +10,14 @@ import numpy as np
 from numpy.typing import ArrayLike
 
 from symhbm.model.excitation.excitation import Excitation, check_contained
-from symhbm.model.excitation.frequency_force import leaves
-from symhbm.model.excitation.pattern import (
+from symhbm.model.excitation.field_force import (
     acting,
     check_pattern,
     placed_pattern,
     placed_values,
     shape_of,
 )
+from symhbm.model.excitation.frequency_force import leaves
 from symhbm.model.excitation.static_load import StaticLoad, one_each
 from symhbm.model.places import Place, check_place
 from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics

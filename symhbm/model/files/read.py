@@ -10,10 +10,9 @@ from typing import Any
 import scipy.sparse as sp
 
 from symhbm.model.files import abaqus, arrays, hdf5, matrix_market, nastran
-from symhbm.model.files.contents import KINDS, Contents, Reader
+from symhbm.model.files.contents import KINDS, Contents, Reader, in_si, units_of
 from symhbm.model.files.table import read_places
 from symhbm.model.files.traps import completed, doubt_units, without_supports
-from symhbm.model.files.units import in_si, units_of
 from symhbm.model.matrices import Model
 from symhbm.numerics import check
 

@@ -6,10 +6,8 @@ from symhbm.model.linear.eigenmodes import (
     lowest_gyroscopic,
     lowest_modes,
 )
-from symhbm.model.linear.low_rank import LowRankSum, solver_of_sum
-from symhbm.model.linear.natural_frequencies import natural_band
-from symhbm.model.linear.natural_modes import natural_modes_of
-from symhbm.model.linear.relative import RelativeCoordinates
+from symhbm.model.linear.low_rank import LowRankSum, RelativeCoordinates, solver_of_sum
+from symhbm.model.linear.natural_modes import natural_band, natural_modes_of
 
 __all__ = [
     "LowRankSum",

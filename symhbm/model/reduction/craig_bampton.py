@@ -14,16 +14,17 @@ from symhbm.model.linear import lowest_modes, natural_modes_of
 from symhbm.model.matrices import Model
 from symhbm.model.outputs import Output
 from symhbm.model.places import check_whole, next_sector, own_numbers
-from symhbm.model.reduction.certificate import certified, waves_near
-from symhbm.model.reduction.component import (
+from symhbm.model.reduction.reduced_model import (
     Component,
+    ReducedModel,
     by_rows,
+    certified,
     chosen_rows,
     follow,
     projected,
+    waves_near,
 )
-from symhbm.model.reduction.reduced_model import ReducedModel
-from symhbm.model.rotation import check_at_one_speed
+from symhbm.model.sectors import check_at_one_speed
 from symhbm.numerics import FloatArray, check
 
 _NOTHING = 1e-12

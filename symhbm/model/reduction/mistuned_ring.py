@@ -18,7 +18,7 @@ from symhbm.model.matrices import Model
 from symhbm.model.outputs import Output
 from symhbm.model.places import Place
 from symhbm.model.reduction.deviations import DeviatingModel, force_as_felt
-from symhbm.model.rotation import check_at_one_speed
+from symhbm.model.sectors import check_at_one_speed
 from symhbm.model.structure import AT_REST
 from symhbm.numerics import (
     DENSE_LIMIT,

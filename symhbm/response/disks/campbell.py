@@ -8,8 +8,8 @@ import numpy as np
 import xarray as xr
 
 from symhbm.model import Structure
+from symhbm.model.cyclic import RotatingModel
 from symhbm.model.linear import natural_modes_of
-from symhbm.model.rotation import RotatingModel
 from symhbm.numerics import ComplexArray, FloatArray, check
 from symhbm.response.disks.natural_modes import both_senses, waves_of
 

@@ -7,8 +7,8 @@ import numpy as np
 import xarray as xr
 
 from symhbm.model import Structure
+from symhbm.model.cyclic import RotatingModel
 from symhbm.model.linear import gyroscopic_part, natural_modes_of
-from symhbm.model.rotation import RotatingModel
 from symhbm.numerics import check
 
 

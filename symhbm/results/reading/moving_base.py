@@ -7,7 +7,7 @@ from typing import Any, Literal
 import numpy as np
 import xarray as xr
 
-from symhbm.model.outputs import Output
+from symhbm.model import Output
 from symhbm.model.records import plain
 from symhbm.numerics import (
     RADIANS,

@@ -1,12 +1,26 @@
-"""What a structure shows of itself: its size, contacts, parameters and lowest frequencies."""
+"""What structures and problems show of themselves, as text and as tables of notebooks."""
 
+from collections.abc import Iterable
+from html import escape
 from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 from scipy.linalg import eigh
 
-from symhbm.model.shown.tables import Rows
+Rows = list[tuple[str, str]]
+"""Labels and texts."""
+
+
+def as_table(title: str, rows: Iterable[tuple[str, str]]) -> str:
+    """HTML of a small table, a row for each label with its text."""
+    cell = '<t{0} style="text-align: left; vertical-align: top">{1}</t{0}>'
+    lines = [
+        f"<tr>{cell.format('h', escape(label))}{cell.format('d', escape(text))}</tr>"
+        for label, text in rows
+    ]
+    return f"<table><caption><b>{escape(title)}</b></caption>{''.join(lines)}</table>"
+
 
 _MOST_PARAMETERS = 24
 """Parameters with a line each; a structure of many groups has more."""
