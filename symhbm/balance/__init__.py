@@ -2,17 +2,15 @@
 
 from symhbm.balance.batch import check_each, compile_checks, locate_each, motions_at_each
 from symhbm.balance.contact_springs import by_row, contact_springs
-from symhbm.balance.contact_states import ContactStates
 from symhbm.balance.contacts import BalancedContacts, BalancedGroup
 from symhbm.balance.dynamic_stiffness import DynamicStiffness
 from symhbm.balance.equations import Equations
-from symhbm.balance.evaluation import Evaluation
+from symhbm.balance.evaluation import ContactStates, Evaluation, UnknownLayout
 from symhbm.balance.harmonic_balance import MANY, HarmonicBalance, advise_condensing, check_problem
 from symhbm.balance.mean_position import check_mean, is_held
 from symhbm.balance.second_order import SecondOrder
 from symhbm.balance.switching_angles import SwitchingAngles, check_odd, friction_of, slip_angles
 from symhbm.balance.unforced import SustainedMotion, check_mass, matrices_in, unforced
-from symhbm.balance.unknowns import UnknownLayout
 
 __all__ = [
     "MANY",

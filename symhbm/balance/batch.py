@@ -6,9 +6,9 @@ from weakref import WeakKeyDictionary
 import casadi as ca
 import numpy as np
 
-from symhbm.balance.contact_states import ContactStates
 from symhbm.balance.contacts import BalancedGroup
 from symhbm.balance.equations import Equations
+from symhbm.balance.evaluation import ContactStates
 from symhbm.balance.harmonic_balance import HarmonicBalance
 from symhbm.model.contacts import FREE, Motions
 from symhbm.numerics import Compiled, FloatArray, to_machine_code

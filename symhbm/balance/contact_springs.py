@@ -4,7 +4,7 @@ from functools import lru_cache
 
 import numpy as np
 
-from symhbm.balance.contact_states import ContactStates
+from symhbm.balance.evaluation import ContactStates
 from symhbm.balance.harmonic_balance import HarmonicBalance
 from symhbm.model.contacts import ContactLaw, graph_of
 from symhbm.numerics import Compiled, FloatArray, FourierBasis

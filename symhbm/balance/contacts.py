@@ -7,8 +7,7 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.balance.contact_states import ContactStates
-from symhbm.balance.unknowns import UnknownLayout
+from symhbm.balance.evaluation import ContactStates, UnknownLayout
 from symhbm.model import SliderContacts, Structure, Symmetry
 from symhbm.model.contacts import ContactLaw, Motions
 from symhbm.numerics import FloatArray

@@ -8,9 +8,8 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from symhbm.balance.contact_states import ContactStates
 from symhbm.balance.contacts import BalancedGroup
-from symhbm.balance.unknowns import UnknownLayout
+from symhbm.balance.evaluation import ContactStates, UnknownLayout
 from symhbm.model import Structure, Symmetry
 from symhbm.model.contacts import FREE, Located, graph_of
 from symhbm.numerics import (

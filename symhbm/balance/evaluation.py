@@ -1,13 +1,108 @@
-"""The equations at one point: what residuals and curves return."""
+"""The balance at one point: its unknowns, the states of its contacts, and what residuals return."""
 
-from dataclasses import dataclass
+from collections.abc import Sequence
+from dataclasses import dataclass, fields
 from functools import cached_property
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
-from symhbm.balance.contact_states import ContactStates
-from symhbm.numerics import FloatArray
+from symhbm.model.contacts import Located
+from symhbm.numerics import FloatArray, FourierBasis, compact
+
+
+@dataclass(frozen=True)
+class UnknownLayout:
+    """Numbers and meaning of the unknowns of a balance.
+
+    ``n_dof`` degrees of freedom of ``n_whole`` are unknown, all or those of one sector;
+    ``expansion`` (sparse) gives the coefficients of all from the unknowns, ``directions`` (sparse)
+    those of the ``n_rows`` relative displacements.
+    """
+
+    basis: FourierBasis
+    n_dof: int
+    n_whole: int
+    n_rows: int
+    expansion: Any
+    directions: Any
+
+    @cached_property
+    def _relative(self) -> Any:
+        return compact(self.directions)
+
+    @property
+    def n_unknowns(self) -> int:
+        """Number of Fourier coefficients."""
+        return self.n_dof * self.basis.n_components
+
+    def coefficients(self, unknowns: FloatArray) -> FloatArray:
+        """Unknowns as ``(n_dof, n_components)``."""
+        return unknowns.reshape(self.n_dof, self.basis.n_components)
+
+    def everywhere(self, unknowns: FloatArray) -> FloatArray:
+        """Coefficients of all degrees of freedom of the structure, ``(.., n_components)``.
+
+        ``unknowns`` (..., n_unknowns) may be those of several points.
+        """
+        whole = unknowns if self.n_dof == self.n_whole else (self.expansion @ unknowns.T).T
+        return whole.reshape(*unknowns.shape[:-1], self.n_whole, self.basis.n_components)
+
+    def relative(self, unknowns: FloatArray) -> FloatArray:
+        """Coefficients of the relative displacements, ``(n_rows, n_components)`` [m].
+
+        ``unknowns`` (..., n_unknowns) may be those of several points.
+        """
+        relative = (self._relative @ unknowns.T).T
+        return relative.reshape(*unknowns.shape[:-1], self.n_rows, self.basis.n_components)
+
+    def by_unknowns(self, row: int, by_motion: FloatArray) -> FloatArray:
+        """Derivatives (..., n_unknowns) from those by one displacement, (..., n_components)."""
+        size = self.basis.n_components
+        return by_motion @ self.directions[row * size : (row + 1) * size]
+
+
+@dataclass(frozen=True)
+class ContactStates:
+    """Events of all contacts by group.
+
+    Switches are numbered group by group and contact by contact.
+    """
+
+    groups: dict[str, Located]
+
+    @cached_property
+    def switches(self) -> NDArray[np.bool_]:
+        """Whether each switch is on, (n_switches,)."""
+        return _joined([located.states for located in self.groups.values()], bool)
+
+    @cached_property
+    def margins(self) -> FloatArray:
+        """Margins of the switches, (n_switches,)."""
+        return _joined([located.margins for located in self.groups.values()], float)
+
+    def split(self, count: int) -> list["ContactStates"]:
+        """The events of ``count`` points of as many contacts each."""
+        parts = {name: _split(located, count) for name, located in self.groups.items()}
+        return [
+            ContactStates({name: of_group[i] for name, of_group in parts.items()})
+            for i in range(count)
+        ]
+
+
+def _joined(parts: Sequence[np.ndarray], kind: type) -> np.ndarray:
+    if len(parts) == 1:
+        return parts[0].ravel()
+    return np.concatenate([np.zeros(0, kind), *(part.ravel() for part in parts)])
+
+
+def _split(located: Located, count: int) -> list[Located]:
+    """The same contacts at ``count`` points."""
+    arrays = [getattr(located, field.name) for field in fields(located) if field.name != "details"]
+    details = [None] * count if located.details is None else located.details.split(count)
+    parts = zip(*(np.split(array, count) for array in arrays), details, strict=True)
+    return [Located(*part) for part in parts]
 
 
 @dataclass(frozen=True)

@@ -11,11 +11,10 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from symhbm.balance.contact_states import ContactStates
 from symhbm.balance.contacts import BalancedContacts, BalancedGroup, balanced_groups
 from symhbm.balance.dynamic_stiffness import DynamicStiffness
 from symhbm.balance.equations import MATRIX_INPUTS, Equations, identifier
-from symhbm.balance.evaluation import Evaluation
+from symhbm.balance.evaluation import ContactStates, Evaluation
 from symhbm.model import (
     PARAMETERS,
     EngineOrder,

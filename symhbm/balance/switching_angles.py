@@ -15,8 +15,8 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.balance.contact_states import ContactStates
 from symhbm.balance.equations import BalancedGroup, identifier
+from symhbm.balance.evaluation import ContactStates
 from symhbm.balance.harmonic_balance import HarmonicBalance
 from symhbm.model.contacts import Coulomb
 from symhbm.numerics import FloatArray, FourierBasis, constant, monotone_root, turning_points

@@ -1,12 +1,17 @@
 """Datasets: the request, names and units of the variables, provenance."""
 
 from symhbm.results import parts, runs, schema, tables, variables
-from symhbm.results.dataset_parts import DRAWN, LARGEST_OF, DatasetParts
-from symhbm.results.description import Description, records_of_problem
-from symhbm.results.outputs import values_of, variables_of
-from symhbm.results.places import of_places, places_of
+from symhbm.results.description import Description, records_of_problem, values_of, variables_of
 from symhbm.results.problem import NUMBERS, law_of
-from symhbm.results.provenance import SCHEMA_VERSION, with_provenance
+from symhbm.results.provenance import (
+    DRAWN,
+    LARGEST_OF,
+    SCHEMA_VERSION,
+    DatasetParts,
+    of_places,
+    places_of,
+    with_provenance,
+)
 from symhbm.results.request import (
     OF_PEAKS,
     Angles,

@@ -15,8 +15,8 @@ import numpy as np
 import xarray as xr
 
 from symhbm.numerics import check
-from symhbm.results.dataset_parts import DatasetParts
 from symhbm.results.description import Description
+from symhbm.results.provenance import DatasetParts
 from symhbm.results.sweep import Sweep
 from symhbm.results.tables import Encoded
 

@@ -11,10 +11,9 @@ import xarray as xr
 from symhbm.balance import HarmonicBalance
 from symhbm.model import PARAMETERS
 from symhbm.numerics import Table, check
-from symhbm.results.dataset_parts import OF_STRUCTURE, DatasetParts
 from symhbm.results.description import Description, records_of, records_of_problem
 from symhbm.results.parts import PART
-from symhbm.results.provenance import evaluated_by, with_provenance
+from symhbm.results.provenance import OF_STRUCTURE, DatasetParts, evaluated_by, with_provenance
 from symhbm.results.request import Request
 from symhbm.results.sweep import RESERVED, Sweep
 from symhbm.results.tables import NO_VARIABLES, name_of

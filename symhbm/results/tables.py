@@ -1,11 +1,12 @@
-"""Tables of response curves: reduced to the names kept, encoded, and stacked.
+"""Tables of response curves: reduced to the names kept, encoded, stacked, and spooled where many.
 
 A table holds the arrays of a curve by the names of the dataset. Those of points, peaks and events
 have the point, peak or event as their first axis; points on a grid where the curve may fold have
 the solution as the second. ``value`` is the moving parameter, ``harmonics`` are those of the
 coefficients; counts and the status are single numbers and a text. ``by_machine_code`` is 1 for a
 curve that machine code evaluated, 0 for others, and -1 for one that was not computed. Blocks of the
-sets of a sweep are consecutive in memory.
+sets of a sweep are consecutive in memory. Many encoded tables are in memory while they are small,
+then in a temporary file.
 """
 
 import json
@@ -13,6 +14,7 @@ import math
 from collections.abc import Iterable, Iterator, Sequence
 from functools import lru_cache
 from itertools import product
+from tempfile import SpooledTemporaryFile
 from typing import Any
 
 import numpy as np
@@ -150,3 +152,47 @@ def consecutive_blocks(shape: Sequence[int], most: int) -> Iterator[tuple[slice,
     for corner in product(*map(range, [0] * len(shape), shape, block)):
         ends = zip(corner, block, shape, strict=True)
         yield tuple(slice(start, min(start + step, size)) for start, step, size in ends)
+
+
+_MEMORY = 2**26
+"""Bytes held in memory; more goes to disk."""
+
+
+class Spool:
+    """Tables by number of their parameter set."""
+
+    def __init__(self):
+        self._file = SpooledTemporaryFile(_MEMORY)  # noqa: SIM115 (closed with the object)
+        self._offsets: dict[int, tuple[str, int, int]] = {}
+        self._layouts: dict[str, str] = {}
+
+    def add(self, encoded: Iterable[tuple[int, Encoded]]) -> None:
+        """Keep tables by the number of their parameter set."""
+        for number, (layout, data) in encoded:
+            # Many tables share a layout, which is kept once.
+            shared = self._layouts.setdefault(layout, layout)
+            self._offsets[number] = shared, self._file.tell(), len(data)
+            self._file.write(data)
+
+    def __len__(self) -> int:
+        return len(self._offsets)
+
+    def stacked(self) -> Table:
+        """All tables in the order of their numbers, as one."""
+        if len(self._offsets) == 1:  # nothing to pad
+            [table] = self._tables()
+            return {name: array[None].copy() for name, array in table.items()}
+        layout: Layout = common(map(stored_layout, self._layouts))
+        return stack(self._tables(), len(self._offsets), layout)
+
+    def _tables(self) -> Iterator[Table]:
+        for number in sorted(self._offsets):
+            layout, start, size = self._offsets[number]
+            self._file.seek(start)
+            yield decode(layout, self._file.read(size))
+
+    def __enter__(self) -> "Spool":
+        return self
+
+    def __exit__(self, *_: object) -> None:
+        self._file.close()

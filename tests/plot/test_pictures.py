@@ -9,6 +9,8 @@ import pytest
 import xarray as xr
 from click.testing import CliRunner
 
+from symhbm.results import tables
+
 mpl.use("Agg")
 
 import matplotlib.pyplot as plt
@@ -21,7 +23,6 @@ from studies.closed_form import one_blade
 from symhbm.cli import main
 from symhbm.continuation.status import Status
 from symhbm.numerics.interpolation import amplitude_between
-from symhbm.results import tables
 from symhbm.results.variables import SLOPES
 from tests.paper import CLOSE, N_VALUES, exact, farthest, long_lines, off_paper, values_of
 

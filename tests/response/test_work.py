@@ -19,7 +19,6 @@ from symhbm.response import curve, ensemble
 from symhbm.response import describe as point
 from symhbm.response.describe import describe, describe_each
 from symhbm.results import tables
-from symhbm.results.archive import spool
 from symhbm.results.archive.working_files import Store
 
 VALUES: dict[str, Any] = dict(
@@ -254,10 +253,10 @@ def test_a_failed_set_has_the_kept_variables(monkeypatch):
 
 def test_spooled_results_do_not_stay_in_memory(monkeypatch):
     """Beside what they become: 20 MB of them in one."""
-    monkeypatch.setattr(spool, "_MEMORY", 2**20)
+    monkeypatch.setattr(tables, "_MEMORY", 2**20)
     row = np.arange(1250.0)
     tracemalloc.start()
-    with spool.Spool() as kept:
+    with tables.Spool() as kept:
         for number in reversed(range(2000)):
             kept.add([(number, tables.encode({"value": number + row}))])
         waiting = tracemalloc.get_traced_memory()[1]

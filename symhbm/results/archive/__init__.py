@@ -14,8 +14,8 @@ from symhbm.results.archive.netcdf import (
     rebuild,
     save,
 )
-from symhbm.results.archive.spool import Spool
 from symhbm.results.archive.working_files import SUFFIX, Store, computed_here, working_file
+from symhbm.results.tables import Spool
 
 __all__ = [
     "SUFFIX",

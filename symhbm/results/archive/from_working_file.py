@@ -13,8 +13,7 @@ from symhbm.results import schema, tables
 from symhbm.results.archive.netcdf import COMPRESSION, call_of, origin_of, write
 from symhbm.results.archive.seal import seal
 from symhbm.results.archive.working_files import ArchiveError, Store
-from symhbm.results.dataset_parts import SPEEDS, DatasetParts, speed_orders
-from symhbm.results.provenance import evaluated_by
+from symhbm.results.provenance import SPEEDS, DatasetParts, evaluated_by, speed_orders
 from symhbm.results.tables import Layout, block_shape, consecutive_blocks
 from symhbm.workers import progress_bar
 

@@ -21,9 +21,8 @@ from symhbm.results import parts, tables
 from symhbm.results.archive.lazy import open_lazily
 from symhbm.results.archive.seal import is_damaged, seal
 from symhbm.results.archive.working_files import SUFFIX, ArchiveError, Store, working_file
-from symhbm.results.dataset_parts import DatasetParts
 from symhbm.results.problem import describe_problem
-from symhbm.results.provenance import SCHEMA_VERSION
+from symhbm.results.provenance import SCHEMA_VERSION, DatasetParts
 from symhbm.results.schema import check_dataset, label, recall
 from symhbm.results.variables import TEXTS
 

@@ -10,16 +10,15 @@ from symhbm.results.reading.blockwise import (
     is_inner,
     largest,
     moving,
+    printable,
     read,
     set_dimensions,
+    trimmed,
 )
-from symhbm.results.reading.frames import table
 from symhbm.results.reading.motions import HISTORIES, MOTIONS, motion
 from symhbm.results.reading.moving_base import seen_from
 from symhbm.results.reading.output import output
-from symhbm.results.reading.padding import trimmed
-from symhbm.results.reading.rows import KINDS, rows_of
-from symhbm.results.reading.texts import printable
+from symhbm.results.reading.rows import KINDS, rows_of, table
 
 __all__ = [
     "ALIKE",

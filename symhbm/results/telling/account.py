@@ -8,10 +8,9 @@ import xarray as xr
 
 from symhbm.results import NUMBERS, VARIABLES, parts
 from symhbm.results.reading import printable, read
-from symhbm.results.telling.designs import designs
 from symhbm.results.telling.findings import findings
 from symhbm.results.telling.problem import MOST_LISTED, problem
-from symhbm.results.telling.words import Rows, Words
+from symhbm.results.telling.words import Rows, Words, designs
 
 _WIDTH, _MARGIN = 100, 24
 """Width of a line, and of its label."""

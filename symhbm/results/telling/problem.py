@@ -8,7 +8,7 @@ import xarray as xr
 
 from symhbm.model import is_pattern
 from symhbm.model.contacts import weights_of
-from symhbm.results.dataset_parts import DRAWN
+from symhbm.results.provenance import DRAWN
 from symhbm.results.reading import is_inner
 from symhbm.results.telling.words import Rows, Words, count
 
