@@ -1,13 +1,28 @@
-"""Selection of parts of a dataset by texts ``NAME=VALUE``."""
+"""Selected parts of a dataset, by texts ``NAME=VALUE``: as figures, as comma-separated values."""
 
-from collections.abc import Iterable
-from typing import Any, NamedTuple
+import csv
+import inspect
+import os
+from collections.abc import Iterable, Iterator, Sequence
+from types import ModuleType
+from typing import Any, NamedTuple, TextIO
 
 import numpy as np
 import xarray as xr
 
+import symhbm as sh
+from symhbm.model.contacts import ContactLaw
 from symhbm.numerics import check
-from symhbm.results.reading import INNER, moving
+from symhbm.results import Description
+from symhbm.results.reading import (
+    COMPLETE,
+    INNER,
+    SAMPLE,
+    moving,
+    printable,
+    rows_of,
+    set_dimensions,
+)
 
 _FORMS = "NAME=VALUE, NAME=VALUE,VALUE or NAME=LOW:HIGH"
 _ROUND_OFF = 1e-9
@@ -139,3 +154,148 @@ def _available(labels: np.ndarray) -> str:
     if labels.ndim == 1 and len(labels) <= _MOST_LISTED:
         return f"there are {', '.join(map(str, labels.tolist()))}"
     return f"there are {labels.size} from {labels.min()} to {labels.max()}"
+
+
+_FIRST = (
+    *("response", "envelope", "disk", "blades", "nonlinear-modes", "limit-cycles"),
+    "flutter-limit",
+    "pareto-front",
+    *("hysteresis", "normal-force", "states", "stick-map", "contact-map", "model", "phase"),
+)
+"""The order in which kinds are listed; others follow by name."""
+_NO_ARCHIVES = {"campbell", "interference"}
+"""Pictures of natural frequencies, which no archive holds."""
+
+
+def kinds() -> list[str]:
+    """Names of the pictures of `symhbm.plot`: its functions that draw into axes."""
+    offered = {name.replace("_", "-"): getattr(_plot(), name) for name in _plot().__all__}
+    names = {
+        name
+        for name, value in offered.items()
+        if inspect.isfunction(value) and "ax" in inspect.signature(value).parameters
+    } - _NO_ARCHIVES
+    return [name for name in _FIRST if name in names] + sorted(names.difference(_FIRST))
+
+
+def draw(
+    dataset: xr.Dataset,
+    kind: str | None,
+    choices: Sequence[str],
+    options: dict[str, Any],
+    laws: Sequence[ContactLaw] = (),
+) -> tuple[str, Any]:
+    """Kind and figure of the selected part; by default the kind that suits it.
+
+    ``options`` go to the function that draws. Raises ValueError for an option it does not take.
+    """
+    selection = select(dataset, choices)
+    part = selection.limited(selection.dataset)
+    names = {choice.partition("=")[0].strip() for choice in choices} - {*INNER}
+    part = part.squeeze([dim for dim in part.dims if dim in names and part.sizes[dim] == 1])
+    kind = kind or _natural_kind(part)
+    function = getattr(_plot(), kind.replace("-", "_"))
+    for name, value in options.items():
+        if name not in inspect.signature(function).parameters:
+            raise ValueError(f"--{name} {value}: {kind} shows no single {name}")
+    if kind == "model":
+        return kind, _structure(part, laws)
+    return kind, function(_by_blade(part) if kind == "blades" else part, **options)
+
+
+def _plot() -> ModuleType:
+    """The module of pictures, imported late: Matplotlib is slow."""
+    # Pictures go to files, whatever screen there is.
+    os.environ["MPLBACKEND"] = "agg"
+    return sh.plot
+
+
+def _structure(dataset: xr.Dataset, laws: Sequence[ContactLaw]) -> Any:
+    """Figure of the structure of one parameter set, and the force on it."""
+    several = [str(dim) for dim in set_dimensions(dataset) if dataset.sizes[dim] > 1]
+    if several:
+        raise ValueError(
+            f"--kind model: expected one structure, the archive has several over "
+            f"{', '.join(several)}; select one, for example --select {several[0]}="
+            f"{dataset[several[0]].values[0] if several[0] in dataset.coords else 0}"
+        )
+    figure = _plot().model(sh.datasets.rebuild(dataset, laws))
+    moves = Description(dataset).moving
+    if moves != "frequency":
+        ax = figure.axes[0]
+        ax.set_title(f"{ax.get_title()}, {moves.replace('_', ' ')} at its nominal value")
+    return figure
+
+
+def _natural_kind(dataset: xr.Dataset) -> str:
+    unforced = Description(dataset).unforced
+    if unforced is not None:
+        return f"{unforced.replace(' ', '-')}{'s' * (unforced != 'flutter limit')}"
+    if "front_aim" in dataset.variables:
+        return "pareto-front"
+    if "friction_force" in dataset.variables:
+        return "hysteresis"
+    if "followed" not in dataset.attrs:
+        return "disk"
+    return "envelope" if dataset.sizes.get(SAMPLE, 1) > 1 else "response"
+
+
+def _by_blade(dataset: xr.Dataset) -> xr.DataArray:
+    """Largest displacement of each blade over all points [m], NaN where a curve is incomplete."""
+    amplitude = dataset["amplitude"]
+    kept = {*set_dimensions(dataset), "dof"}
+    largest = amplitude.max([dim for dim in amplitude.dims if dim not in kept])
+    complete = dataset["status"].isin([*map(str, COMPLETE)])
+    if not largest.where(complete).notnull().any():
+        raise _plot().nothing_to_draw(dataset)
+    attributes = {"long_name": "largest displacement of all points", "units": "m"}
+    return largest.where(complete).assign_attrs(attributes)
+
+
+Row = Sequence[Any]
+
+
+def rows(
+    selection: Selection, table: str = "points", variables: Sequence[str] | None = None
+) -> Iterator[Row]:
+    """Header and rows of a table of a selected part, block by block; a missing number is None.
+
+    ``variables`` and what it raises as of `rows_of`.
+    """
+    dataset = selection.dataset
+    if (selection.low, selection.high) != (-np.inf, np.inf) and table == "sets":
+        raise ValueError(f"--table sets: a row is a whole curve, not a part of {moving(dataset)}")
+    columns, blocks = rows_of(dataset, table, variables, limited=selection.limited)
+    titles = [
+        printable(f"{column.name}{'' if column.units in ('1', '') else f' [{column.units}]'}")
+        for column in columns
+    ]
+    return _rows(titles, blocks)
+
+
+def _rows(titles: list[str], blocks: Iterator[list[np.ndarray]]) -> Iterator[Row]:
+    yield titles
+    for block in blocks:
+        values = (
+            np.where(np.isnan(column), np.array(None), column).tolist()
+            if column.dtype.kind == "f"
+            else _cells(column)
+            for column in block
+        )
+        yield from zip(*values, strict=True)
+
+
+def _cells(column: np.ndarray) -> list[Any]:
+    """Values that are no real numbers, texts in one line."""
+    cells = column.tolist()
+    return [printable(cell) if isinstance(cell, str) else cell for cell in cells]
+
+
+def write(lines: Iterator[Row], file: TextIO) -> int:
+    """Write a table as comma-separated values and return its number of rows."""
+    writer = csv.writer(file, lineterminator="\n")
+    number = -1
+    for line in lines:
+        writer.writerow(line)
+        number += 1
+    return number

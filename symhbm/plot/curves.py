@@ -20,8 +20,17 @@ from symhbm.plot.drawing import (
     parameter_axis,
     scale_of,
 )
-from symhbm.plot.lines import Line, Peak, knows_peaks, line_of, located_peaks
-from symhbm.plot.marks import MARK, MARKERS, OF_EVENTS, mark_ends
+from symhbm.plot.lines import (
+    MARK,
+    MARKERS,
+    OF_EVENTS,
+    Line,
+    Peak,
+    knows_peaks,
+    line_of,
+    located_peaks,
+    mark_ends,
+)
 from symhbm.plot.picture import Panel, Picture
 from symhbm.plot.places import Chosen, Shown, chosen
 from symhbm.plot.rendering import pictured

@@ -14,7 +14,7 @@ from symhbm.plot.drawing import (
     one_solution,
     parameter_axis,
 )
-from symhbm.plot.marks import mark_ends
+from symhbm.plot.lines import mark_ends
 from symhbm.plot.picture import Axis, Panel, Picture
 from symhbm.plot.rendering import pictured
 from symhbm.results.reading import motion

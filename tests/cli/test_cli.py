@@ -21,7 +21,7 @@ from hypothesis import strategies as st
 
 import symhbm as sh
 from symhbm.cli import main
-from symhbm.cli.picture import kinds
+from symhbm.cli.selection import kinds
 from symhbm.continuation import Status
 from symhbm.plot.viewer.ensemble import samples_of
 from symhbm.results.archive.working_files import Store

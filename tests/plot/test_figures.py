@@ -18,7 +18,7 @@ import symhbm as sh
 from studies import fig03_single_blade as fig03
 from studies import fig07_nodal_diameters as fig07
 from symhbm.cli import main
-from symhbm.cli.picture import kinds
+from symhbm.cli.selection import kinds
 
 
 @pytest.fixture(autouse=True)

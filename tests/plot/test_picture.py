@@ -11,11 +11,10 @@ mpl.use("Agg")
 import matplotlib.pyplot as plt
 
 import symhbm as sh
-from symhbm.cli.picture import kinds
+from symhbm.cli.selection import kinds
 from symhbm.plot.picture import Axis, Colours, Panel, Picture
 from symhbm.plot.rendering import pictured
-from symhbm.plot.viewer.packing import embedded
-from symhbm.plot.viewer.pictures import as_json
+from symhbm.plot.viewer.packing import as_json, embedded
 from tests.plot.viewer.test_view import response, unpacked
 
 

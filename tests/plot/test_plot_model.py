@@ -19,10 +19,9 @@ import matplotlib.pyplot as plt
 
 import symhbm as sh
 from symhbm.cli import main
-from symhbm.cli.picture import draw
-from symhbm.plot.structure.layout import HALF, spread
+from symhbm.cli.selection import draw
 from symhbm.plot.structure.masses import COLORS
-from symhbm.plot.structure.network import links
+from symhbm.plot.structure.network import HALF, links, spread
 
 FRICTION: Any = dict(contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3)
 

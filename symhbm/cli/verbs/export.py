@@ -7,10 +7,15 @@ from typing import Any
 
 import click
 
-from symhbm.cli.arguments import archive_argument, output_option, select_option
-from symhbm.cli.selection import select
-from symhbm.cli.table import rows, write
-from symhbm.cli.terminal import check_place, opened, say
+from symhbm.cli.selection import rows, select, write
+from symhbm.cli.terminal import (
+    archive_argument,
+    check_place,
+    opened,
+    output_option,
+    say,
+    select_option,
+)
 from symhbm.results.archive import draft_of
 from symhbm.results.reading import KINDS, completeness
 

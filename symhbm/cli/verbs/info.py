@@ -4,8 +4,7 @@ from pathlib import Path
 
 import click
 
-from symhbm.cli.arguments import archive_argument
-from symhbm.cli.terminal import opened, say, size
+from symhbm.cli.terminal import archive_argument, opened, say, size
 from symhbm.results.telling import as_text
 
 

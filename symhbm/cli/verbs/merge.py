@@ -5,8 +5,7 @@ from pathlib import Path
 
 import click
 
-from symhbm.cli.arguments import output_option
-from symhbm.cli.terminal import BROKEN, check_place, say
+from symhbm.cli.terminal import BROKEN, check_place, output_option, say
 from symhbm.results.archive import merged
 
 

@@ -6,9 +6,17 @@ from typing import Any
 import click
 from click.shell_completion import CompletionItem
 
-from symhbm.cli.arguments import archive_argument, law_option, output_option, select_option
-from symhbm.cli.picture import draw, kinds
-from symhbm.cli.terminal import check_place, final_name, opened, say
+from symhbm.cli.selection import draw, kinds
+from symhbm.cli.terminal import (
+    archive_argument,
+    check_place,
+    final_name,
+    law_option,
+    opened,
+    output_option,
+    say,
+    select_option,
+)
 from symhbm.model.contacts import ContactLaw
 
 _PICTURES = ("png", "pdf", "svg")

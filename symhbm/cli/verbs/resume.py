@@ -8,8 +8,7 @@ from pathlib import Path
 import click
 
 import symhbm as sh
-from symhbm.cli.arguments import archive_argument, law_option
-from symhbm.cli.terminal import final_name, opened, say
+from symhbm.cli.terminal import archive_argument, final_name, law_option, opened, say
 from symhbm.model.contacts import ContactLaw
 from symhbm.results.archive import working_file
 from symhbm.results.reading import completeness

@@ -6,8 +6,17 @@ from pathlib import Path
 import click
 
 import symhbm as sh
-from symhbm.cli.arguments import archive_argument, law_option, output_option
-from symhbm.cli.terminal import BROKEN, bound, check_place, number, opened, say
+from symhbm.cli.terminal import (
+    BROKEN,
+    archive_argument,
+    bound,
+    check_place,
+    law_option,
+    number,
+    opened,
+    output_option,
+    say,
+)
 from symhbm.model.contacts import ContactLaw
 from symhbm.response import FIGURES, summary
 from symhbm.results import Description

@@ -6,9 +6,16 @@ from pathlib import Path
 import click
 
 import symhbm as sh
-from symhbm.cli.arguments import archive_argument, output_option, select_option
 from symhbm.cli.selection import select
-from symhbm.cli.terminal import check_place, final_name, opened, say
+from symhbm.cli.terminal import (
+    archive_argument,
+    check_place,
+    final_name,
+    opened,
+    output_option,
+    say,
+    select_option,
+)
 
 
 @click.command()

@@ -7,6 +7,6 @@ archives of the response too. `xarray.merge` joins draws of different distributi
 """
 
 from symhbm.ensembles.mistuning.draws import lognormal, truncated_normal, uniform
-from symhbm.ensembles.mistuning.patterns import explicit, harmonic, pattern
+from symhbm.ensembles.mistuning.samples import explicit, harmonic, pattern
 
 __all__ = ["explicit", "harmonic", "lognormal", "pattern", "truncated_normal", "uniform"]

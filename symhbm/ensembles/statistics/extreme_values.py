@@ -11,13 +11,13 @@ from scipy import optimize
 from scipy.special import gamma
 
 from symhbm.continuation import Status
-from symhbm.ensembles.statistics.population import meant
-from symhbm.ensembles.statistics.profile import drop, profile_interval
-from symhbm.ensembles.statistics.univariate import (
+from symhbm.ensembles.statistics.confidence import drop, profile_interval
+from symhbm.ensembles.statistics.population import (
     BOUND,
     Values,
     check_confidence,
     check_probabilities,
+    meant,
     numbers,
 )
 from symhbm.numerics import FloatArray, check

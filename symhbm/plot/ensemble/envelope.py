@@ -27,8 +27,7 @@ from symhbm.plot.drawing import (
     one_solution,
     scale_of,
 )
-from symhbm.plot.ensemble.density import draw_density
-from symhbm.plot.ensemble.spread import Spread, spread_of
+from symhbm.plot.ensemble.spread import Spread, draw_density, spread_of
 from symhbm.plot.lines import Line
 from symhbm.plot.picture import Panel, Picture
 from symhbm.plot.places import Chosen, Shown

@@ -9,8 +9,7 @@ from symhbm.model import BLADE_PARAMETERS, Structure
 from symhbm.numerics import FloatArray
 from symhbm.plot.drawing import SYMBOLS
 from symhbm.plot.picture import Panel
-from symhbm.plot.structure.layout import HALF, REACH, Layout
-from symhbm.plot.structure.network import Network, places_of_contacts
+from symhbm.plot.structure.network import HALF, REACH, Layout, Network, places_of_contacts
 from symhbm.plot.structure.symbols import Lines, ground, side_by_side
 
 WORDS = {

@@ -21,7 +21,6 @@ from symhbm.model.contacts import Weights
 from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics
 from symhbm.plot.picture import Axis, Panel, Picture
 from symhbm.plot.rendering import pictured
-from symhbm.plot.structure.layout import layout_of
 from symhbm.plot.structure.masses import (
     WORDS,
     draw_dots,
@@ -34,6 +33,7 @@ from symhbm.plot.structure.network import (
     Network,
     joined,
     kinds_of_contacts,
+    layout_of,
     network,
     places_of_contacts,
 )

@@ -10,14 +10,15 @@ import xarray as xr
 
 from symhbm.plot.viewer import ensemble, motions, tables
 from symhbm.plot.viewer.curves import Limits, curve_of
-from symhbm.plot.viewer.layout import Layout, layout_of
 from symhbm.plot.viewer.packing import DIGITS, plain
 from symhbm.plot.viewer.page import page_of
 from symhbm.plot.viewer.sets import (
+    Layout,
     Sets,
     blades_of,
     contact_names,
     label_of,
+    layout_of,
     place_names,
     sets_of,
     spoken,

@@ -11,9 +11,8 @@ from symhbm.plot.curves import traced
 from symhbm.plot.drawing import decibel, moving
 from symhbm.plot.lines import located_peaks
 from symhbm.plot.places import Chosen, chosen
-from symhbm.plot.viewer.layout import Layout, Panel
-from symhbm.plot.viewer.packing import packed, plain
-from symhbm.plot.viewer.thinning import thinned
+from symhbm.plot.viewer.packing import packed, plain, thinned
+from symhbm.plot.viewer.sets import Layout, Panel
 
 _OF_POINTS = (
     *("frequency", "truncation_error", "sampling_error", "condensation_error", "residual_norm"),

@@ -11,8 +11,7 @@ from symhbm.numerics import FloatArray
 from symhbm.plot.drawing import Scale, parameter_axis
 from symhbm.plot.ensemble import draw_bands, envelope
 from symhbm.plot.picture import Axis, Panel
-from symhbm.plot.viewer.packing import plain
-from symhbm.plot.viewer.pictures import as_json
+from symhbm.plot.viewer.packing import as_json, plain
 from symhbm.plot.viewer.sets import label_of, spoken, values_of
 from symhbm.results import Description
 from symhbm.results.reading import COMPLETE, SAMPLE, set_dimensions

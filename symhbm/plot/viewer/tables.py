@@ -10,9 +10,8 @@ import numpy as np
 import xarray as xr
 
 from symhbm.plot.drawing import decibel
-from symhbm.plot.viewer.layout import Layout
 from symhbm.plot.viewer.packing import number, plain
-from symhbm.plot.viewer.sets import label_of, spoken, values_of
+from symhbm.plot.viewer.sets import Layout, label_of, spoken, values_of
 from symhbm.results.reading import COMPLETE, set_dimensions
 
 MOST_ROWS = 400

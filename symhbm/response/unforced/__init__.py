@@ -8,15 +8,15 @@ from symhbm.response.unforced.arguments import (
     modes_of,
     wave_of,
 )
-from symhbm.response.unforced.curve import UnforcedCurve
-from symhbm.response.unforced.cycle_curve import blank_cycle_curve, cycle_curve, with_cycle_dof
-from symhbm.response.unforced.mode_curve import (
+from symhbm.response.unforced.curve import (
+    UnforcedCurve,
     blank_mode_curve,
     free_problem,
     mode_curve,
     mode_problem,
     with_dof,
 )
+from symhbm.response.unforced.cycle_curve import blank_cycle_curve, cycle_curve, with_cycle_dof
 from symhbm.response.unforced.synthesis import synthesised_response
 
 __all__ = [

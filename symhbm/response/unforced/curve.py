@@ -1,12 +1,21 @@
-"""One curve of motions that no force drives as plain arrays, with what all of them have."""
+"""One curve of motions that no force drives as plain arrays: what all have, and nonlinear modes."""
 
+from dataclasses import replace
 from typing import Any, ClassVar
 
 import numpy as np
 
-from symhbm.balance import HarmonicBalance
-from symhbm.continuation import Status
-from symhbm.continuation.unforced import UnforcedProblem
+from symhbm.balance import HarmonicBalance, check_mass, check_mean, matrices_in, unforced
+from symhbm.continuation import Branch, Status
+from symhbm.continuation.unforced import (
+    LinearMode,
+    ModeOverParameterProblem,
+    NonlinearModeProblem,
+    UnforcedProblem,
+    follow_mode,
+    follow_mode_over,
+    linear_mode,
+)
 from symhbm.numerics import RADIANS, FloatArray, Table
 from symhbm.response.accuracy import Solution
 from symhbm.response.curve_table import CurveTable
@@ -92,3 +101,121 @@ def _solutions_at(branch: Any, value: float) -> list[Solution]:
     """The motions at a value of a grid, one that was not found where there is no branch."""
     states: list[Any] = [(None, 0)] if branch is None else branch.at(value)
     return [Solution.at(value, 0, *state) for state in states]
+
+
+SMALLEST = 1e-3
+"""Share of the largest value of a band below which steps along it are no longer relative."""
+
+
+class ModeCurve(UnforcedCurve):
+    """A nonlinear mode over its amplitude, or one of a constant amplitude over a parameter."""
+
+    NAMES: ClassVar = {"amplitude": "largest_displacement"}  # the amplitude is what moves
+    curve: NonlinearModeProblem
+
+    def own(self, unknowns: FloatArray) -> Table:
+        """As of any unforced motion, the damping ratio and the modal amplitude of all sectors."""
+        symmetry = self.problem_of().symmetry
+        several = 1.0 if symmetry is None else np.sqrt(symmetry.n_sectors)
+        amplitudes = [several * self.curve.modal_amplitude(row) for row in unknowns]
+        return super().own(unknowns) | dict(
+            damping_ratio=unknowns[:, self.curve.damping_place],
+            modal_amplitude=np.array(amplitudes, dtype=float),
+        )
+
+
+def mode_curve(problem: HarmonicBalance, request: Request) -> Table:
+    """The nonlinear mode of one problem; raises as `mode_problem`."""
+    curve, linear = mode_problem(problem, request)
+    return ModeCurve(request, curve, mode_branch(curve, linear, request)).table()
+
+
+def mode_branch(curve: NonlinearModeProblem, linear: LinearMode, request: Request) -> Branch:
+    """The branch of a mode over the band of a request, from what `mode_problem` gives."""
+    low, high = request.followed(request.band).tolist()
+    if not isinstance(curve, ModeOverParameterProblem):
+        return follow_mode(curve, linear, (low, high), request.max_points)
+
+    def linear_at(problem: HarmonicBalance) -> LinearMode:
+        assert isinstance(request.mode, int)
+        return linear_mode(problem, request.mode, linear.dof)
+
+    return follow_mode_over(curve, linear_at, (low, high), request.max_points)
+
+
+def blank_mode_curve(problem: HarmonicBalance, request: Request) -> Table:
+    """A curve without points that has the names and shapes of a request's."""
+    curve = _mode_over(unforced(problem, request.nodal_diameter), 0, request)
+    return ModeCurve(request, curve, None).table()
+
+
+def mode_problem(
+    problem: HarmonicBalance, request: Request
+) -> tuple[NonlinearModeProblem, LinearMode]:
+    """The equations of a nonlinear mode, and the linear one that it starts from.
+
+    Over a parameter that is the one at the first value. Without a degree of freedom that tells the
+    amplitude it is the one that moves most. Raises TypeError or ValueError for a structure without
+    a mass matrix, such a wave or such a mode, and for a parameter that changes the mass matrix.
+    """
+    alone, dof, numbers = free_problem(problem, request)
+    assert isinstance(request.mode, int)
+    if request.amplitude is None:
+        linear = linear_mode(alone, request.mode, dof, numbers)
+        return _mode_over(alone, linear.dof, request), linear
+    moving, ends = _mode_over(alone, 0, request), request.band
+    masses = [matrices_in(moving.problem_at(end), 1).mass_matrix for end in ends]
+    if abs(masses[0] - masses[1]).max() > 0:
+        raise ValueError(
+            f"parameter={request.name!r}: expected one that does not change the mass matrix, which "
+            "the damping of nonlinear modes is measured by; use over= for masses"
+        )
+    linear = linear_mode(moving.problem_at(ends[0]), request.mode, dof, numbers)
+    return _mode_over(alone, linear.dof, request), linear
+
+
+def _mode_over(problem: HarmonicBalance, dof: int, request: Request) -> NonlinearModeProblem:
+    """The equations of a mode along what moves in a request."""
+    if request.amplitude is None:
+        return NonlinearModeProblem(problem, dof)
+    smallest = SMALLEST * max(map(abs, request.band))
+    level, index = request.amplitude, request.index
+    return ModeOverParameterProblem(problem, dof, request.name, level, index, smallest)
+
+
+def free_problem(
+    problem: HarmonicBalance, request: Request
+) -> tuple[HarmonicBalance, int | None, list[int]]:
+    """The problem without a force, and the unknown degree of freedom that tells amplitudes, if any.
+
+    And the numbers that the user gives all unknown ones. Raises as `mode_problem`, but for modes.
+    """
+    check_mass(problem)
+    alone = unforced(problem, request.nodal_diameter)
+    numbers, own = _numbers(alone), request.dof
+    if own is not None and alone.symmetry is not None:
+        own %= alone.n_dof  # all sectors move alike
+    if own is not None and own not in numbers:
+        raise ValueError(
+            f"dof={own}: expected a degree of freedom that is kept; those at the right interface "
+            "of a sector are not, their twins at the left one move as much"
+        )
+    return alone, None if own is None else numbers.index(own), numbers
+
+
+def _numbers(problem: HarmonicBalance) -> list[int]:
+    """Numbers that the user gives the unknown degrees of freedom."""
+    kept = problem.model.kept
+    return [*range(problem.n_dof)] if kept is None else kept.tolist()
+
+
+def with_dof(problem: HarmonicBalance, request: Request) -> Request:
+    """The request with the degree of freedom that moves most, where it tells none.
+
+    Raises as `mode_problem`.
+    """
+    curve, linear = mode_problem(problem, request)
+    check_mean(curve.problem)
+    if request.dof is not None:
+        return request
+    return replace(request, dof=_numbers(curve.problem)[linear.dof])

@@ -22,8 +22,13 @@ from symhbm.continuation.unforced import (
 )
 from symhbm.numerics import FloatArray, Table
 from symhbm.response.accuracy import Solution
-from symhbm.response.unforced.curve import UnforcedCurve
-from symhbm.response.unforced.mode_curve import SMALLEST, free_problem, mode_problem, with_dof
+from symhbm.response.unforced.curve import (
+    SMALLEST,
+    UnforcedCurve,
+    free_problem,
+    mode_problem,
+    with_dof,
+)
 from symhbm.results import Request
 from symhbm.time_domain import cycle_growth_rate, verdict
 

@@ -22,7 +22,7 @@ from symhbm.numerics import (
     check,
     unknowns_of,
 )
-from symhbm.response.unforced.mode_curve import mode_problem
+from symhbm.response.unforced.curve import mode_problem
 from symhbm.results import Description, recall
 from symhbm.results.archive import rebuild
 

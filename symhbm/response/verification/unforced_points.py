@@ -1,4 +1,4 @@
-"""The stored points of nonlinear modes and limit cycles, and the problems they solve."""
+"""Stored points and events of nonlinear modes and limit cycles, and the problems they solve."""
 
 from collections.abc import Callable, Iterable
 from typing import Any, ClassVar
@@ -7,7 +7,8 @@ import numpy as np
 import xarray as xr
 
 from symhbm.balance import HarmonicBalance, unforced
-from symhbm.continuation.unforced import first_harmonic
+from symhbm.continuation import EventKind
+from symhbm.continuation.unforced import first_harmonic, last_fold
 from symhbm.model.contacts import ContactLaw
 from symhbm.model.cyclic import Sector
 from symhbm.numerics import (
@@ -18,7 +19,7 @@ from symhbm.numerics import (
 )
 from symhbm.response.unforced import free_problem
 from symhbm.response.verification.figures import modal_amplitude
-from symhbm.response.verification.stored_points import OF_POINTS, StoredPoints
+from symhbm.response.verification.stored_points import OF_POINTS, StoredGroup, StoredPoints
 from symhbm.results import recall
 from symhbm.time_domain import curved, cycle_growth_rate, free_motion, in_plane, verdict
 
@@ -152,3 +153,157 @@ class UnforcedPoints(StoredPoints):
         if ratio is not None:
             differences.append(abs(ratio - motion.damping_ratio))
         return float(max(differences))
+
+
+_AT_POINT = 1e-6
+"""Distance of an event from a point, relative, up to which it is that of the point."""
+_ZERO = 1e-6
+"""Margin of a switch over those at the points beside it that is 0 but for round-off."""
+_TURNS = {EventKind.FOLD: None, EventKind.DAMPING_TURNS: "damping_ratio"}
+"""What turns at an event, None for the moving parameter."""
+
+
+class StoredEvents(StoredGroup):
+    """The events along paths: each is at a stored point, where its kind says what happens."""
+
+    kind = "events"
+
+    def __init__(self, points: UnforcedPoints):
+        self.points, self.dataset = points, points.dataset
+        self.dims = (*points.outer, "event")
+        kinds = self.dataset["event_kind"].transpose(*self.dims)
+        self.solved = kinds.values.astype(str) != ""
+        self._kinds = kinds.values
+        moving = points.description.moving
+        names = ("frequency", moving, "amplitude", "damping_ratio", "modal_amplitude")
+        self._names = [
+            name
+            for name in dict.fromkeys(names)
+            if {name, f"event_{name}"} <= {*self.dataset.variables}
+        ]
+        self._along = {
+            name: self.dataset[name].transpose(*points.dims).values for name in self._names
+        }
+        self._at = {
+            name: self.dataset[f"event_{name}"].transpose(*self.dims) for name in self._names
+        }
+        self.moving = {name: self._at[name] for name in dict.fromkeys((moving, "frequency"))
+                       if name in self._at}  # fmt: skip
+
+    @property
+    def available(self) -> list[str]:
+        """The one figure of events."""
+        return ["event_mismatch"]
+
+    def figures(self, index: tuple[int, ...]) -> dict[str, float]:
+        """Distance of an event from its point, 1 where its kind is not what happens there."""
+        *outer, _ = index
+        along = {name: values[(*outer,)] for name, values in self._along.items()}
+        distance = np.zeros(len(along["frequency"]))
+        for name, values in along.items():
+            value = float(self._at[name].values[index])
+            unit = 1.0 if name == "damping_ratio" else np.maximum(np.abs(values), abs(value))
+            # What is not a number is no point.
+            apart = np.abs(values - value) / np.where(unit > 0, unit, 1.0)
+            distance = np.maximum(distance, np.where(np.isnan(apart), np.inf, apart))
+        point = int(np.argmin(distance))
+        if not distance[point] <= _AT_POINT:
+            return {"event_mismatch": 1.0 if np.isinf(distance[point]) else distance[point]}
+        try:
+            happens = self._happens(index, point, along)
+        except (ValueError, ArithmeticError, IndexError):
+            happens = False
+        return {"event_mismatch": float(distance[point]) if happens else 1.0}
+
+    def _happens(self, index: tuple[int, ...], point: int, along: dict[str, FloatArray]) -> bool:
+        """Whether what the kind of an event says happens at a point."""
+        kind = str(self._kinds[index])
+        if kind in _TURNS:
+            name = _TURNS[EventKind(kind)] or self.points.description.moving
+            beside = self._beside(index, point)
+            if len(beside) < 2:
+                return True
+            before, after = np.diff(along[name][[beside[0], point, beside[1]]])
+            return bool(before * after <= 0)
+        if kind in list(EventKind):
+            return True
+        contact = int(self.dataset["event_contact"].transpose(*self.dims).values[index])
+        here = self._margins(index, point, contact, kind)
+        beside = [self._margins(index, i, contact, kind) for i in self._beside(index, point)]
+        scale = np.max([np.abs(margins) for margins, _ in beside or [here]], axis=0)
+        zero = np.abs(here[0]) <= _ZERO * scale
+        if len(beside) == 2:
+            # What begins was off before: its margin rises.
+            zero &= (beside[1][0] > beside[0][0]) == here[1]
+        return bool(zero.any())
+
+    def _beside(self, index: tuple[int, ...], point: int) -> list[int]:
+        """Numbers of the points before and after another one, on its branch."""
+        outer = index[:-1]
+        solved = self.points.solved[outer]
+        branch = np.zeros(len(solved), dtype=int)
+        if "cycle_branch" in self.dataset.variables:
+            branch = self.dataset["cycle_branch"].transpose(*self.points.dims).values[outer]
+        return [
+            i
+            for i in (point - 1, point + 1)
+            if 0 <= i < len(solved) and solved[i] and branch[i] == branch[point]
+        ]
+
+    def _margins(
+        self, index: tuple[int, ...], point: int, contact: int, kind: str
+    ) -> tuple[FloatArray, np.ndarray]:
+        """Margins at a point of the switches that an event of a contact and a kind is of.
+
+        And whether they begin by it.
+        """
+        at = (*index[:-1], point)
+        problem, omega = self.points.problem_at(at)
+        coefficient = self.points.stored["coefficient"][at]
+        states = problem.locate(unknowns_of(problem.basis, problem.harmonics, coefficient), omega)
+        margins, begin = [], []
+        for number in np.flatnonzero(problem.contacts.of_switches == contact).tolist():
+            group, _, place = problem.contacts.switch(number)
+            names = group.law.switches[place]
+            if kind in (names.begins, names.ends):
+                margins.append(states.margins[number])
+                begin.append(kind == names.begins)
+        return np.array(margins), np.array(begin, dtype=bool)
+
+
+class StoredFold(StoredGroup):
+    """Values of a parameter beyond which no cycle was found, one of each curve."""
+
+    kind = "folds"
+
+    def __init__(self, points: UnforcedPoints):
+        self.points, self.dataset, self.dims = points, points.dataset, (*points.outer,)
+        name = f"fold_{points.description.moving}"
+        self._value = self.dataset[name].transpose(*self.dims)
+        self.moving = {name: self._value}
+        self.solved = np.ones(self._value.shape, dtype=bool)
+
+    @property
+    def available(self) -> list[str]:
+        """The one figure of folds, where there are events to compare with."""
+        return ["fold_mismatch"] if "event_kind" in self.dataset.variables else []
+
+    def figures(self, index: tuple[int, ...]) -> dict[str, float]:
+        """Distance from the fold that events and points tell, 1 where only one of both is one.
+
+        On a grid points between its values are not stored: the value is that of a fold, and no
+        point is beyond it.
+        """
+        moving, chosen = self.points.description.moving, dict(zip(self.dims, index, strict=True))
+        part, value = self.dataset.isel(chosen), float(self._value.values[index])
+        is_fold = part["event_kind"].values.ravel().astype(str) == EventKind.FOLD
+        folds = part[f"event_{moving}"].values.ravel()[is_fold]
+        values = self.points.moving[moving].values[index][self.points.solved[index]]
+        if self.points.description.on_grid:
+            if np.isnan(value):
+                return {"fold_mismatch": 0.0}
+            folds = folds[np.argsort(np.abs(folds - value))][:1]
+        expected = last_fold(folds, np.append(values.ravel(), folds))
+        if np.isnan(expected) or np.isnan(value):
+            return {"fold_mismatch": float(np.isnan(expected) != np.isnan(value))}
+        return {"fold_mismatch": abs(value - expected) / (max(abs(value), abs(expected)) or 1.0)}

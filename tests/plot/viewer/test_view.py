@@ -13,9 +13,8 @@ from click.testing import CliRunner
 
 import symhbm as sh
 from symhbm.cli import main
-from symhbm.plot.viewer.packing import embedded, number, packed, plain
+from symhbm.plot.viewer.packing import embedded, number, packed, plain, thinned
 from symhbm.plot.viewer.sets import MOST_CURVES, sets_of
-from symhbm.plot.viewer.thinning import thinned
 
 BLADE = sh.single_blade(
     mass=1, stiffness=1e4, damping=0.5,
