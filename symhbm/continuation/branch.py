@@ -1,11 +1,11 @@
 """A branch of solutions over a whole band, with its peaks and its solutions at given values."""
 
 from collections.abc import Callable
+from contextlib import suppress
 from dataclasses import dataclass, field
 from functools import cached_property
 
 import numpy as np
-import scipy
 
 from symhbm.continuation.between import Peak
 from symhbm.continuation.correctors import Corrector, Hyperplane, unit_parameter
@@ -91,25 +91,17 @@ class Branch:
             share = (value - left.value) / (right.value - left.value)
             guess = np.append(_interpolated(left, right, share), value)
             return self._solve_at_value(guess, left)
-        segment = Segment(
-            self.corrector,
-            PathState(left.state, left.after),
-            PathState(right.state, right.before),
-            left.switches,
-        )
-
-        def distance(share: float) -> float:
-            ends = {0.0: left.value, 1.0: right.value}
-            if share in ends:
-                return ends[share] - value
-            return float(segment.interpolate(np.array([share]))[0][0, -1]) - value
-
-        guess = segment.interpolate(np.array([scipy.optimize.brentq(distance, 0.0, 1.0)]))[0][0]
+        segment = Segment.of(self.corrector, left, right)
+        guess = segment.at_value(value)[1]
         kinds = {event.kind for point in (left, right) for event in point.events}
         near = not kinds.isdisjoint((EventKind.FOLD, EventKind.BRANCH))
         solution = None if near else self._solve_at_value(guess, left)
         # Next to a sharp bend Newton's method at one value may find nothing.
-        return self._solve_along(segment, value) if solution is None else solution
+        if solution is None:
+            with suppress(ArithmeticError):
+                # Near a fold two solutions are too close: along the path they are apart.
+                return segment.zero(lambda at: at.state[-1] - value)
+        return solution
 
     def _solve_at_value(self, guess: FloatArray, left: PathPoint) -> PathState | None:
         """The solution at the value of a guess, in the contact states of the point before."""
@@ -117,22 +109,6 @@ class Branch:
         plane = Hyperplane(guess, scale, unit_parameter(len(scale)))
         solution = self.corrector.correct(guess, scale, plane, left.switches)
         return None if solution is None else PathState(solution.point, solution.direction * scale)
-
-    def _solve_along(self, segment: Segment, value: float) -> PathState | None:
-        """The solution at a value, searched along the path; near a fold two are too close."""
-
-        def distance(share: float) -> float:
-            ends = {0.0: segment.left, 1.0: segment.right}
-            solution = ends.get(share) or segment.solve(share)
-            if solution is None:
-                raise ArithmeticError
-            return float(solution.state[-1]) - value
-
-        try:
-            share = float(scipy.optimize.brentq(distance, 0.0, 1.0, xtol=1e-15, rtol=1e-14))  # type: ignore
-        except ArithmeticError:
-            return None
-        return segment.solve(share)
 
     def _norm(self, unknowns: FloatArray, value: float) -> float:
         return self.curve.evaluate(unknowns, value).norm

@@ -5,9 +5,10 @@ a solution between two points, and a correction across the path solves for it.
 """
 
 import math
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 from functools import cache
+from itertools import pairwise
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -15,7 +16,8 @@ from numpy.typing import NDArray
 
 from symhbm.continuation.correctors import Corrected, Corrector, Hyperplane, unit_parameter
 from symhbm.continuation.newton import NewtonResult
-from symhbm.numerics import FloatArray, first_zero
+from symhbm.continuation.point import PathPoint
+from symhbm.numerics import FloatArray, bracketed_root, first_zero
 from symhbm.numerics.loops import Loop, interpolation
 
 _ACROSS = 0.5
@@ -179,6 +181,13 @@ class Segment:
         self.normal, self.length = measured.normal, float(measured.length[0])
         self.other_states = False
         self._slopes = measured.left, measured.right
+        self._known = {0.0: left, 1.0: right}
+
+    @classmethod
+    def of(cls, corrector: Corrector, left: PathPoint, right: PathPoint) -> "Segment":
+        """The path between two neighbouring points of it."""
+        ends = PathState(left.state, left.after), PathState(right.state, right.before)
+        return cls(corrector, *ends, left.switches)
 
     def interpolate(self, share: FloatArray) -> tuple[FloatArray, FloatArray]:
         """Cubic interpolant at shares (n,) of the length, and its derivative by the share.
@@ -191,14 +200,17 @@ class Segment:
         interpolation.differentiate(*ends, share, rates)
         return values[0], rates[0]
 
-    def at_value(self, value: float) -> tuple[float, FloatArray]:
-        """Where the parameter of the cubic has a value between its ends: share and state."""
-        ends = float(self.left.state[-1]) - value, float(self.right.state[-1]) - value
-        slopes = float(self._slopes[0][-1]), float(self._slopes[1][-1])
+    def at_value(self, value: float, component: int = -1) -> tuple[float, FloatArray]:
+        """Where the parameter of the cubic has a value between its ends: share and state.
+
+        The parameter is the last component, or another one is meant.
+        """
+        ends = (float(end.state[component]) - value for end in (self.left, self.right))
+        slopes = float(self._slopes[0][component]), float(self._slopes[1][component])
         guess = np.empty(len(self.scale))
         share = first_zero(*ends, slopes)
         _at(self.left.state, self.right.state, *self._slopes, share, guess)
-        guess[-1] = value
+        guess[component] = value
         return share, guess
 
     def solve(
@@ -213,6 +225,32 @@ class Segment:
         itself, its tangent computed again.
         """
         return self._path_state(self.corrected(share, neighbour, precision))
+
+    def at(self, share: float) -> PathState:
+        """The solution at a share of the length, solved for once; ends are as they are given.
+
+        Raises ArithmeticError where it cannot be solved for.
+        """
+        if share not in self._known:
+            solution = self.solve(share)
+            if solution is None:
+                raise ArithmeticError("the path between two points cannot be solved for")
+            self._known[share] = solution
+        return self._known[share]
+
+    def halves(self) -> "list[Segment]":
+        """Both parts beside the solution at half of the length. Raises as `at`."""
+        ends = pairwise((self.left, self.at(0.5), self.right))
+        return [Segment(self.corrector, *pair, self.switches) for pair in ends]
+
+    def zero(
+        self, value: Callable[[PathState], float], low: float = 0.0, high: float = 1.0
+    ) -> PathState:
+        """The solution between two shares at which a value of solutions changes its sign.
+
+        Its signs at both are opposite. Raises ArithmeticError as `at`.
+        """
+        return self.at(bracketed_root(lambda share: value(self.at(share)), low, high))
 
     def corrected(
         self,

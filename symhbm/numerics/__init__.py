@@ -40,7 +40,7 @@ from symhbm.numerics.interpolation import (
     first_zero,
 )
 from symhbm.numerics.machine_code import to_machine_code
-from symhbm.numerics.roots import MACHINE, monotone_root
+from symhbm.numerics.roots import MACHINE, bracketed_root, monotone_root
 from symhbm.numerics.threads import on_one_thread
 
 __all__ = [
@@ -57,6 +57,7 @@ __all__ = [
     "TurningPoints",
     "amplitude_between",
     "bordered",
+    "bracketed_root",
     "by_harmonic",
     "by_size",
     "check",

@@ -7,7 +7,6 @@ import scipy.sparse as sp
 
 import symhbm as sh
 from studies import fig03_single_blade as fig03
-from symhbm.continuation.between.located_maximum import falling_zero
 from symhbm.continuation.between.segments import Segments
 from symhbm.continuation.between.slope_estimate import estimate_slopes
 from symhbm.continuation.between.slopes import Slopes
@@ -350,22 +349,3 @@ def test_slopes_of_many_segments_are_those_of_each():
         alone = estimate_slopes(problem, segments.take([k]), per_dof=True)
         for single, many in zip(alone[:-1], together[:-1], strict=True):
             np.testing.assert_array_equal(single[0], many[k])
-
-
-@pytest.mark.parametrize("start", [0.05, 0.3, 0.6, 0.95])
-@pytest.mark.parametrize(
-    "slope",
-    [
-        lambda h: 0.3 - h,
-        lambda h: np.cos(4 * h) - 0.5,
-        lambda h: 1.0 if h < 0.6 else -2.0,  # a corner: no zero at all
-        lambda h: np.sqrt(0.7 - h) if h < 0.7 else -h,
-        lambda h: (h - 0.2) ** 2 * (0.5 - h) + 1e-3 * (0.5 - h),
-        lambda h: 3e-7 - h,  # next to an end
-        lambda h: 1 - 3e-7 - h,
-    ],
-)
-def test_a_maximum_between_slopes_of_opposite_sign(slope, start):
-    share = falling_zero(slope, slope(0.0), slope(1.0), start)
-    aside = 1e-8
-    assert slope(share - aside) > 0 > slope(share + aside)

@@ -1,17 +1,15 @@
 """Location of one amplitude maximum between two solutions: the zero of its slope along the path."""
 
-from collections.abc import Callable
 from enum import StrEnum
 from typing import NamedTuple
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
 from symhbm.continuation.between.slopes import Slopes
 from symhbm.continuation.correctors import Corrected
 from symhbm.continuation.segment import PathState, Segment
-from symhbm.numerics import FloatArray
+from symhbm.numerics import FloatArray, bracketed_root
 
 CORNER_JUMP = 1e-6
 """Jump of a slope, relative to the slopes around, from which a maximum is a corner."""
@@ -20,15 +18,10 @@ _ROUND_OFF_SLOPE = 1e-12
 cross others."""
 _SMALL_SLOPE = 1e-2
 """Slope at an end, relative to the larger one, below which its tangent is too inaccurate."""
-_SIDE_DISTANCE = 1e-6
-"""Distance from a maximum, as a share of the segment, at which the signs of slopes are checked."""
 _MAX_RATIO = 1e4
 """Largest distance of two solutions over that of their planes along a continuous path."""
 _ROUND_OFF = 1e-10
 """Distance of two solutions, relative to the response, that round-off explains."""
-_MAX_SECANTS = 12
-_PRECISION = 1e-11
-"""Secant step that is not taken any more, as a share of the segment."""
 
 
 class PeakKind(StrEnum):
@@ -84,10 +77,11 @@ def locate_maximum(
             s if abs(s) > _SMALL_SLOPE * scale else slope(float(h)) for h, s in enumerate(ends)
         )
         flat = _ROUND_OFF_SLOPE * scale
+        known = {0.0: left_slope, 1.0: right_slope}
         if left_slope <= flat or right_slope >= -flat:
             share = 0.0 if left_slope <= flat else 1.0
         else:
-            share = falling_zero(slope, left_slope, right_slope, start)
+            share = bracketed_root(lambda at: known[at] if at in known else slope(at), start=start)
         slope(share)
     except ArithmeticError:
         return None
@@ -121,32 +115,3 @@ def estimated_maximum(slopes: FloatArray, switch_events: NDArray[np.bool_]) -> f
         return share
     # Samples are evenly spaced in the square root of the distance from the slip event.
     return share**2 if switch_events[0] else 1 - (1 - share) ** 2
-
-
-def falling_zero(slope: Callable[[float], float], low: float, high: float, start: float) -> float:
-    """Share of the segment where a slope falls through zero, by secants from the ``start``.
-
-    ``low`` and ``high`` are its values at both ends. Brent's method takes over where secants fail.
-    """
-    values = {0.0: low, 1.0: high}
-
-    def value(share: float) -> float:
-        if share not in values:
-            values[share] = slope(share)
-        return values[share]
-
-    # The slope at the opposite end has the other sign.
-    share, previous = start, 1.0 if value(start) > 0 else 0.0
-    for _ in range(_MAX_SECANTS):
-        change = value(share) - value(previous)
-        step = -value(share) * (share - previous) / change if change else np.inf
-        if abs(step) <= _PRECISION:
-            left = max((h for h in values if h < share - _SIDE_DISTANCE), default=0.0)
-            right = min((h for h in values if h > share + _SIDE_DISTANCE), default=1.0)
-            if values[left] >= 0 >= values[right]:
-                return share
-            break
-        if not 0 <= share + step <= 1:
-            break
-        share, previous = share + step, share
-    return float(scipy.optimize.brentq(value, 0, 1, xtol=1e-13))  # type: ignore

@@ -6,16 +6,16 @@ path may turn by more than a right angle. It keeps the sign of ``det [J; t^T]``:
 corner differ by a matrix of rank 1 whose rows are along the gradient of what begins there.
 """
 
+from functools import partial
 from typing import NamedTuple
 
 import numpy as np
-import scipy
 from numpy.typing import NDArray
 
 from symhbm.continuation.correctors import ON_LIMIT, Corrected, Corrector, unit_parameter
 from symhbm.continuation.newton import NewtonResult
 from symhbm.continuation.point import PathPoint
-from symhbm.numerics import length_of
+from symhbm.numerics import bracketed_root, length_of
 
 SMALLEST_STEP = 1e-9
 """Arc length of a step below which a path cannot be continued."""
@@ -116,6 +116,6 @@ def _first_change(
 
     shares = [1.0]
     for contact in contacts:
-        shares.append(scipy.optimize.brentq(margins, 0.0, 1.0, (contact,), xtol=1e-14))  # type: ignore
+        shares.append(bracketed_root(partial(margins, contact=contact)))
     at_change = base.value + min(shares) * (value - base.value)
     return at_change, corrector.free(base.unknowns, at_change)

@@ -1,8 +1,6 @@
 """Folds of a path, where it turns back in its parameter, or in one of its unknowns."""
 
 import numpy as np
-import scipy
-from numpy.typing import NDArray
 
 from symhbm.continuation.correctors import Corrector
 from symhbm.continuation.point import PathPoint
@@ -29,9 +27,8 @@ def find_folds(
     opposite sign. None if a solution in between cannot be found, as the points are then too far
     apart.
     """
-    ends = PathState(left.state, left.after), PathState(right.state, right.before)
     try:
-        return _folds(corrector, *ends, left.switches, component, 0)
+        return _folds(Segment.of(corrector, left, right), component, 0)
     except ArithmeticError:
         return None
 
@@ -42,20 +39,12 @@ def goes_between(corrector: Corrector, left: PathPoint, right: PathPoint, error:
     It need not where the right one lies beyond two folds that neither of them shows. ``error`` is
     the largest distance, as of `Corrected.error`.
     """
-    ends = PathState(left.state, left.after), PathState(right.state, right.before)
-    middle = Segment(corrector, *ends, left.switches).corrected(0.5)
+    middle = Segment.of(corrector, left, right).corrected(0.5)
     return middle is not None and middle.error <= error
 
 
-def _folds(
-    corrector: Corrector,
-    left: PathState,
-    right: PathState,
-    switches: NDArray[np.bool_],
-    component: int,
-    depth: int,
-) -> list[PathState]:
-    segment = Segment(corrector, left, right, switches)
+def _folds(segment: Segment, component: int, depth: int) -> list[PathState]:
+    left, right = segment.left, segment.right
     advance = segment.interpolate(_SHARES)[1][:, component]
     turns = np.count_nonzero(advance[1:] * advance[:-1] < 0)
     turned = left.direction[component] * right.direction[component] < 0
@@ -65,29 +54,5 @@ def _folds(
     dips = slowest < _DIP * min(ends) or min(ends) < _STEEP * max(ends)
     nearly = not turned and dips and slowest < _NEARLY * max(ends)
     if (turns > turned or nearly) and depth < _MAX_DEPTH:
-        centre = _solved(segment, 0.5)
-        halves = (left, centre), (centre, right)
-        depth += 1
-        return [f for half in halves for f in _folds(corrector, *half, switches, component, depth)]
-    return [_fold(segment, component)] if turned else []
-
-
-def _fold(segment: Segment, component: int) -> PathState:
-    """The solution where a component of the tangent is 0."""
-    solutions = {0.0: segment.left, 1.0: segment.right}
-
-    def advance(share: float) -> float:
-        if share not in solutions:
-            solutions[share] = _solved(segment, share)
-        return float(solutions[share].direction[component])
-
-    share = float(scipy.optimize.brentq(advance, 0.0, 1.0, xtol=1e-13))  # type: ignore
-    advance(share)
-    return solutions[share]
-
-
-def _solved(segment: Segment, share: float) -> PathState:
-    solution = segment.solve(share)
-    if solution is None:
-        raise ArithmeticError("the path between two points cannot be solved for")
-    return solution
+        return [f for half in segment.halves() for f in _folds(half, component, depth + 1)]
+    return [segment.zero(lambda at: at.direction[component])] if turned else []

@@ -12,7 +12,7 @@ import scipy
 
 from symhbm.continuation.correctors import Corrector
 from symhbm.continuation.point import UNBOUNDED_AMPLIFICATION, PathPoint
-from symhbm.continuation.segment import PathState, Segment
+from symhbm.continuation.segment import Segment
 from symhbm.numerics import full
 
 _SHARES = (0.02, 0.25, 0.5, 0.75, 0.98)
@@ -28,9 +28,8 @@ def passed_pairs(points: Sequence[PathPoint], corrector: Corrector) -> dict[int,
         amplification = max(left.amplification, right.amplification)
         if left.value == right.value or amplification > UNBOUNDED_AMPLIFICATION:
             continue
-        ends = PathState(left.state, left.after), PathState(right.state, right.before)
         try:
-            value = _other_sign(Segment(corrector, *ends, left.switches))
+            value = _other_sign(Segment.of(corrector, left, right))
         except (ArithmeticError, np.linalg.LinAlgError):
             continue
         low, high = sorted((left.value, right.value))
@@ -67,9 +66,7 @@ def _signed(segment: Segment, share: float) -> tuple[float, float]:
 
     Of the derivatives and the unit tangent. Raises ArithmeticError where there is no solution.
     """
-    solution = segment.solve(share)
-    if solution is None:
-        raise ArithmeticError("the path between two points cannot be solved for")
+    solution = segment.at(share)
     state, scale = solution.state, segment.scale
     evaluation = segment.curve.evaluate(state[:-1], state[-1], segment.switches)
     slope = np.column_stack([full(evaluation.jacobian), evaluation.by_parameter])

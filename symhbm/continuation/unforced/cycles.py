@@ -6,7 +6,6 @@ from itertools import pairwise
 from typing import NamedTuple
 
 import numpy as np
-import scipy
 
 from symhbm.continuation.branch import Branch
 from symhbm.continuation.correctors import Corrector, corrector_of
@@ -118,21 +117,12 @@ def cycles_of_mode(branch: Branch) -> list[FloatArray]:
 
 def _undamped(branch: Branch, left: PathPoint, right: PathPoint, place: int) -> FloatArray:
     """The motion between two points whose damping ratio, at a ``place`` of the unknowns, is 0."""
-    ends = PathState(left.state, left.after), PathState(right.state, right.before)
-    segment = Segment(branch.corrector, *ends, left.switches)
-    known = {0.0: left.state, 1.0: right.state}
-
-    def ratio(share: float) -> float:
-        if share not in known:
-            solution = segment.solve(share)
-            # Interpolation tells well enough where to start from.
-            near = segment.interpolate(np.array([share]))[0][0]
-            known[share] = near if solution is None else solution.state
-        return float(known[share][place])
-
-    share = float(scipy.optimize.brentq(ratio, 0.0, 1.0, xtol=1e-14))  # type: ignore
-    ratio(share)
-    return known[share]
+    segment = Segment.of(branch.corrector, left, right)
+    try:
+        return segment.zero(lambda at: at.state[place]).state
+    except ArithmeticError:
+        # Interpolation tells well enough where to start from.
+        return segment.at_value(0.0, place)[1]
 
 
 def settled(

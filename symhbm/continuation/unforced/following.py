@@ -14,7 +14,7 @@ from symhbm.continuation.events import find_folds
 from symhbm.continuation.following import follow_with
 from symhbm.continuation.newton import NewtonResult, newton
 from symhbm.continuation.point import Event, EventKind, PathPoint
-from symhbm.continuation.segment import PathState, Segment
+from symhbm.continuation.segment import Segment
 from symhbm.continuation.status import Status
 from symhbm.continuation.unforced.linear_modes import LinearMode, mode_start
 from symhbm.continuation.unforced.mode_over_parameter import ModeOverParameterProblem
@@ -148,8 +148,7 @@ def _between(
     halvings: int,
 ) -> list[PathPoint]:
     """Points between two others, until lines are as near to some unknowns as is ``allowed``."""
-    ends = PathState(left.state, left.after), PathState(right.state, right.before)
-    segment = Segment(corrector, *ends, left.switches)
+    segment = Segment.of(corrector, left, right)
     if not halvings or not segment.length > 0:
         return []
     curved = segment.interpolate(_SHARES)[0]

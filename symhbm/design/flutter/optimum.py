@@ -6,12 +6,12 @@ from dataclasses import dataclass
 from enum import StrEnum
 
 import numpy as np
-import scipy
 import xarray as xr
 from numpy.typing import NDArray
 
 from symhbm.continuation import Status
 from symhbm.design.flutter.limits import FlutterLimits, LimitKind, Row
+from symhbm.numerics import bracketed_root
 
 LEVEL = 1e-9
 """Difference of two damping ratios, over the largest one, that counts as none."""
@@ -19,8 +19,6 @@ _FLAT = 1e-7
 """Slope by the logarithm of the parameter, over the largest damping ratio, that counts as none."""
 _WIDE = 1e-3
 """Relative width of a range of equal values that is no maximum's own neighbourhood."""
-_PRECISION = 1e-13
-"""Error of a located value, relative."""
 _HALVINGS = 40
 """Bisections that find the end of a range of equal values."""
 
@@ -231,8 +229,7 @@ def _end_of_range(
 
 def _root(function: Callable[[float], float], first: float, last: float) -> float | None:
     """Where a function is 0 between two values, None where it is not known that it is."""
-    precision = _PRECISION * max(abs(first), abs(last))
     with suppress(ArithmeticError):
         if function(first) * function(last) < 0:
-            return float(scipy.optimize.brentq(function, first, last, xtol=precision))  # type: ignore
+            return bracketed_root(function, first, last)
     return None

@@ -9,8 +9,8 @@ from enum import StrEnum
 from itertools import pairwise
 
 import numpy as np
-import scipy
 
+from symhbm.numerics import bracketed_root
 from symhbm.peaks.conditions import Conditions
 from symhbm.peaks.maximum import MaximumKind
 from symhbm.peaks.tracking.branches import MaximumBranch, Parameter
@@ -141,9 +141,8 @@ class UpperEnvelope:
                 solved[value] = polished(conditions)
             return self.parameter.slope(solved[value])
 
-        limits = point.value, following.value
         try:
-            value = float(scipy.optimize.brentq(slope, *limits, xtol=1e-300, rtol=1e-15))  # type: ignore
+            value = bracketed_root(slope, point.value, following.value, precision=1e-15)
             slope(value)
         except ArithmeticError:
             self.unresolved.append(point.value)

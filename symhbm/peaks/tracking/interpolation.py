@@ -3,8 +3,8 @@
 from bisect import bisect_left
 
 import numpy as np
-import scipy
 
+from symhbm.numerics import bracketed_root
 from symhbm.peaks.conditions import Conditions
 from symhbm.peaks.tracking import tolerances
 from symhbm.peaks.tracking.branches import MaximumBranch, Parameter
@@ -51,9 +51,7 @@ def crossing(
             return low
         if lead(high)[0] >= 0:
             return high
-        return float(
-            scipy.optimize.brentq(lambda value: lead(value)[0], low, high, xtol=1e-300, rtol=1e-15)  # type: ignore
-        )
+        return bracketed_root(lambda value: lead(value)[0], low, high, precision=1e-15)
     except (ArithmeticError, ValueError):
         return None
 
@@ -68,7 +66,7 @@ def _estimated_crossing(
         return float((falling.heights(at_value) - rising.heights(at_value))[0])
 
     if lead(low) > 0 > lead(high):
-        return float(scipy.optimize.brentq(lead, low, high))  # type: ignore
+        return bracketed_root(lead, low, high)
     return 0.5 * (low + high)
 
 

@@ -10,7 +10,7 @@ import xarray as xr
 from symhbm.model import Structure
 from symhbm.model.cyclic import RotatingModel
 from symhbm.model.linear import natural_modes_of
-from symhbm.numerics import ComplexArray, FloatArray, check
+from symhbm.numerics import ComplexArray, FloatArray, bracketed_root, check
 from symhbm.response.disks.natural_modes import both_senses, waves_of
 
 _SPARE = 3
@@ -21,8 +21,6 @@ _NEARER = 1e-3
 """Share of the MAC that a distance of frequencies is worth."""
 _HALVED = 7
 """Most halvings of an interval of speeds: a veering may be sharper than any grid."""
-_EXACT = 1e-12
-"""Relative error of the speed of a crossing."""
 
 
 class _Modes(NamedTuple):
@@ -236,8 +234,6 @@ def _crossings(
     modes: Callable[[float, int | None], _Modes],
 ) -> list[tuple]:
     """Crossings of a line with the modes of one wave: speed, frequency, order, mode, wave."""
-    from scipy.optimize import brentq  # slow to import
-
     result = []
     for (low, before), (high, after) in pairwise(found):
         for mode in range(count):
@@ -256,7 +252,7 @@ def _crossings(
                 for end, at in zip(ends, (low, high), strict=True)
             )
             if first >= 0 > last or first < 0 <= last:
-                speed: Any = brentq(excess, low, high, xtol=_EXACT * high)
+                speed = bracketed_root(excess, low, high)
                 result.append((speed, order * speed / 60, order, mode, wave))
     return result
 

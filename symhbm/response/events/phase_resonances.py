@@ -9,11 +9,10 @@ systems with phase-locked-loop excitation, Mechanical Systems and Signal Process
 """
 
 from collections.abc import Sequence
+from functools import partial
 from itertools import pairwise
-from typing import Any
 
 import numpy as np
-import scipy
 
 from symhbm.balance import HarmonicBalance
 from symhbm.continuation import ContinuationProblem, Corrector, EventKind, PathState, slope_of
@@ -62,23 +61,13 @@ def _quarters(corrector: Corrector, left: PathState, right: PathState) -> list[P
     if len({*signs}) == 1:
         return []
 
-    def solved(share: float) -> PathState:
-        found = (left, right)[int(share)] if share in (0.0, 1.0) else segment.solve(share)
-        if found is None:
-            raise ArithmeticError("the path between two points cannot be solved for")
-        return found
-
-    def in_phase(share: float) -> float:
-        return _in_phase(curve, solved(share))
-
     turns = [i for i, (sign, other) in enumerate(pairwise(signs)) if sign != other]
     # Between two turns of the cubic the path itself tells.
     middles = [(_ALL[i + 1] + _ALL[j]) / 2 for i, j in pairwise(turns)]
     shares = [0.0, *middles, 1.0]
-    values = [in_phase(share) for share in shares]
-    search: Any = scipy.optimize
+    values = [_in_phase(curve, segment.at(share)) for share in shares]
     return [
-        solved(float(search.brentq(in_phase, *between, xtol=1e-14)))
+        segment.zero(partial(_in_phase, curve), *between)
         for between, (low, high) in zip(pairwise(shares), pairwise(values), strict=True)
         if low * high < 0
     ]

@@ -18,6 +18,7 @@ from symhbm.numerics import (
     RADIANS,
     ComplexArray,
     FloatArray,
+    bracketed_root,
     by_harmonic,
     check,
     unknowns_of,
@@ -230,8 +231,6 @@ class _Synthesis:
 
     def peaks(self, motions: list[FloatArray]) -> list[FloatArray]:
         """Motions along the mode at which both sides meet, solved for."""
-        from scipy.optimize import brentq  # slow to import
-
         result = []
         for left, right in pairwise(motions):
             ends = self.lowest(left)[0], self.lowest(right)[0]
@@ -243,8 +242,7 @@ class _Synthesis:
                 solved[share] = self._between(left, right, share)
                 return self.lowest(solved[share])[0]
 
-            share = float(brentq(excess, 0.0, 1.0, xtol=1e-12))  # type: ignore[arg-type]
-            result.append(solved[share] if share in solved else self._between(left, right, share))
+            result.append(solved[bracketed_root(excess)])
         return result
 
     def _between(self, left: FloatArray, right: FloatArray, share: float) -> FloatArray:
