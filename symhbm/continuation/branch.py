@@ -92,10 +92,9 @@ class Branch:
             guess = np.append(_interpolated(left, right, share), value)
             return self._solve_at_value(guess, left)
         segment = Segment.of(self.corrector, left, right)
-        guess = segment.at_value(value)[1]
         kinds = {event.kind for point in (left, right) for event in point.events}
         near = not kinds.isdisjoint((EventKind.FOLD, EventKind.BRANCH))
-        solution = None if near else self._solve_at_value(guess, left)
+        solution = None if near else self._solve_at_value(segment.at_value(value)[1], left)
         # Next to a sharp bend Newton's method at one value may find nothing.
         if solution is None:
             with suppress(ArithmeticError):

@@ -123,6 +123,12 @@ class PathPoint(NamedTuple):
         )
 
     @property
+    def is_smooth_fold(self) -> bool:
+        """Whether the point is a fold that is no corner: its tangent is normal to the parameter."""
+        is_fold = any(event.kind == EventKind.FOLD for event in self.events) or self.after[-1] == 0
+        return is_fold and np.array_equal(self.before, self.after)
+
+    @property
     def unknowns(self) -> FloatArray:
         """The coefficients, ``(n_unknowns,)`` [m]."""
         return self.state[:-1]

@@ -20,6 +20,8 @@ from symhbm.continuation.point import PathPoint
 from symhbm.numerics import FloatArray, bracketed_root, first_zero
 from symhbm.numerics.loops import Loop, interpolation
 
+MAX_DEPTH = 12
+"""Most times that a segment is divided to find what lies in it."""
 _ACROSS = 0.5
 """Cosine of half the angle between both tangents below which their mean is no normal of planes."""
 _LEAST_AHEAD = 1e-3
@@ -43,10 +45,6 @@ class PathState:
 
     def __getitem__(self, index: Any) -> Self:
         return type(self)(*[getattr(self, name)[index] for name in _names(type(self))])
-
-    def bare(self) -> "PathState":
-        """Solution and tangent alone."""
-        return PathState(self.state, self.direction)
 
     @classmethod
     def stacked(cls, states: Sequence[Self]) -> Self:

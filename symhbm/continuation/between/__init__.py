@@ -1,6 +1,6 @@
 """Results between two points of a path: peaks, missed events and intermediate solutions."""
 
-from symhbm.continuation.between.intermediate_solutions import is_smooth_fold, solved_between
+from symhbm.continuation.between.intermediate_solutions import solved_between
 from symhbm.continuation.between.peaks import (
     LocatedPeaks,
     Peak,
@@ -16,7 +16,6 @@ __all__ = [
     "Peak",
     "PeakKind",
     "amplitude_and_slope",
-    "is_smooth_fold",
     "leading",
     "locate_peaks",
     "solved_between",

@@ -8,12 +8,14 @@ less accurate one of both: the tolerances are aims, and no bounds.
 
 import math
 from collections.abc import Sequence
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.balance import HarmonicBalance
+from symhbm.continuation.between.doubt import Batch, Doubt
+from symhbm.continuation.between.segments import Segments
 from symhbm.continuation.between.slopes import FLAT_SLOPE, TIE, Slopes
 from symhbm.continuation.correctors import (
     ON_LIMIT,
@@ -23,13 +25,12 @@ from symhbm.continuation.correctors import (
     unit_parameter,
 )
 from symhbm.continuation.newton import slope_of
-from symhbm.continuation.point import UNBOUNDED_AMPLIFICATION, EventKind, PathPoint
+from symhbm.continuation.point import PathPoint
 from symhbm.continuation.segment import (
     PathState,
     Segment,
     has_other_states,
     is_beyond,
-    measure,
 )
 from symhbm.numerics import FloatArray, largest_displacement
 from symhbm.numerics.loops import Loop, interpolation
@@ -42,32 +43,6 @@ _SMALL_SHARE = 1e-3
 """Share of the largest response that is the least reference of errors per degree of freedom."""
 _SHARES = np.array([0.25, 0.5, 0.75])
 """Shares of a segment at which the error of interpolation is estimated."""
-_MAX_DEPTH = 12
-"""Most times that a segment is split."""
-_BATCH_SIZE = 2**16
-"""Amplitudes evaluated at once, which bounds the memory of large structures."""
-
-
-class _Ends(NamedTuple):
-    """Neighbouring solutions after path points ``number`` (n,), and which are smooth folds (n, 2).
-
-    Of one segment alone, without the first axis.
-    """
-
-    number: Any
-    left: PathState
-    right: PathState
-    folds: Any
-
-    def take(self, index: Any) -> "_Ends":
-        """Those of one segment or of some."""
-        return _Ends(*(part[index] for part in self))
-
-
-def is_smooth_fold(point: PathPoint) -> bool:
-    """Whether the point is a fold that is no corner: its tangent is normal to the parameter."""
-    is_fold = any(event.kind == EventKind.FOLD for event in point.events) or point.after[-1] == 0
-    return is_fold and np.array_equal(point.before, point.after)
 
 
 def solved_between(
@@ -78,61 +53,48 @@ def solved_between(
     They are in the order of the path, each with the linear solves it took. Also by that index a
     value at which one shows a maximum, or a contact in another state, that the path passed over.
     """
-    solutions: dict[int, list[tuple[PathState, int]]] = {}
-    passed: dict[int, float] = {}
     if len(points) < 2:
-        return solutions, passed
-    segments = _segments(points)
-    size = max(_BATCH_SIZE // (len(_SHARES) * corrector.curve.problem.n_dof), 1)
-    for depth in range(_MAX_DEPTH + 1):
-        halves = []
-        for begin in range(0, len(segments.number), size):
-            batch = segments.take(slice(begin, begin + size))
-            shares, hides = _needed_shares(batch, corrector, per_dof)
-            for k in np.flatnonzero((shares > 0) | hides).tolist():
-                segment, share = batch.take(k), float(shares[k])
-                number, solves_before = int(segment.number), corrector.solves
-                if hides[k] and depth > 0:
-                    ends = float(segment.left.state[-1]), float(segment.right.state[-1])
-                    passed[number] = ends[ends[0] == points[number].value]
-                if not share or depth == _MAX_DEPTH:
-                    continue
-                middle, leaves = _solution(segment, corrector, points[number].switches, share)
-                if middle is not None and leaves:
-                    passed[number] = float(middle.state[-1])
-                elif middle is not None:
-                    solution = middle, corrector.solves - solves_before
-                    solutions.setdefault(number, []).append(solution)
-                    folds = segment.folds.tolist()
-                    halves.append(segment._replace(right=middle, folds=(folds[0], False)))
-                    halves.append(segment._replace(left=middle, folds=(False, folds[1])))
-        if not halves:
-            break
-        numbers, left, right, smooth = zip(*halves, strict=True)
-        first, last = (PathState.stacked(side) for side in (left, right))
-        segments = _Ends(np.array(numbers), first, last, np.array(smooth))
-    for number, several in solutions.items():
+        return {}, {}
+    segments, lines = Segments.of(points), _Lines(corrector, per_dof)
+    lines.settled(segments.take(segments.left.state[:, -1] != segments.right.state[:, -1]))
+    for number, several in lines.solutions.items():
         heading = np.sign(points[number + 1].value - points[number].value)
         several.sort(key=lambda pair, heading=heading: heading * pair[0].state[-1])
-    return solutions, passed
+    return lines.solutions, lines.other_states
 
 
-def _segments(points: Sequence[PathPoint]) -> _Ends:
-    """The segments of finite length and bounded amplification."""
-    names = ("state", "before", "after", "amplification")
-    state, before, after, amplification = (
-        np.array([getattr(point, name) for point in points]) for name in names
-    )
-    folds = np.array([bool(point.events) and is_smooth_fold(point) for point in points])
-    unbounded = amplification > UNBOUNDED_AMPLIFICATION
-    number = np.flatnonzero(~(unbounded[:-1] | unbounded[1:]) & (state[:-1, -1] != state[1:, -1]))
-    right = number + 1
-    ends = PathState(state[number], after[number]), PathState(state[right], before[right])
-    return _Ends(number, *ends, np.stack([folds[number], folds[right]], axis=1))
+class _Lines(Doubt):
+    """Lines between the points of a path that may be off: ``solutions`` by the point before."""
+
+    def __init__(self, corrector: Corrector, per_dof: bool):
+        super().__init__(corrector)
+        self.numbers = 16 * corrector.curve.problem.n_dof
+        self._per_dof = per_dof
+        self.solutions: dict[int, list[tuple[PathState, int]]] = {}
+
+    def look_at(self, batch: Batch) -> None:
+        """Divide segments in which the interpolated response is off."""
+        segments = batch.segments
+        shares, hides = _needed_shares(batch, self.corrector, self._per_dof)
+        for k in np.flatnonzero((shares > 0) | hides).tolist():
+            number, solves_before = int(segments.number[k]), self.corrector.solves
+            if hides[k] and segments.width[k] < 1:
+                # The end that is no point of the path.
+                end = segments.right if segments.begin[k] == 0 else segments.left
+                self.other_states[number] = float(end.state[k, -1])
+            if shares[k] and batch.divide(k, float(shares[k])):
+                solution = batch.middles[k][1], self.corrector.solves - solves_before
+                self.solutions.setdefault(number, []).append(solution)
+
+    def solution(self, segment: Segment, share: float) -> PathState | None:
+        """The solution at a share of the segment, of the parameter interval where single-valued."""
+        solution, leaves = _solution(segment, share)
+        segment.other_states |= leaves
+        return solution
 
 
 def _needed_shares(
-    segments: _Ends, corrector: Corrector, per_dof: bool
+    batch: Batch, corrector: Corrector, per_dof: bool
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
     """The share (n,) of each segment at which a solution is needed, 0 where none is.
 
@@ -140,9 +102,8 @@ def _needed_shares(
     at both ends tell of a maximum in between (n,).
     """
     problem, single_valued = corrector.curve.problem, corrector.curve.single_valued
+    segments, measured = batch.segments, batch.measured
     left, right = (Slopes.of(problem, side) for side in (segments.left, segments.right))
-    scale = np.array([corrector.curve.scale(state) for state in left.state])
-    measured = measure(single_valued, left, right, scale)
     tangents = [(measured.left, measured.right)]
     if single_valued:
         # A cubic over the parameter differs from one over the arc length: the worse one counts.
@@ -228,42 +189,37 @@ def _relative_error(drawn: Any, expected: Any, per_dof: bool) -> float:
     return error
 
 
-def _solution(
-    segment: _Ends, corrector: Corrector, switches: NDArray[np.bool_], share: float
-) -> tuple[PathState | None, bool]:
+def _solution(segment: Segment, share: float) -> tuple[PathState | None, bool]:
     """The solution at a share of the segment, of the parameter interval where single-valued.
 
     Also whether a contact is in another state there, and not by round-off.
     """
-    if corrector.curve.single_valued:
-        return _solution_at_value(segment, corrector, switches, share)
-    between = Segment(corrector, segment.left, segment.right, switches)
-    solution = between.corrected(share)
+    if segment.curve.single_valued:
+        return _solution_at_value(segment, share)
+    solution = segment.corrected(share)
     low, high = sorted(end.state[-1] for end in (segment.left, segment.right))
     if solution is None or not low < solution.point[-1] < high:
         return None, False
-    leaves = is_beyond(solution.margins, switches, ON_LIMIT)
-    return PathState(solution.point, solution.direction * between.scale), leaves
+    leaves = is_beyond(solution.margins, segment.switches, ON_LIMIT)
+    return PathState(solution.point, solution.direction * segment.scale), leaves
 
 
-def _solution_at_value(
-    segment: _Ends, corrector: Corrector, switches: NDArray[np.bool_], share: float
-) -> tuple[PathState | None, bool]:
+def _solution_at_value(segment: Segment, share: float) -> tuple[PathState | None, bool]:
     """The solution at a share of the parameter interval, contacts free where one changes.
 
     It may be one of the arc length where the path bends too sharply for that.
     """
+    corrector, switches = segment.corrector, segment.switches
     curve, left, right = corrector.curve, segment.left, segment.right
     width = right.state[-1] - left.state[-1]
     value = float(left.state[-1] + share * width)
-    between = Segment(corrector, left, right, switches)
-    along, guess = between.at_value(value)
+    along, guess = segment.at_value(value)
     scale = curve.scale(guess)
     plane = Hyperplane(guess, scale, np.sign(width) * unit_parameter(len(scale)))
     corrected = corrector.correct(guess, scale, plane, switches)
     if corrected is None:
         # Where the path bends sharply over the parameter, the solution across it is close.
-        near = between.solve(along)
+        near = segment.solve(along)
         if near is not None:
             start = near.state + (value - near.state[-1]) / near.direction[-1] * near.direction
             corrected = corrector.correct(start, scale, plane, switches)

@@ -3,6 +3,7 @@
 import numpy as np
 from numpy.typing import NDArray
 
+from symhbm.continuation.between.doubt import Batch, Doubt
 from symhbm.continuation.between.located_maximum import (
     LocatedMaximum,
     PeakKind,
@@ -10,84 +11,65 @@ from symhbm.continuation.between.located_maximum import (
     locate_maximum,
 )
 from symhbm.continuation.between.segments import Segments
-from symhbm.continuation.between.slope_estimate import SlopeEstimate, estimate_slopes
+from symhbm.continuation.between.slope_estimate import N_SLOPES, SlopeEstimate, estimate_slopes
 from symhbm.continuation.between.slopes import TIE, Slopes, amplitude_and_slope, leading
 from symhbm.continuation.correctors import Corrector
-from symhbm.continuation.segment import PathState, Segment
+from symhbm.continuation.segment import PathState, Segment, measure
 from symhbm.numerics import FloatArray
 
-_MAX_DEPTH = 12
-_BATCH_SIZE = 2**16
-"""Slopes interpolated at once, which bounds the memory of large structures."""
 _OFFSETS = np.array([-0.1, 0.0, 0.1])
 """Errors of the position of an interpolated maximum, as shares of the segment."""
 _AMPLITUDE_MARGIN = 0.01
 """Least error of interpolated amplitudes, relative to the scaled length of the segment."""
 
 
-class Maxima:
+class Maxima(Doubt):
     """Maxima of the largest response, or ``per_dof``, by the index of the path point before them.
 
-    ``lost`` counts those that could not be solved for. ``other_states`` holds a parameter value
-    where a contact is in another state than at both ends, by the index of the point before; such
-    a segment yields no maxima, unless ``ignore_states`` is set.
+    ``lost`` counts those that could not be solved for. Segments in which a contact is in another
+    state yield no maxima.
     """
 
     def __init__(self, corrector: Corrector, per_dof: bool, ignore_states: bool = False):
+        super().__init__(corrector, ignore_states)
         self.lost = 0
-        self.other_states: dict[int, float] = {}
-        self._corrector = corrector
         self._problem = corrector.curve.problem
+        self.numbers = N_SLOPES * self._problem.n_dof
         self._per_dof = per_dof
-        self._ignore_states = ignore_states
         self._maxima: dict[int, list[LocatedMaximum]] = {}
 
-    def between(self, segments: Segments[Slopes]) -> dict[int, list[LocatedMaximum]]:
+    def between(self, segments: Segments) -> dict[int, list[LocatedMaximum]]:
         """All maxima in the segments, in the order of the path."""
-        size = max(_BATCH_SIZE // self._problem.n_dof, 1)
-        for depth in range(_MAX_DEPTH + 1):
-            last = depth == _MAX_DEPTH
-            divided = [
-                parts for batch in segments.batches(size) for parts in self._process(batch, last)
-            ]
-            if not divided:
-                break
-            segments = Segments.joined(divided)
+        self.settled(segments)
         for maxima in self._maxima.values():
             maxima.sort(key=lambda maximum: maximum.share)
         return self._maxima
 
-    def _process(self, segments: Segments[Slopes], last: bool) -> list[Segments[Slopes]]:
-        """Parts of the segments that need further division; maxima of the others are stored."""
-        estimate = estimate_slopes(self._problem, segments, self._per_dof)
+    def look_at(self, batch: Batch) -> None:
+        """Divide segments until each holds at most one maximum, which is located."""
+        segments = batch.segments
+        estimate = estimate_slopes(self._problem, segments, batch.measured, self._per_dof)
         is_doubtful = np.any(estimate.is_doubtful, axis=1).tolist()
         candidates = np.any(estimate.is_doubtful | estimate.turns, axis=1)
-        candidates &= estimate.measured.length[:, 0] > 0  # else its ends coincide
-        middles: dict[int, PathState] = {}
+        candidates &= batch.measured.length[:, 0] > 0  # else its ends coincide
+        dividing = _dividing_share(segments.switch_events).tolist()
         maxima: dict[int, list[LocatedMaximum]] = {}
         for k in np.flatnonzero(candidates).tolist():
             if int(segments.number[k]) in self.other_states:
                 continue  # its events are to be located first
-            segment = segments.segment(k, self._corrector, estimate.measured)
             found, lost = None, 0
-            if last or not is_doubtful[k]:
-                found, lost = self._locate(segment, segments, estimate, k)
-            if found is None or (lost and not last):
-                middle = self._dividing_point(segment, segments, k)
-                if middle is not None:
-                    middles[k] = middle
-                    continue
-                if int(segments.number[k]) in self.other_states:
-                    continue
+            if batch.is_last or not is_doubtful[k]:
+                found, lost = self._locate(batch, estimate, k)
+            if (found is None or lost) and batch.divide(k, dividing[k]):
+                continue
+            if int(segments.number[k]) in self.other_states:
+                continue
             if found is None:
-                found, lost = self._locate(segment, segments, estimate, k)
+                found, lost = self._locate(batch, estimate, k)
             maxima[k] = found
             self.lost += lost
-        for k in [] if last else self._with_hidden_maxima(segments, maxima):
-            segment = segments.segment(k, self._corrector, estimate.measured)
-            middle = self._dividing_point(segment, segments, k)
-            if middle is not None:
-                middles[k] = middle
+        for k in [] if batch.is_last else self._with_hidden_maxima(batch, maxima):
+            if batch.divide(k, dividing[k]):
                 del maxima[k]
         for k, located in maxima.items():
             begin, width = float(segments.begin[k]), float(segments.width[k])
@@ -95,30 +77,9 @@ class Maxima:
                 maximum._replace(share=begin + width * maximum.share) for maximum in located
             ]
             self._maxima.setdefault(int(segments.number[k]), []).extend(resolved)
-        if not middles:
-            return []
-        parents = segments.take(list(middles))
-        middle = Slopes.of(self._problem, PathState.stacked(list(middles.values())))
-        return [self._divide(parents, _dividing_share(parents.switch_events), middle)]
-
-    def _divide(
-        self, segments: Segments[Slopes], share: FloatArray, at: Slopes
-    ) -> Segments[Slopes]:
-        scale = np.array([self._corrector.curve.scale(state) for state in at.state])
-        return segments.divided(share, at, scale)
-
-    def _dividing_point(
-        self, segment: Segment, segments: Segments[Slopes], k: int
-    ) -> PathState | None:
-        """A solution that divides one segment, None where there is none."""
-        solution = segment.solve_between(float(_dividing_share(segments.switch_events[k])))
-        if solution is not None and segment.other_states and not self._ignore_states:
-            self.other_states[int(segments.number[k])] = float(solution.state[-1])
-            return None
-        return solution
 
     def _with_hidden_maxima(
-        self, segments: Segments[Slopes], maxima: dict[int, list[LocatedMaximum]]
+        self, batch: Batch, maxima: dict[int, list[LocatedMaximum]]
     ) -> list[int]:
         """Indices of segments where the slope may change its sign again beside a smooth maximum."""
         smooth = [
@@ -136,9 +97,11 @@ class Maxima:
                 *((maximum.share, maximum.dofs[0]) for maximum in smooth_maxima), strict=True
             )
         )
-        at = Slopes.stacked([maximum.at for maximum in smooth_maxima])
-        halves = self._divide(segments.take(list(number)), share, at)
-        estimate = estimate_slopes(self._problem, halves, self._per_dof)
+        at = PathState.stacked([maximum.at for maximum in smooth_maxima])
+        curve = self.corrector.curve
+        halves = batch.segments.take(list(number)).divided(curve, share, at)
+        measured = measure(curve.single_valued, halves.left, halves.right, halves.scale)
+        estimate = estimate_slopes(self._problem, halves, measured, self._per_dof)
         rows = np.arange(len(smooth_maxima))
         single = estimate.rises_to(rows, dof)
         single &= estimate.falls_from(rows + len(smooth_maxima), dof)
@@ -147,10 +110,11 @@ class Maxima:
         )
 
     def _locate(
-        self, segment: Segment, segments: Segments[Slopes], estimate: SlopeEstimate, k: int
+        self, batch: Batch, estimate: SlopeEstimate, k: int
     ) -> tuple[list[LocatedMaximum], int]:
         """The maxima in a segment, and the number of those not located."""
-        left, right, switch_events = segments.left[k], segments.right[k], segments.switch_events[k]
+        segment, switch_events = batch.segment(k), batch.segments.switch_events[k]
+        left, right = estimate.left[k], estimate.right[k]
         height = np.maximum(left.amplitude, right.amplitude)
         turning_dofs = np.flatnonzero(estimate.turns[k])
         maxima: list[LocatedMaximum] = []

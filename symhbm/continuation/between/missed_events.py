@@ -11,13 +11,13 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from symhbm.balance import BalancedContacts, HarmonicBalance
+from symhbm.continuation.between.doubt import Batch, Doubt
 from symhbm.continuation.between.interpolation_error import value_errors
 from symhbm.continuation.between.segments import Segments
-from symhbm.continuation.between.slopes import Slopes
 from symhbm.continuation.correctors import BEYOND, Corrector
 from symhbm.continuation.point import PathPoint
 from symhbm.continuation.problem import ContinuationProblem
-from symhbm.continuation.segment import Measure, PathState, measure
+from symhbm.continuation.segment import Measure
 from symhbm.numerics import FloatArray
 from symhbm.numerics.loops import Loop, interpolation
 
@@ -26,52 +26,27 @@ _ERROR_PROFILE = (4 * _SHARES * (1 - _SHARES)) ** 2
 """Error of a cubic along a segment over its maximum."""
 _SAMPLES = 16
 """Angles per period of the highest harmonic at which relative motions are evaluated."""
-_BATCH_SIZE = 2**20
-"""Contact motions, by angles, evaluated at once, which bounds the memory."""
-_MAX_DEPTH = 6
 
 
-def find_missed_events(
-    points: list[PathPoint], corrector: Corrector, path_segments: Segments[Slopes]
-) -> tuple[dict[int, float], Segments[PathState]]:
-    """Parameter values where a contact is in another state than after the path point before.
+class MissedEvents(Doubt):
+    """Contact events between the points of a path that its steps passed over."""
 
-    By the index of that point. Also the segments of the path, divided where that was in doubt.
-    """
-    problem, curve = corrector.curve.problem, corrector.curve
-    segments = path_segments.bare()
-    if len(points) < 2 or not len(points[0].margins):
-        return {}, segments
-    estimates = _Estimates.of(curve, points)
-    samples = problem.basis.highest if problem.basis.n_components > 2 else 1
-    size = len(_SHARES) * len(points[0].margins) * _SAMPLES * samples
-    missed: dict[int, float] = {}
-    whole: list[Segments[PathState]] = []
-    for _ in range(_MAX_DEPTH):
-        divided, middles = [], []
-        for batch in segments.batches(max(_BATCH_SIZE // size, 1)):
-            measured = measure(curve.single_valued, batch.left, batch.right, batch.scale)
-            shares = _doubtful_shares(problem, batch, measured, estimates)
-            parents = []
-            for k in np.flatnonzero(shares).tolist():
-                if int(batch.number[k]) in missed:
-                    continue
-                segment = batch.segment(k, corrector, measured)
-                middle = segment.solve_between(float(shares[k])) if segment.length > 0 else None
-                if middle is not None and segment.other_states:
-                    missed[int(batch.number[k])] = float(middle.state[-1])
-                elif middle is not None:
-                    parents.append(k)
-                    middles.append(middle)
-            whole.append(batch.take(np.delete(np.arange(len(shares)), parents)))
-            divided.append((batch.take(parents), shares[parents]))
-        if not middles:
-            return missed, Segments.joined([segments.take(slice(0)), *whole])
-        parts, dividing = zip(*divided, strict=True)
-        middle = PathState.stacked(middles)
-        scale = np.array([curve.scale(state) for state in middle.state])
-        segments = Segments.joined(parts).divided(np.concatenate(dividing), middle, scale)
-    return missed, Segments.joined([*whole, segments])
+    def __init__(self, points: list[PathPoint], corrector: Corrector):
+        super().__init__(corrector)
+        basis, n_switches = corrector.curve.problem.basis, len(points[0].margins)
+        samples = _SAMPLES * (basis.highest if basis.n_components > 2 else 1)
+        self.numbers = max(len(_SHARES) * n_switches * samples, 1)
+        self._estimates = _Estimates.of(corrector.curve, points) if n_switches else None
+
+    def look_at(self, batch: Batch) -> None:
+        """Divide segments at which a contact may pass its limit."""
+        if self._estimates is None:
+            return
+        given = batch.segments, batch.measured, self._estimates
+        shares = _doubtful_shares(self.corrector.curve.problem, *given)
+        for k in np.flatnonzero(shares).tolist():
+            if int(batch.segments.number[k]) not in self.other_states:
+                batch.divide(k, float(shares[k]))
 
 
 class _Estimates(NamedTuple):
@@ -105,7 +80,7 @@ class _Estimates(NamedTuple):
 
 def _doubtful_shares(
     problem: HarmonicBalance,
-    segments: Segments[PathState],
+    segments: Segments,
     measured: Measure,
     estimates: _Estimates,
 ) -> FloatArray:
@@ -150,9 +125,7 @@ def _most_beyond(
                     farthest, shares[i] = outward, _SHARES[h]
 
 
-def _motion_errors(
-    problem: HarmonicBalance, segments: Segments[PathState], measured: Measure
-) -> FloatArray:
+def _motion_errors(problem: HarmonicBalance, segments: Segments, measured: Measure) -> FloatArray:
     """Error bounds of interpolated relative motions, (n, n_rows, n_components) [m]."""
     around = segments.before, segments.left, segments.right, segments.after
     states, directions = zip(*((at.state, at.direction) for at in around), strict=True)

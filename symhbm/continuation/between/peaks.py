@@ -18,7 +18,7 @@ import numpy as np
 from symhbm.balance import HarmonicBalance
 from symhbm.continuation.between.located_maximum import CORNER_JUMP, LocatedMaximum, PeakKind
 from symhbm.continuation.between.maxima import Maxima
-from symhbm.continuation.between.missed_events import find_missed_events
+from symhbm.continuation.between.missed_events import MissedEvents
 from symhbm.continuation.between.segments import Segments
 from symhbm.continuation.between.slopes import FLAT_SLOPE, Slopes, amplitude_and_slope, leading
 from symhbm.continuation.correctors import Corrected, Corrector
@@ -72,21 +72,19 @@ def locate_peaks(
         return LocatedPeaks([], {}, 0, {})
     peak_list = _PeakList(corrector, per_dof)
     problem = corrector.curve.problem
+    maxima, segments = Maxima(corrector, per_dof, ignore_states), Segments.of(points)
+    if not ignore_states:
+        missed = MissedEvents(points, corrector)
+        segments = missed.settled(segments)
+        maxima.other_states |= missed.other_states
+    if not corrector.curve.peaked:
+        return LocatedPeaks([], {}, 0, maxima.other_states)
     state = np.array([point.state for point in points])
     before, after = (
         Slopes.of(problem, PathState(state, np.array([getattr(p, name) for p in points])))
         for name in ("before", "after")
     )
     peak_list.at_events(points, before, after)
-    maxima = Maxima(corrector, per_dof, ignore_states)
-    segments = Segments.of(points, before, after)
-    if not ignore_states:
-        missed, divided = find_missed_events(points, corrector, segments)
-        maxima.other_states |= missed
-        left, right = (Slopes.of(problem, at) for at in (divided.left, divided.right))
-        segments = divided.with_ends(left, right)
-    if not corrector.curve.peaked:
-        return LocatedPeaks([], {}, 0, maxima.other_states)
     located = maxima.between(segments)
     between = {}
     for i, maxima_between in located.items():

@@ -1,52 +1,55 @@
 """Segments between the points of a path as arrays, and their division."""
 
 from collections.abc import Sequence
-from typing import Any, Generic, NamedTuple, Self, TypeVar
+from typing import Any, NamedTuple, Self
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.continuation.correctors import Corrector
 from symhbm.continuation.point import UNBOUNDED_AMPLIFICATION, PathPoint
+from symhbm.continuation.problem import ContinuationProblem
 from symhbm.continuation.segment import Measure, PathState, Segment
 from symhbm.numerics import FloatArray
 
-At = TypeVar("At", bound=PathState)
-Other = TypeVar("Other", bound=PathState)
 
-
-class Segments(NamedTuple, Generic[At]):
+class Segments(NamedTuple):
     """Segments of a path without an event in between, arrays along the first axis.
 
     ``number`` (n,) is the index of the path point before each; ``begin`` and ``width`` (n,) are
     shares of the distance from that point to the next. ``left`` and ``right`` are the solutions at
     both ends; ``before`` and ``after`` those next to them, NaN where there are none or an event
     lies between. ``scale`` is (n, n_unknowns + 1), ``slip_events`` (n, 2) tells at which end slip
-    begins or ends, ``switches`` (n, n_contacts) holds the contact states.
+    begins or ends, ``folds`` (n, 2) which are smooth folds, ``switches`` (n, n_contacts) holds the
+    contact states.
     """
 
     number: NDArray[np.intp]
     begin: FloatArray
     width: FloatArray
-    left: At
-    right: At
+    left: PathState
+    right: PathState
     before: PathState
     after: PathState
     scale: FloatArray
     switch_events: NDArray[np.bool_]
+    folds: NDArray[np.bool_]
     switches: NDArray[np.bool_]
 
     @classmethod
-    def of(cls, points: Sequence[PathPoint], before: At, after: At) -> Self:
-        """The segments between consecutive points, without those of unbounded amplification.
-
-        ``before`` and ``after`` are the points with their tangents on either side.
-        """
+    def of(cls, points: Sequence[PathPoint]) -> Self:
+        """The segments between consecutive points, without those of unbounded amplification."""
+        state, before, after = (
+            np.array([getattr(point, name) for point in points])
+            for name in ("state", "before", "after")
+        )
+        before, after = PathState(state, before), PathState(state, after)
         smooth = ~np.array([bool(point.events) for point in points])
         onset, end = (
             np.array([any(event.turns_on is on for event in p.events) for p in points])
             for on in (True, False)
         )
+        folds = np.array([point.is_smooth_fold for point in points])
         unbounded = np.array([p.amplification > UNBOUNDED_AMPLIFICATION for p in points])
         count = len(points) - 1
         segments = cls(
@@ -59,6 +62,7 @@ class Segments(NamedTuple, Generic[At]):
             after=_neighbours(before, smooth[1:], np.arange(2, count + 2)),
             scale=np.array([point.scale for point in points[:-1]]),
             switch_events=np.stack([onset[:-1], end[1:]], axis=-1),
+            folds=np.stack([folds[:-1], folds[1:]], axis=-1),
             switches=np.array([point.switches for point in points[:-1]]),
         )
         return segments.take(~(unbounded[:-1] | unbounded[1:]))
@@ -74,37 +78,27 @@ class Segments(NamedTuple, Generic[At]):
 
     def segment(self, index: int, corrector: Corrector, measured: Measure) -> Segment:
         """One segment, with a corrector."""
-        left, right = (
-            PathState(e.state[index], e.direction[index]) for e in (self.left, self.right)
-        )
         given = self.switches[index], self.scale[index], measured.take(index)
-        return Segment(corrector, left, right, *given)
+        return Segment(corrector, self.left[index], self.right[index], *given)
 
-    def with_ends(self, left: Other, right: Other) -> "Segments[Other]":
-        """The same with other descriptions of their ends."""
-        given: Any = self._replace(left=left, right=right)  # type: ignore[arg-type]
-        return given
-
-    def bare(self) -> "Segments[PathState]":
-        """The same with solutions and tangents alone at their ends."""
-        return self.with_ends(self.left.bare(), self.right.bare())
-
-    def divided(self, share: FloatArray, middle: At, scale: FloatArray) -> Self:
+    def divided(self, curve: ContinuationProblem, share: FloatArray, middle: PathState) -> Self:
         """Both parts of each segment, divided at solutions ``middle`` at a ``share`` (n,) of it."""
-        inner = np.zeros(len(share), dtype=bool)
+        ends, folds = self.switch_events, self.folds
         first = self._replace(
             width=self.width * share,
             right=middle,
-            after=self.right.bare(),
-            switch_events=np.stack([self.switch_events[:, 0], inner], axis=-1),
+            after=self.right,
+            switch_events=ends & [True, False],
+            folds=folds & [True, False],
         )
         second = self._replace(
             begin=self.begin + self.width * share,
             width=self.width * (1 - share),
             left=middle,
-            before=self.left.bare(),
-            scale=scale,
-            switch_events=np.stack([inner, self.switch_events[:, 1]], axis=-1),
+            before=self.left,
+            scale=np.array([curve.scale(state) for state in middle.state]),
+            switch_events=ends & [False, True],
+            folds=folds & [False, True],
         )
         return self.joined([first, second])
 

@@ -13,14 +13,14 @@ from symhbm.balance import HarmonicBalance
 from symhbm.continuation.between.interpolation_error import slope_errors
 from symhbm.continuation.between.segments import Segments
 from symhbm.continuation.between.slopes import FLAT_SLOPE, TIE, Slopes, amplitude_and_slope
-from symhbm.continuation.segment import Measure, ahead, measure
+from symhbm.continuation.segment import Measure, ahead
 from symhbm.numerics import FloatArray
 from symhbm.numerics.loops import Loop, interpolation
 
 _MIN_SHARE = 0.95
 """Share of the largest response that another one must reach to be examined."""
 _SHARES = np.arange(1, 16) / 16
-_N_SLOPES = len(_SHARES) + 2
+N_SLOPES = len(_SHARES) + 2
 _MAX_SIGN_RANGE = 4
 """Samples within which a change of sign counts as a single one."""
 _SMALL_SLOPE = 0.1
@@ -34,14 +34,15 @@ class SlopeEstimate(NamedTuple):
     points are needed to tell. Both are false for responses that are not examined: those that stay
     below the largest one, and those that equal one before them at both ends. ``slopes``
     (n, n_shares, n_dof) run from one end to the other, ``error`` (n, n_dof) bounds their errors,
-    per unit of length as ``measured``.
+    per unit of length as of `Measure`. ``left`` and ``right`` are both ends.
     """
 
     turns: NDArray[np.bool_]
     is_doubtful: NDArray[np.bool_]
     slopes: FloatArray
     error: FloatArray
-    measured: Measure
+    left: Slopes
+    right: Slopes
 
     def falls_from(self, segment: Any, dof: Any) -> NDArray[np.bool_]:
         """Whether an amplitude surely falls all along from the left end of a segment."""
@@ -59,11 +60,11 @@ class SlopeEstimate(NamedTuple):
 
 
 def estimate_slopes(
-    problem: HarmonicBalance, segments: Segments[Slopes], per_dof: bool = False
+    problem: HarmonicBalance, segments: Segments, measured: Measure, per_dof: bool = False
 ) -> SlopeEstimate:
     """Slopes of the largest amplitude in segments, or of each one ``per_dof``."""
-    left, right, scale = segments.left, segments.right, segments.scale
-    measured = measure(problem.single_valued, left, right, scale)
+    left, right = (Slopes.of(problem, end) for end in (segments.left, segments.right))
+    scale = segments.scale
     around = segments.before, left, right, segments.after
     (n, n_dof), n_shares = left.amplitude.shape, len(_SHARES)
     error = np.zeros((n, n_dof))
@@ -81,14 +82,14 @@ def estimate_slopes(
     interpolation.differentiate(*ends, _SHARES, rates)
     amplitudes, inside = amplitude_and_slope(problem, motions, rates)
     ends = (left.amplitude, right.amplitude), (left.slope, right.slope)
-    slopes = np.empty((n, _N_SLOPES, n_dof))
+    slopes = np.empty((n, N_SLOPES, n_dof))
     turns, is_doubtful = np.empty((2, n, n_dof), dtype=bool)
     tangents = left.direction, right.direction
     metric = measured.normal, measured.length, scale
     _write_slopes(*ends, tangents, *metric, inside, segments.switch_events, slopes)
     given = ends[0], amplitudes, slopes, error, measured.length, segments.switch_events, per_dof
     _judge(*given, turns, is_doubtful)
-    return SlopeEstimate(turns, is_doubtful, slopes, error, measured)
+    return SlopeEstimate(turns, is_doubtful, slopes, error, left, right)
 
 
 def _peaking(problem: HarmonicBalance, motions: FloatArray) -> FloatArray:

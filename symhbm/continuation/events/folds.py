@@ -4,11 +4,10 @@ import numpy as np
 
 from symhbm.continuation.correctors import Corrector
 from symhbm.continuation.point import PathPoint
-from symhbm.continuation.segment import PathState, Segment
+from symhbm.continuation.segment import MAX_DEPTH, PathState, Segment
 
 _SHARES = np.arange(17) / 16
 """Shares of a segment at which the interpolated path tells whether it turns back."""
-_MAX_DEPTH = 8
 _NEARLY = 0.3
 """Slope of the parameter, over the larger one at the ends, below which two folds may hide."""
 _STEEP = 0.01
@@ -53,6 +52,6 @@ def _folds(segment: Segment, component: int, depth: int) -> list[PathState]:
     ends = abs(advance[0]), abs(advance[-1])
     dips = slowest < _DIP * min(ends) or min(ends) < _STEEP * max(ends)
     nearly = not turned and dips and slowest < _NEARLY * max(ends)
-    if (turns > turned or nearly) and depth < _MAX_DEPTH:
+    if (turns > turned or nearly) and depth < MAX_DEPTH:
         return [f for half in segment.halves() for f in _folds(half, component, depth + 1)]
     return [segment.zero(lambda at: at.direction[component])] if turned else []

@@ -14,7 +14,7 @@ from symhbm.continuation.events import find_folds
 from symhbm.continuation.following import follow_with
 from symhbm.continuation.newton import NewtonResult, newton
 from symhbm.continuation.point import Event, EventKind, PathPoint
-from symhbm.continuation.segment import Segment
+from symhbm.continuation.segment import MAX_DEPTH, Segment
 from symhbm.continuation.status import Status
 from symhbm.continuation.unforced.linear_modes import LinearMode, mode_start
 from symhbm.continuation.unforced.mode_over_parameter import ModeOverParameterProblem
@@ -28,7 +28,6 @@ _NEAR = 1.5
 _STRAIGHT = 2e-3
 """Error of lines between points, relative to the frequency and to the largest damping ratio."""
 _SHARES = np.array([0.25, 0.5, 0.75])
-_MAX_HALVINGS = 6
 _CONSTANT = 1e-6
 """Slope of a damping ratio by the arc length that errors of tangents explain."""
 
@@ -134,7 +133,7 @@ def _filled(corrector: Corrector, points: list[PathPoint]) -> list[PathPoint]:
     allowed = _STRAIGHT * np.array([0.0, max(ratios, default=0.0)])
     for left, right in pairwise(points):
         allowed[0] = _STRAIGHT * left.state[places[0]]
-        result += _between(corrector, left, right, places, allowed, _MAX_HALVINGS)
+        result += _between(corrector, left, right, places, allowed, MAX_DEPTH)
         result.append(right)
     return result
 

@@ -8,7 +8,7 @@ from typing import NamedTuple
 import numpy as np
 
 from symhbm.continuation import Branch, Event, PathPoint, PathState, Status
-from symhbm.continuation.between import Peak, amplitude_and_slope, is_smooth_fold, leading
+from symhbm.continuation.between import Peak, amplitude_and_slope, leading
 from symhbm.numerics import FloatArray
 from symhbm.response.accuracy.truncation import SMALLEST, Truncation
 
@@ -41,7 +41,7 @@ class Solution(NamedTuple):
     def of(cls, point: PathPoint, level: int, truncation: Truncation) -> "Solution":
         """The solution at a point of a path."""
         tangents = point.before, point.after
-        if point.events and is_smooth_fold(point):
+        if point.events and point.is_smooth_fold:
             tangents = tuple(np.append(tangent[:-1], 0.0) for tangent in tangents)
         solution = point.value, level, point.unknowns, truncation.error
         return cls(*solution, point.solves, tangents, point.events, truncation.normal)
