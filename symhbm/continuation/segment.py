@@ -8,7 +8,6 @@ import math
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, fields
 from functools import cache
-from itertools import pairwise
 from typing import Any, NamedTuple, Self
 
 import numpy as np
@@ -20,8 +19,6 @@ from symhbm.continuation.point import PathPoint
 from symhbm.numerics import FloatArray, bracketed_root, first_zero
 from symhbm.numerics.loops import Loop, interpolation
 
-MAX_DEPTH = 12
-"""Most times that a segment is divided to find what lies in it."""
 _ACROSS = 0.5
 """Cosine of half the angle between both tangents below which their mean is no normal of planes."""
 _LEAST_AHEAD = 1e-3
@@ -235,11 +232,6 @@ class Segment:
                 raise ArithmeticError("the path between two points cannot be solved for")
             self._known[share] = solution
         return self._known[share]
-
-    def halves(self) -> "list[Segment]":
-        """Both parts beside the solution at half of the length. Raises as `at`."""
-        ends = pairwise((self.left, self.at(0.5), self.right))
-        return [Segment(self.corrector, *pair, self.switches) for pair in ends]
 
     def zero(
         self, value: Callable[[PathState], float], low: float = 0.0, high: float = 1.0

@@ -40,12 +40,14 @@ from symhbm.numerics.interpolation import (
     first_zero,
 )
 from symhbm.numerics.machine_code import to_machine_code
+from symhbm.numerics.refinement import MAX_DEPTH, refined
 from symhbm.numerics.roots import MACHINE, bracketed_root, monotone_root
 from symhbm.numerics.threads import on_one_thread
 
 __all__ = [
     "DENSE_LIMIT",
     "MACHINE",
+    "MAX_DEPTH",
     "RADIANS",
     "Assembly",
     "Compiled",
@@ -78,6 +80,7 @@ __all__ = [
     "monotone_root",
     "negative_eigenvalues",
     "on_one_thread",
+    "refined",
     "relative_difference",
     "saddle",
     "sparsity_of",

@@ -10,7 +10,8 @@ import numpy as np
 
 from symhbm.continuation.between.segments import Segments
 from symhbm.continuation.correctors import Corrector
-from symhbm.continuation.segment import MAX_DEPTH, PathState, Segment, measure
+from symhbm.continuation.segment import PathState, Segment, measure
+from symhbm.numerics import MAX_DEPTH
 
 _BATCH_SIZE = 2**20
 """Numbers evaluated at once, which bounds the memory of large structures."""

@@ -1,10 +1,14 @@
 """Folds of a path, where it turns back in its parameter, or in one of its unknowns."""
 
+import math
+from itertools import pairwise
+
 import numpy as np
 
 from symhbm.continuation.correctors import Corrector
 from symhbm.continuation.point import PathPoint
-from symhbm.continuation.segment import MAX_DEPTH, PathState, Segment
+from symhbm.continuation.segment import PathState, Segment
+from symhbm.numerics import refined
 
 _SHARES = np.arange(17) / 16
 """Shares of a segment at which the interpolated path tells whether it turns back."""
@@ -26,8 +30,21 @@ def find_folds(
     opposite sign. None if a solution in between cannot be found, as the points are then too far
     apart.
     """
+
+    def between(first: PathState, last: PathState) -> Segment:
+        return Segment(corrector, first, last, left.switches)
+
+    def middle(first: PathState, last: PathState) -> PathState | None:
+        segment = between(first, last)
+        return segment.at(0.5) if _may_hide(segment, component) else None
+
+    def advance(at: PathState) -> float:
+        return float(at.direction[component])
+
+    ends = PathState(left.state, left.after), PathState(right.state, right.before)
     try:
-        return _folds(Segment.of(corrector, left, right), component, 0)
+        pairs = pairwise(refined(ends, middle))
+        return [between(*pair).zero(advance) for pair in pairs if math.prod(map(advance, pair)) < 0]
     except ArithmeticError:
         return None
 
@@ -42,16 +59,14 @@ def goes_between(corrector: Corrector, left: PathPoint, right: PathPoint, error:
     return middle is not None and middle.error <= error
 
 
-def _folds(segment: Segment, component: int, depth: int) -> list[PathState]:
-    left, right = segment.left, segment.right
+def _may_hide(segment: Segment, component: int) -> bool:
+    """Whether more folds may lie in a segment than the one that slopes at its ends tell."""
     advance = segment.interpolate(_SHARES)[1][:, component]
     turns = np.count_nonzero(advance[1:] * advance[:-1] < 0)
-    turned = left.direction[component] * right.direction[component] < 0
+    turned = segment.left.direction[component] * segment.right.direction[component] < 0
     slowest = np.abs(advance[1:-1]).min()
     # Near two folds, or near a cusp, the interpolated path need not turn where the path does.
     ends = abs(advance[0]), abs(advance[-1])
     dips = slowest < _DIP * min(ends) or min(ends) < _STEEP * max(ends)
     nearly = not turned and dips and slowest < _NEARLY * max(ends)
-    if (turns > turned or nearly) and depth < MAX_DEPTH:
-        return [f for half in segment.halves() for f in _folds(half, component, depth + 1)]
-    return [segment.zero(lambda at: at.direction[component])] if turned else []
+    return bool(turns > turned or nearly)

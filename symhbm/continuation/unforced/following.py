@@ -14,12 +14,12 @@ from symhbm.continuation.events import find_folds
 from symhbm.continuation.following import follow_with
 from symhbm.continuation.newton import NewtonResult, newton
 from symhbm.continuation.point import Event, EventKind, PathPoint
-from symhbm.continuation.segment import MAX_DEPTH, Segment
+from symhbm.continuation.segment import Segment
 from symhbm.continuation.status import Status
 from symhbm.continuation.unforced.linear_modes import LinearMode, mode_start
 from symhbm.continuation.unforced.mode_over_parameter import ModeOverParameterProblem
 from symhbm.continuation.unforced.nonlinear_mode import NonlinearModeProblem
-from symhbm.numerics import FloatArray, on_one_thread
+from symhbm.numerics import on_one_thread, refined
 
 _LOWEST = 1e-2
 """Frequency over that of the linear mode below which a motion does not oscillate any more."""
@@ -126,41 +126,23 @@ def _sign(slope: float) -> int:
 
 def _filled(corrector: Corrector, points: list[PathPoint]) -> list[PathPoint]:
     """The points of a path, and those between them that straight lines need."""
-    curve, result = corrector.curve, points[:1]
+    curve = corrector.curve
     assert isinstance(curve, NonlinearModeProblem)
     places = [curve.problem.n_unknowns, curve.damping_place]
-    ratios = [abs(point.state[places[1]]) for point in points]
-    allowed = _STRAIGHT * np.array([0.0, max(ratios, default=0.0)])
-    for left, right in pairwise(points):
-        allowed[0] = _STRAIGHT * left.state[places[0]]
-        result += _between(corrector, left, right, places, allowed, MAX_DEPTH)
-        result.append(right)
-    return result
+    damping = max((abs(point.state[places[1]]) for point in points), default=0.0)
 
+    def middle(left: PathPoint, right: PathPoint) -> PathPoint | None:
+        segment = Segment.of(corrector, left, right)
+        curved = segment.interpolate(_SHARES)[0]
+        width = right.value - left.value
+        share = (curved[:, -1:] - left.value) / width if width else _SHARES[:, None]
+        line = left.state[places] + share * (right.state - left.state)[places]
+        allowed = _STRAIGHT * np.array([left.state[places[0]], damping])
+        if not segment.length > 0 or np.all(np.abs(curved[:, places] - line) <= allowed):
+            return None
+        solution = segment.corrected(0.5)
+        if solution is None or solution.crosses:
+            return None
+        return PathPoint.of(curve, solution, segment.scale, left.switches, 0)
 
-def _between(
-    corrector: Corrector,
-    left: PathPoint,
-    right: PathPoint,
-    places: list[int],
-    allowed: FloatArray,
-    halvings: int,
-) -> list[PathPoint]:
-    """Points between two others, until lines are as near to some unknowns as is ``allowed``."""
-    segment = Segment.of(corrector, left, right)
-    if not halvings or not segment.length > 0:
-        return []
-    curved = segment.interpolate(_SHARES)[0]
-    value = curved[:, -1:]
-    width = right.value - left.value
-    share = (value - left.value) / width if width else _SHARES[:, None]
-    line = left.state[places] + share * (right.state - left.state)[places]
-    if np.all(np.abs(curved[:, places] - line) <= allowed):
-        return []
-    solution = segment.corrected(0.5)
-    if solution is None or solution.crosses:
-        return []
-    middle = PathPoint.of(corrector.curve, solution, segment.scale, left.switches, 0)
-    rest = places, allowed, halvings - 1
-    before = _between(corrector, left, middle, *rest)
-    return [*before, middle, *_between(corrector, middle, right, *rest)]
+    return refined(points, middle)

@@ -13,14 +13,13 @@ amplitudes.
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
 
 from symhbm.continuation import EventKind, Status
 from symhbm.design.flutter.surface import ModeSurface, SurfacePoint
-from symhbm.numerics import FloatArray
+from symhbm.numerics import FloatArray, refined
 from symhbm.workers import progress_bar
 
 _COARSE = 9
@@ -186,21 +185,16 @@ class FlutterLimits:
         rows = [self.row(value) for value in values]
         sizes = [abs(limit.damping_ratio) for row in rows for limit in row.limits]
         allowed = _STRAIGHT * max(sizes, default=0.0)
-        for left, right in pairwise(rows):
-            self._refine(left, right, allowed, _MAX_HALVINGS)
-        return sorted(self.rows.values(), key=lambda row: row.value)
 
-    def _refine(self, left: Row, right: Row, allowed: float, halvings: int) -> None:
-        curved = any(
-            one.kind != other.kind or _bend(one, other) > allowed
-            for one, other in zip(left.limits, right.limits, strict=False)
-        )
-        broken = bool(left.limits) != bool(right.limits)
-        if not halvings or not (curved or broken):
-            return
-        middle = self.row((left.value + right.value) / 2)
-        self._refine(left, middle, allowed, halvings - 1)
-        self._refine(middle, right, allowed, halvings - 1)
+        def middle(left: Row, right: Row) -> Row | None:
+            needed = bool(left.limits) != bool(right.limits) or any(
+                one.kind != other.kind or _bend(one, other) > allowed
+                for one, other in zip(left.limits, right.limits, strict=False)
+            )
+            return self.row((left.value + right.value) / 2) if needed else None
+
+        refined(rows, middle, _MAX_HALVINGS)
+        return sorted(self.rows.values(), key=lambda row: row.value)
 
 
 def _bend(left: Limit, right: Limit) -> float:
