@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from symhbm.continuation.between import intermediate_solutions, missed_events, slope_estimate
-from symhbm.continuation.between.interpolation_error import OF_SLOPE, slope_errors, value_errors
+from symhbm.continuation.between.interpolation_error import OF_SLOPE, write_errors
 from symhbm.continuation.between.slopes import FLAT_SLOPE, TIE, _of_one_harmonic
 from symhbm.continuation.segment import PathState, _measure, measure
 from symhbm.numerics import amplitude_between, cubic_slope
@@ -101,18 +101,12 @@ def test_errors_of_interpolation(seed):
     measured = measure(False, *ends, scale)
     around = states, directions, measured.normal, measured.length, scale
     own = [tuple(np.ascontiguousarray(a[:, :-1]) for a in each) for each in (states, directions)]
-    components = 8 * 0.0962 * extrapolated(states, directions, *own, *around[2:])
-    expected = np.linalg.norm(components.reshape(5, 2, 2), axis=-1)
-    values, rates = (tuple(rng.normal(size=(5, 3)) for _ in range(4)) for _ in range(2))
-    of_values = 0.25 * np.abs(measured.length)
-    of_values = of_values * extrapolated(states, directions, values, rates, *around[2:])
-    for kind in (lambda loop: loop, plain):
-        error = np.empty((5, 2))
-        kind(slope_errors)(states, directions, *own, *around[2:], error)
-        np.testing.assert_allclose(error, expected, rtol=1e-8)
-        error = np.empty((5, 3))
-        kind(value_errors)(states, directions, values, rates, *around[2:], error)
-        np.testing.assert_allclose(error, of_values, rtol=1e-8, atol=1e-14)
+    for each in (own, [tuple(rng.normal(size=(5, 3)) for _ in range(4)) for _ in range(2)]):
+        expected = extrapolated(states, directions, *each, *around[2:])
+        for loop in (write_errors, plain(write_errors)):
+            error = np.empty(expected.shape)
+            loop(states, directions, *each, *around[2:], error)
+            np.testing.assert_allclose(error, expected, rtol=1e-8, atol=1e-14)
 
 
 @FEW

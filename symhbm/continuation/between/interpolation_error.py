@@ -5,11 +5,14 @@ far end of the segment. The difference from the actual slope measures the fourth
 """
 
 import math
+from collections.abc import Callable
 from typing import Any
 
 import numpy as np
 
-from symhbm.continuation.segment import ahead
+from symhbm.continuation.between.segments import Segments
+from symhbm.continuation.segment import Measure, ahead
+from symhbm.numerics import FloatArray
 from symhbm.numerics.loops import Loop, interpolation
 
 SAFETY_FACTOR = 8.0
@@ -121,8 +124,22 @@ def _one_sided(
     return abs(reach * (far_slope - expected))
 
 
+def errors_within(
+    segments: Segments, measured: Measure, quantities: Callable[[FloatArray], FloatArray]
+) -> FloatArray:
+    """`extrapolation_error` (n, m) of ``quantities`` (.., m), linear in solutions (.., size)."""
+    around = segments.before, segments.left, segments.right, segments.after
+    states, directions = zip(*((at.state, at.direction) for at in around), strict=True)
+    stacked = np.array([*states, *directions])
+    found = quantities(stacked.reshape(-1, stacked.shape[-1])).reshape(*stacked.shape[:2], -1)
+    of_each, error = tuple(np.ascontiguousarray(found)), np.empty(found.shape[1:])
+    metric = measured.normal, measured.length, segments.scale
+    write_errors(states, directions, of_each[:4], of_each[4:], *metric, error)
+    return error
+
+
 @Loop
-def slope_errors(
+def write_errors(
     states: tuple[Any, ...],
     directions: tuple[Any, ...],
     values: tuple[Any, ...],
@@ -132,58 +149,21 @@ def slope_errors(
     scale: Any,
     error: Any,
 ) -> None:
-    """Write error bounds (n, n_dof) of slopes of motions, per unit of length.
+    """Write `extrapolation_error` (n, m) of quantities, whose four ``values`` and ``rates`` are so.
 
-    ``states`` and ``directions`` are those of `describe`; ``values`` and ``rates`` are the
-    coefficients (n, n_dof n_components) of the motions and their derivatives at the same solutions;
-    ``normal`` and ``scale`` are (n, n_unknowns + 1), ``length`` (n, 1).
-    """
-    around, n_dof = np.empty(6), error.shape[1]
-    size = values[LEFT].shape[1] // n_dof
-    for i in range(len(error)):
-        describe(states, directions, i, normal[i], scale[i], around)
-        distance = length[i, 0] if length[i, 0] != 0 else 1.0
-        for j in range(n_dof):
-            square = 0.0
-            for k in range(j * size, (j + 1) * size):
-                square += _of_component(values, rates, i, k, around, distance) ** 2
-            error[i, j] = OF_SLOPE * math.sqrt(square)
-
-
-@Loop
-def value_errors(
-    states: tuple[Any, ...],
-    directions: tuple[Any, ...],
-    values: tuple[Any, ...],
-    rates: tuple[Any, ...],
-    normal: Any,
-    length: Any,
-    scale: Any,
-    error: Any,
-) -> None:
-    """Write error bounds (n, m) of quantities, whose four ``values`` and ``rates`` are (n, m).
-
-    The other arguments are those of `slope_errors`.
+    ``states`` and ``directions`` are those of `describe`; ``normal`` and ``scale`` are
+    (n, n_unknowns + 1), ``length`` (n, 1).
     """
     around = np.empty(6)
     for i in range(len(error)):
         describe(states, directions, i, normal[i], scale[i], around)
         distance = length[i, 0] if length[i, 0] != 0 else 1.0
         for k in range(error.shape[1]):
-            scaled = _of_component(values, rates, i, k, around, distance)
-            error[i, k] = OF_VALUE * abs(length[i, 0]) * scaled
-
-
-@Loop
-def _of_component(
-    values: tuple[Any, ...], rates: tuple[Any, ...], i: int, k: int, around: Any, length: float
-) -> float:
-    """`extrapolation_error` of one component of one segment."""
-    return extrapolation_error(
-        around,
-        length,
-        (values[BEFORE][i, k], rates[BEFORE][i, k]),
-        (values[LEFT][i, k], rates[LEFT][i, k]),
-        (values[RIGHT][i, k], rates[RIGHT][i, k]),
-        (values[AFTER][i, k], rates[AFTER][i, k]),
-    )
+            error[i, k] = extrapolation_error(
+                around,
+                distance,
+                (values[BEFORE][i, k], rates[BEFORE][i, k]),
+                (values[LEFT][i, k], rates[LEFT][i, k]),
+                (values[RIGHT][i, k], rates[RIGHT][i, k]),
+                (values[AFTER][i, k], rates[AFTER][i, k]),
+            )

@@ -12,7 +12,7 @@ import numpy as np
 
 from symhbm.balance import BalancedContacts, HarmonicBalance
 from symhbm.continuation.between.doubt import Batch, Doubt
-from symhbm.continuation.between.interpolation_error import value_errors
+from symhbm.continuation.between.interpolation_error import OF_VALUE, errors_within
 from symhbm.continuation.between.segments import Segments
 from symhbm.continuation.correctors import BEYOND, Corrector
 from symhbm.continuation.point import PathPoint
@@ -89,7 +89,10 @@ def _doubtful_shares(
     shape = len(segments.number), len(_SHARES)
     motions = np.empty((*shape, problem.n_unknowns))
     interpolation.interpolate(*ends, _SHARES, motions)
-    by_row = np.linalg.norm(_motion_errors(problem, segments, measured), axis=-1)
+    layout, n = problem.layout, problem.n_unknowns
+    by_component = errors_within(segments, measured, lambda at: layout.relative(at[:, :n]))
+    by_row = np.linalg.norm(by_component.reshape(shape[0], layout.n_rows, -1), axis=-1)
+    by_row *= OF_VALUE * np.abs(measured.length)
     sizes = problem.contacts.sizes_at_switches(by_row)
     error = np.where(segments.switches, -sizes, sizes)[:, None] * _ERROR_PROFILE[:, None]
     of_point = segments.number
@@ -123,17 +126,3 @@ def _most_beyond(
                 outward = off - within[i, h, k] if switches[i, k] else within[i, h, k] - off
                 if outward > farthest:
                     farthest, shares[i] = outward, _SHARES[h]
-
-
-def _motion_errors(problem: HarmonicBalance, segments: Segments, measured: Measure) -> FloatArray:
-    """Error bounds of interpolated relative motions, (n, n_rows, n_components) [m]."""
-    around = segments.before, segments.left, segments.right, segments.after
-    states, directions = zip(*((at.state, at.direction) for at in around), strict=True)
-    stacked = np.array([*states, *directions])[..., : problem.n_unknowns]
-    relative = np.ascontiguousarray(problem.layout.relative(stacked.reshape(-1, stacked.shape[-1])))
-    error = np.empty((len(segments.number), *relative.shape[1:]))
-    of_each = tuple(relative.reshape(8, len(error), -1))
-    metric = measured.normal, measured.length, segments.scale
-    flat = error.reshape(len(error), -1)
-    value_errors(states, directions, of_each[:4], of_each[4:], *metric, flat)
-    return error

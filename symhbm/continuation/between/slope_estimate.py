@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.balance import HarmonicBalance
-from symhbm.continuation.between.interpolation_error import slope_errors
+from symhbm.continuation.between.interpolation_error import OF_SLOPE, errors_within
 from symhbm.continuation.between.segments import Segments
 from symhbm.continuation.between.slopes import FLAT_SLOPE, TIE, Slopes, amplitude_and_slope
 from symhbm.continuation.segment import Measure, ahead
@@ -65,17 +65,13 @@ def estimate_slopes(
     """Slopes of the largest amplitude in segments, or of each one ``per_dof``."""
     left, right = (Slopes.of(problem, end) for end in (segments.left, segments.right))
     scale = segments.scale
-    around = segments.before, left, right, segments.after
     (n, n_dof), n_shares = left.amplitude.shape, len(_SHARES)
     error = np.zeros((n, n_dof))
     if problem.samples is None:  # else piecewise linear forces have corners at any resolution
-        states, directions = zip(*((at.state, at.direction) for at in around), strict=True)
-        values, rates = (
-            tuple(np.ascontiguousarray(_peaking(problem, at)) for at in each)
-            for each in (states, directions)
+        by_component = errors_within(
+            segments, measured, lambda at: problem.peaking(at[:, : problem.n_unknowns])
         )
-        metric = measured.normal, measured.length, scale
-        slope_errors(states, directions, values, rates, *metric, error)
+        error = OF_SLOPE * np.linalg.norm(by_component.reshape(n, n_dof, -1), axis=-1)
     motions, rates = np.empty((2, n, n_shares, problem.n_unknowns))
     ends = left.state, right.state, measured.left, measured.right
     interpolation.interpolate(*ends, _SHARES, motions)
@@ -90,11 +86,6 @@ def estimate_slopes(
     given = ends[0], amplitudes, slopes, error, measured.length, segments.switch_events, per_dof
     _judge(*given, turns, is_doubtful)
     return SlopeEstimate(turns, is_doubtful, slopes, error, left, right)
-
-
-def _peaking(problem: HarmonicBalance, motions: FloatArray) -> FloatArray:
-    """Coefficients (n, n_peaking n_components) of what has peaks."""
-    return problem.peaking(motions[:, : problem.n_unknowns]).reshape(len(motions), -1)
 
 
 @Loop
