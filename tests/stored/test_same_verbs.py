@@ -17,8 +17,8 @@ ROUND_OFF = ("residual", "mismatch", "error", "multiplier", "drift", "optimality
 """Parts of names of variables that are round-off, or of which round-off decides digits."""
 NO_SLOPE = 1e-16
 """Derivative of an optimum [m] that is 0 but for round-off."""
-DIGITS = re.compile(r"\d\.\d+e-1\d")
-"""Numbers of texts that are round-off."""
+DIGITS = re.compile(r"\d\.\d+e-1\d|\d+(?= stored points)")
+"""Numbers of texts that are round-off, or count points of paths, which may move."""
 
 
 @cache
