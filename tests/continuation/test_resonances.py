@@ -6,7 +6,7 @@ from scipy.linalg import eigh
 
 import symhbm as sh
 from studies import fig03_single_blade as fig03
-from symhbm.continuation.correctors.resonance_count import ResonanceCount
+from symhbm.continuation.correctors.resonance_count import counted
 from symhbm.continuation.events import modes, resonances
 from symhbm.continuation.following import follow_branch
 from symhbm.continuation.problem import ContinuationProblem, FrequencyProblem, ParameterProblem
@@ -93,7 +93,7 @@ def test_resonances_below_are_counted(size, harmonics):
         )
         mass, stiffness = model.mass_matrix.toarray(), model.stiffness_matrix.toarray()
         directions = model.directions.toarray()
-        count = ResonanceCount(FrequencyProblem(problem))
+        curve = FrequencyProblem(problem)
         natural = np.sqrt(eigh(stiffness, mass, eigvals_only=True))
         for _ in range(6):
             unknowns = 10.0 ** rng.uniform(-5, 0) * rng.normal(size=problem.n_unknowns)
@@ -108,7 +108,7 @@ def test_resonances_below_are_counted(size, harmonics):
                 whole = stiffness + (directions.T * spring) @ directions
                 squares = eigh(whole, mass, eigvals_only=True)
                 expected.append(np.count_nonzero(squares < (n * omega) ** 2))
-            assert count.below(unknowns, omega, friction) == tuple(expected)
+            assert counted(curve, np.append(unknowns, omega), friction)[0] == tuple(expected)
             several |= set(expected)
     assert len(several) > min(size, 4)
 
@@ -117,10 +117,11 @@ def test_resonances_below_are_counted(size, harmonics):
 def test_a_structure_without_contacts(harmonics):
     model = sh.Model(np.eye(2), 0.1 * np.eye(2), np.diag([1.0, 4.0]))
     curve = FrequencyProblem(sh.HarmonicBalance(model, sh.forces.PointForce(), harmonics))
-    count, unknowns = ResonanceCount(curve), np.ones(4 * len(harmonics))
+    unknowns = np.ones(4 * len(harmonics))
     for omega in (0.2, 0.5, 1.5, 2.5):
         expected = tuple((n * omega > 1) + (n * omega > 2) for n in harmonics)
-        assert count.below(unknowns, omega, curve.problem.locate(unknowns, omega)) == expected
+        states = curve.problem.locate(unknowns, omega)
+        assert counted(curve, np.append(unknowns, omega), states)[0] == expected
 
 
 def test_motions_without_inertia_add_none():
@@ -135,11 +136,11 @@ def test_motions_without_inertia_add_none():
         normal_load=1e9,
     )
     curve = FrequencyProblem(sh.HarmonicBalance(model, sh.forces.PointForce(), (1, 3)))
-    count, unknowns = ResonanceCount(curve), np.full(8, 1e-3)
+    unknowns = np.full(8, 1e-3)
     friction = curve.problem.locate(unknowns, 1.0)
     natural = np.sqrt(2e4)
     for share, expected in ((0.3, (0, 0)), (0.4, (0, 1)), (0.9, (0, 1)), (1.1, (1, 1))):
-        assert count.below(unknowns, share * natural, friction) == expected
+        assert counted(curve, np.append(unknowns, share * natural), friction)[0] == expected
 
 
 def ring(harmonics, load=10.0):
@@ -162,7 +163,7 @@ def test_of_a_sector_the_waves_of_its_harmonics_are_counted(harmonics):
     symmetry = problem.symmetry
     assert symmetry is not None
     model, omegas = problem.model, TURN * np.linspace(5, 400, 60)
-    count, rng = ResonanceCount(FrequencyProblem(problem)), np.random.default_rng(0)
+    curve, rng = FrequencyProblem(problem), np.random.default_rng(0)
     several = set()
     for omega in omegas:
         unknowns = 1e-4 * rng.normal(size=problem.n_unknowns)
@@ -174,7 +175,7 @@ def test_of_a_sector_the_waves_of_its_harmonics_are_counted(harmonics):
             stiffness = (wave.conj() @ (model.stiffness_matrix @ wave)).real
             stiffness += spring[0] * np.vdot(pull, pull).real
             expected.append(int(stiffness / 13 < (n * omega) ** 2))
-        assert count.below(unknowns, omega, friction) == tuple(expected)
+        assert counted(curve, np.append(unknowns, omega), friction)[0] == tuple(expected)
         several.add(tuple(expected))
     assert len(several) >= 1 + len(harmonics) // 2
 

@@ -26,7 +26,7 @@ from symhbm.continuation.correctors.constraints import (
 from symhbm.continuation.correctors.corrector import Corrector
 from symhbm.continuation.correctors.located import LocatedCorrector, is_located
 from symhbm.continuation.correctors.newton_graph import DONE, correction, is_generated, tangent
-from symhbm.continuation.correctors.resonance_count import ResonanceCount
+from symhbm.continuation.correctors.resonance_count import resonances_below
 from symhbm.continuation.correctors.stepwise import StepwiseCorrector
 from symhbm.continuation.problem import ContinuationProblem, FrequencyProblem
 from symhbm.numerics import DENSE_LIMIT, Compiled, FloatArray, to_machine_code
@@ -48,7 +48,6 @@ class CompiledCorrector(Corrector):
         for function in (self._correct, self._tangent):
             function.inputs[0][:] = np.concatenate([np.ravel(array) for array in arguments])
         self._n_switches = len(self._tangent.inputs[3])
-        self._count = ResonanceCount(curve)
         self._n_harmonics = sum(n > 0 for n in curve.problem.harmonics)
 
     def correct(
@@ -113,6 +112,7 @@ class CompiledCorrector(Corrector):
         end = len(of_contacts) - n
         # Closed forms of several harmonics (no contacts) count the resonances of all at once.
         springs = of_contacts[n:end].reshape(2, 1, -1).repeat(self._n_harmonics, axis=1)
+        at = self.curve.at(float(point[-1]))
         counted = below >= 0 and self._n_harmonics == 1
         return Corrected(
             point,
@@ -124,7 +124,7 @@ class CompiledCorrector(Corrector):
             of_contacts[:n],
             of_contacts[end:],
             crosses > 0,
-            (int(below) // 2,) if counted else self._count.below_with(springs[0], point[-1]),
+            (int(below) // 2,) if counted else resonances_below(*at, springs[0]),
             springs,
         )
 

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 from symhbm.balance import Equations
 from symhbm.continuation.correctors.bordered_system import SCALARS, located_system
 from symhbm.continuation.correctors.constraints import AtLimit, Constraint, Corrected, Hyperplane
+from symhbm.continuation.correctors.resonance_count import counted
 from symhbm.continuation.correctors.stepwise import StepwiseCorrector
 from symhbm.continuation.problem import ContinuationProblem, FrequencyProblem
 from symhbm.numerics import Assembly, Compiled, Factorisation, FloatArray
@@ -72,9 +73,8 @@ class LocatedCorrector(StepwiseCorrector):
         norm, _, amplification, error, _, crosses = values[:SCALARS].tolist()
         rate = self._limits(limits) @ direction
         margins = values[SCALARS:].copy()
-        below = self._count.below(point[:-1], point[-1], at)
         solution = point, direction, sign, norm, amplification, error, margins, rate
-        return Corrected(*solution, crosses > 0, below)
+        return Corrected(*solution, crosses > 0, *counted(self.curve, point, at))
 
 
 def is_located(curve: ContinuationProblem) -> bool:

@@ -4,8 +4,6 @@ With contacts of stiffness ``k``, a structure has as many natural frequencies be
 dynamic stiffness ``K + B' k B - s^2 M`` has negative eigenvalues (Sylvester's law of inertia).
 """
 
-from typing import Any
-
 import numpy as np
 from numpy.typing import NDArray
 
@@ -17,59 +15,52 @@ LARGEST_SIZE = 300
 """Number of degrees of freedom above which modes take longer to compute than the path."""
 
 
-class ResonanceCount:
-    """Counts the resonances below each harmonic above 0 at points of a curve."""
+def counted(
+    curve: ContinuationProblem, point: FloatArray, states: ContactStates
+) -> tuple[tuple[int, ...] | None, FloatArray | None]:
+    """The resonances below each harmonic at a point of a curve, and the springs of contacts there.
 
-    def __init__(self, curve: ContinuationProblem):
-        self._curve = curve
-        self._cached_model: tuple[Any, Any] = None, None
-        self._cached: list[NDArray] = []
+    None for a large structure, and of a motion that no force drives: it is at a resonance itself.
+    """
+    if curve.problem.n_dof > LARGEST_SIZE or not curve.driven:
+        return None, None
+    problem, frequency = curve.at(float(point[-1]))
+    springs = contact_springs(problem, point[:-1], frequency, states)
+    return resonances_below(problem, frequency, springs[0]), springs
 
-    def below(
-        self, unknowns: FloatArray, value: float, states: ContactStates
-    ) -> tuple[int, ...] | None:
-        """The count by harmonic, contacts replaced by springs; None for a large structure.
 
-        None, too, of a motion that no force drives: it is at a resonance itself.
-        """
-        if self._curve.problem.n_dof > LARGEST_SIZE or not self._curve.driven:
-            return None
-        problem, frequency = self._curve.at(value)
-        springs = contact_springs(problem, unknowns, frequency, states)
-        return self._below(problem, frequency, by_row(problem, springs[0]))
+def resonances_below(
+    problem: HarmonicBalance, frequency: float, springs: FloatArray
+) -> tuple[int, ...] | None:
+    """The count by harmonic above 0, contacts replaced by ``springs``; None for a large structure.
 
-    def below_with(self, springs: FloatArray, value: float) -> tuple[int, ...] | None:
-        """The same from the springs (n_harmonics, m^2 of each contact) [N/m]."""
-        problem, frequency = self._curve.at(value)
-        if problem.n_dof > LARGEST_SIZE:
-            return None
-        return self._below(problem, frequency, by_row(problem, springs))
+    Springs are (n_harmonics, m^2 of each contact) [N/m].
+    """
+    harmonics, model = [n for n in problem.harmonics if n > 0], problem.model
+    if problem.n_dof > LARGEST_SIZE:
+        return None
+    springs = by_row(problem, springs)
+    if not model.has_matrices:
+        pairs = zip(harmonics, springs, strict=True)
+        counts = [model.modes_below(n, frequency, spring) for n, spring in pairs]
+        return None if None in counts else tuple(counts)  # type: ignore[arg-type]
+    mass, stiffness, spread, directions = _by_harmonic(problem, harmonics)
+    square = (frequency * np.array(harmonics))[:, None, None] ** 2
+    dynamic = stiffness + _weighted(spread, springs) @ directions - square * mass
+    return tuple(map(negative_eigenvalues, dynamic))
 
-    def _below(
-        self, problem: HarmonicBalance, frequency: float, springs: FloatArray
-    ) -> tuple[int, ...] | None:
-        harmonics, model = [n for n in problem.harmonics if n > 0], problem.model
-        if not model.has_matrices:
-            pairs = zip(harmonics, springs, strict=True)
-            counts = [model.modes_below(n, frequency, spring) for n, spring in pairs]
-            return None if None in counts else tuple(counts)  # type: ignore[arg-type]
-        mass, stiffness, spread, directions = self._matrices(problem, harmonics)
-        square = (frequency * np.array(harmonics))[:, None, None] ** 2
-        dynamic = stiffness + _weighted(spread, springs) @ directions - square * mass
-        return tuple(map(negative_eigenvalues, dynamic))
 
-    def _matrices(self, problem: HarmonicBalance, harmonics: list[int]) -> list[NDArray]:
-        """Mass, stiffness, directions transposed and directions, by harmonic or one for all."""
-        model, symmetry = problem.model, problem.symmetry
-        current = model.mass_matrix, model.stiffness_matrix
-        if not all(a is b for a, b in zip(current, self._cached_model, strict=True)):
-            waves = [0] if symmetry is None else [symmetry.wave(n) for n in harmonics]
-            by_wave = [structure_matrices(problem, wave) for wave in waves]
-            mass, _, stiffness, directions = map(np.array, zip(*by_wave, strict=True))
-            stiffness = (stiffness + _adjoint(stiffness)) / 2
-            self._cached_model = current
-            self._cached = [mass, stiffness, _adjoint(directions), directions]
-        return self._cached
+def _by_harmonic(problem: HarmonicBalance, harmonics: list[int]) -> list[NDArray]:
+    """Mass, stiffness, directions transposed and directions, by harmonic or one for all."""
+    symmetry = problem.symmetry
+    waves = (0,) if symmetry is None else tuple(symmetry.wave(n) for n in harmonics)
+
+    def made() -> list[NDArray]:
+        by_wave = [structure_matrices(problem, wave) for wave in waves]
+        mass, _, stiffness, directions = map(np.array, zip(*by_wave, strict=True))
+        return [mass, (stiffness + _adjoint(stiffness)) / 2, _adjoint(directions), directions]
+
+    return problem.model.of_matrices(("by harmonic", symmetry, waves), made)
 
 
 def structure_matrices(problem: HarmonicBalance, wave: int) -> list[NDArray]:

@@ -14,18 +14,13 @@ from symhbm.continuation.correctors.constraints import (
 )
 from symhbm.continuation.correctors.corrector import Corrector
 from symhbm.continuation.correctors.newton_graph import MAX_CORRECTIONS, STAGNATION
-from symhbm.continuation.correctors.resonance_count import ResonanceCount
+from symhbm.continuation.correctors.resonance_count import counted
 from symhbm.continuation.newton import TOLERANCE
-from symhbm.continuation.problem import ContinuationProblem
 from symhbm.numerics import Factorisation, FloatArray, bordered, length_of
 
 
 class StepwiseCorrector(Corrector):
     """A `Corrector` of any curve: each step evaluates the equations and factorises a matrix."""
-
-    def __init__(self, curve: ContinuationProblem):
-        super().__init__(curve)
-        self._count = ResonanceCount(curve)
 
     def correct(
         self,
@@ -112,7 +107,7 @@ class StepwiseCorrector(Corrector):
             evaluation.states.margins,
             self.curve.margin_rate(evaluation, direction * scale),
             bool(crossed(evaluation.states.margins, switches).any()),
-            self._count.below(point[:-1], point[-1], evaluation.states),
+            *counted(self.curve, point, evaluation.states),
         )
 
     def _step(self, at: Any, scale: FloatArray) -> tuple[FloatArray | None, int]:
