@@ -128,38 +128,31 @@ def filled(branch: Branch) -> Branch:
     """
     if branch.curve.at_rest:
         return branch
-    corrector, per_dof, points, peaks = (
-        branch.corrector,
-        branch.per_dof,
-        branch.points,
-        branch.peaks,
-    )
-    follower, missed = Follower(corrector, per_dof, branch.rejected), 0
-    between, passed = solved_between(points, corrector, per_dof)
+    between, passed = solved_between(branch.points, branch.corrector, branch.per_dof)
+    missed = 0
     for _ in range(_MAX_DEPTH):
         if not passed:
             break
-        again = LocatedPeaks([], {}, missed, passed)
-        points, more_peaks, missed = follower.searched(points, again)
-        known = {(peak.value, peak.dof) for peak in peaks}
-        peaks = peaks + [peak for peak in more_peaks if (peak.value, peak.dof) not in known]
-        between, passed = solved_between(points, corrector, per_dof)
-    status, rejected = branch.status, follower.rejected
-    if (missed or passed) and status == Status.REACHED_END:
-        status = Status.PEAK_NOT_LOCATED
-    changes = dict(points=points, peaks=peaks, between=between, status=status, rejected=rejected)
-    return replace(branch, **changes)
+        branch, lost = _again(branch, passed)
+        missed += lost
+        between, passed = solved_between(branch.points, branch.corrector, branch.per_dof)
+    if (missed or passed) and branch.status == Status.REACHED_END:
+        branch = replace(branch, status=Status.PEAK_NOT_LOCATED)
+    return replace(branch, between=between)
 
 
 def followed_again(branch: Branch, passed: dict[int, float]) -> Branch:
     """A branch followed again through values that it ``passed`` over, by the point before."""
-    if not passed:
-        return branch
+    return _again(branch, passed)[0] if passed else branch
+
+
+def _again(branch: Branch, passed: dict[int, float]) -> tuple[Branch, int]:
+    """The same, and how many peaks could not be solved for."""
     follower = Follower(branch.corrector, branch.per_dof, branch.rejected)
-    points, peaks, _ = follower.searched(branch.points, LocatedPeaks([], {}, 0, passed))
+    points, peaks, missed = follower.searched(branch.points, LocatedPeaks([], {}, 0, passed))
     known = {(peak.value, peak.dof) for peak in branch.peaks}
     peaks = branch.peaks + [peak for peak in peaks if (peak.value, peak.dof) not in known]
-    return replace(branch, points=points, peaks=peaks, rejected=follower.rejected)
+    return replace(branch, points=points, peaks=peaks, rejected=follower.rejected), missed
 
 
 @dataclass

@@ -40,14 +40,13 @@ from symhbm.numerics.interpolation import (
     first_zero,
 )
 from symhbm.numerics.machine_code import to_machine_code
-from symhbm.numerics.refinement import MAX_DEPTH, refined
+from symhbm.numerics.refinement import refined
 from symhbm.numerics.roots import MACHINE, bracketed_root, monotone_root
 from symhbm.numerics.threads import on_one_thread
 
 __all__ = [
     "DENSE_LIMIT",
     "MACHINE",
-    "MAX_DEPTH",
     "RADIANS",
     "Assembly",
     "Compiled",

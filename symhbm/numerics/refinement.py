@@ -4,13 +4,13 @@ from collections.abc import Callable, Sequence
 from itertools import pairwise
 from typing import TypeVar
 
-MAX_DEPTH = 12
+_MAX_DEPTH = 8
 """Most times that what lies between two items is divided."""
 Item = TypeVar("Item")
 
 
 def refined(
-    items: Sequence[Item], middle: Callable[[Item, Item], Item | None], depth: int = MAX_DEPTH
+    items: Sequence[Item], middle: Callable[[Item, Item], Item | None], depth: int = _MAX_DEPTH
 ) -> list[Item]:
     """The items with others between them, each divided up to ``depth`` times.
 

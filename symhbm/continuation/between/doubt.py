@@ -1,7 +1,7 @@
 """Division of the segments of a path until it is known what lies between its points.
 
 A doubt looks at segments, a batch at a time, and asks for solutions within some of them. Both parts
-of these are looked at again, until none is left or a segment was halved `MAX_DEPTH` times.
+of these are looked at again, until none is left or a segment was divided as often as it may be.
 """
 
 from abc import ABC, abstractmethod
@@ -11,7 +11,6 @@ import numpy as np
 from symhbm.continuation.between.segments import Segments
 from symhbm.continuation.correctors import Corrector
 from symhbm.continuation.segment import PathState, Segment, measure
-from symhbm.numerics import MAX_DEPTH
 
 _BATCH_SIZE = 2**20
 """Numbers evaluated at once, which bounds the memory of large structures."""
@@ -54,10 +53,11 @@ class Doubt(ABC):
 
     ``other_states`` holds a parameter value where a contact is in another state than at both ends,
     by the index of the point before, unless ``ignore_states`` is set. ``numbers`` is how many
-    numbers it evaluates for one segment.
+    numbers it evaluates for one segment, ``depth`` how often that is divided at most.
     """
 
     numbers: int
+    depth = 12
 
     def __init__(self, corrector: Corrector, ignore_states: bool = False):
         self.corrector, self.ignore_states = corrector, ignore_states
@@ -74,10 +74,10 @@ class Doubt(ABC):
     def settled(self, segments: Segments) -> Segments:
         """The segments, divided until none is in doubt."""
         whole = [segments.take(slice(0))]
-        for depth in range(MAX_DEPTH + 1):
+        for depth in range(self.depth + 1):
             parts = []
             for some in segments.batches(max(_BATCH_SIZE // self.numbers, 1)):
-                batch = Batch(some, self, depth == MAX_DEPTH)
+                batch = Batch(some, self, depth == self.depth)
                 self.look_at(batch)
                 divided = [*batch.middles]
                 whole.append(some.take(np.delete(np.arange(len(some.number)), divided)))

@@ -29,7 +29,12 @@ _SAMPLES = 16
 
 
 class MissedEvents(Doubt):
-    """Contact events between the points of a path that its steps passed over."""
+    """Contact events between the points of a path that its steps passed over.
+
+    A margin that stays at its limit is in doubt in all parts of a segment, however short.
+    """
+
+    depth = 6
 
     def __init__(self, points: list[PathPoint], corrector: Corrector):
         super().__init__(corrector)
