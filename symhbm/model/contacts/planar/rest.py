@@ -16,137 +16,17 @@ from typing import Any
 
 import numpy as np
 
+from symhbm.model.contacts.planar.few_points import smallest_of
 from symhbm.model.contacts.planar.series import LAST_STEP, motion_at
 from symhbm.numerics import FloatArray
 from symhbm.numerics.loops import Loop
 
 _ROUNDS = 40
 _SETTLED = 1e-15
+_SAME = 1e-9
+"""Distance [rad] of two active instants that are one."""
 _FLAT = 1e-9
 """Relative curvature below which an active instant does not move: all of a circle are active."""
-
-
-@Loop
-def _worst(points: Any, count: int, x: float, y: float) -> Any:
-    """Which of the points (n, 3) of ``x``, ``y`` and ``r`` asks most, and how much."""
-    at, largest = 0, -np.inf
-    for i in range(count):
-        value = math.hypot(points[i, 0] - x, points[i, 1] - y) - points[i, 2]
-        if value > largest:
-            at, largest = i, value
-    return at, largest
-
-
-@Loop
-def _of_three(points: Any, i: int, j: int, k: int, out: Any) -> bool:
-    """The position that three points ask for as much, into ``out`` (3) with how much that is."""
-    ax, ay = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1]
-    bx, by = points[k, 0] - points[i, 0], points[k, 1] - points[i, 1]
-    determinant = ax * by - ay * bx
-    size = (abs(ax) + abs(ay)) * (abs(bx) + abs(by))
-    if abs(determinant) <= 1e-13 * size:
-        return False
-    # With rho = m + r of the first, q is linear in rho: differences of squared distances.
-    da, db = points[j, 2] - points[i, 2], points[k, 2] - points[i, 2]
-    ca, cb = 0.5 * (ax * ax + ay * ay - da * da), 0.5 * (bx * bx + by * by - db * db)
-    x0, y0 = (ca * by - cb * ay) / determinant, (ax * cb - bx * ca) / determinant
-    x1, y1 = -(da * by - db * ay) / determinant, -(ax * db - bx * da) / determinant
-    a, b, c = x1 * x1 + y1 * y1 - 1, x0 * x1 + y0 * y1, x0 * x0 + y0 * y0
-    root = b * b - a * c
-    if root < 0:
-        return False
-    root = math.sqrt(root)
-    found, least = False, np.inf
-    for sign in (-1.0, 1.0):
-        # Roots of a rho^2 + 2 b rho + c, without cancellation.
-        large = -b + sign * root
-        if abs(a) > 1e-14 and abs(large) > 0:
-            rho = large / a
-        elif -b - sign * root != 0:
-            rho = c / (-b - sign * root)
-        else:
-            continue
-        if rho < 0 or rho + da < 0 or rho + db < 0 or rho >= least:
-            continue
-        found, least = True, rho
-        out[0] = points[i, 0] + x0 + x1 * rho
-        out[1] = points[i, 1] + y0 + y1 * rho
-        out[2] = rho - points[i, 2]
-    return found
-
-
-@Loop
-def smallest_of(points: Any, count: int, basis: Any, out: Any) -> int:
-    """Solve the problem of a few points (n, 3): position and value into ``out`` (3).
-
-    ``basis`` (4) takes the numbers of the active ones; the result is how many they are.
-    """
-    tried = np.empty(3)
-    n = 1
-    basis[0] = 0
-    for i in range(count):
-        if points[i, 2] < points[basis[0], 2]:
-            basis[0] = i
-    out[0], out[1], out[2] = points[basis[0], 0], points[basis[0], 1], -points[basis[0], 2]
-    size = 0.0
-    for i in range(count):
-        apart = abs(points[i, 0] - out[0]) + abs(points[i, 1] - out[1])
-        size = max(size, apart + abs(points[i, 2]))
-    chosen = np.empty(4, dtype=np.int64)
-    for _ in range(10 * count + 20):
-        worst, value = _worst(points, count, out[0], out[1])
-        if value <= out[2] + 4e-16 * size:
-            break
-        basis[n] = worst
-        total = n + 1
-        before, best, members_of_best = out[2], np.inf, 0
-        for mask in range(1, 1 << total):
-            members = 0
-            for i in range(total):
-                if mask >> i & 1:
-                    if members < 3:
-                        chosen[members] = basis[i]
-                    members += 1
-            if members > 3:
-                continue
-            i = chosen[0]
-            if members == 1:
-                tried[0], tried[1], tried[2] = points[i, 0], points[i, 1], -points[i, 2]
-            elif members == 2:
-                j = chosen[1]
-                dx, dy = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1]
-                apart = math.hypot(dx, dy)
-                if apart <= abs(points[i, 2] - points[j, 2]):
-                    continue
-                tried[2] = 0.5 * (apart - points[i, 2] - points[j, 2])
-                share = (tried[2] + points[i, 2]) / apart
-                tried[0], tried[1] = points[i, 0] + share * dx, points[i, 1] + share * dy
-            elif not _of_three(points, i, chosen[1], chosen[2], tried):
-                continue
-            if tried[2] >= best:
-                continue
-            allowed = True
-            for k in range(total):
-                b = basis[k]
-                asks = math.hypot(points[b, 0] - tried[0], points[b, 1] - tried[1]) - points[b, 2]
-                if asks > tried[2] + 1e-14 * size:
-                    allowed = False
-            if allowed:
-                best, members_of_best = tried[2], mask
-                out[0], out[1], out[2] = tried[0], tried[1], tried[2]
-        if members_of_best == 0:
-            break
-        n = 0
-        for i in range(total):
-            if members_of_best >> i & 1:
-                chosen[n] = basis[i]
-                n += 1
-        for i in range(n):
-            basis[i] = chosen[i]
-        # Each point that is added asks for more: round-off alone would go around in circles.
-        if best <= before:
-            break
-    return n
 
 
 @Loop
@@ -182,6 +62,73 @@ def _highest(waves: Any, left: float, right: float, x: float, y: float, at: Any)
         if step <= last:
             break
     return angle
+
+
+@Loop
+def _closest(waves: Any, angle: float, cell: float, x: float, y: float, at: Any) -> Any:
+    """The instant near an ``angle`` at which the motion is closest to a position, and its scale.
+
+    Beside it what is asked changes within that scale [rad]; infinite where it is not within a cell.
+    """
+    centre, slow = angle, 0.0
+    for _ in range(8):
+        motion_at(waves, centre, at)
+        tx, ty = at[0, 0] - x, at[1, 0] - y
+        slow = at[0, 1] * at[0, 1] + at[1, 1] * at[1, 1]
+        bend = slow + tx * at[0, 2] + ty * at[1, 2]
+        if bend <= 0 or tx * tx + ty * ty > 4 * cell * cell * slow:
+            return centre, np.inf
+        step = -(tx * at[0, 1] + ty * at[1, 1]) / bend
+        centre += step
+        if not abs(centre - angle) <= cell:
+            return centre, np.inf
+        if abs(step) <= 1e-3 * cell:
+            break
+    motion_at(waves, centre, at)
+    length = math.hypot(at[0, 0] - x, at[1, 0] - y)
+    return centre, max(length / math.sqrt(slow), 1e-9 * cell)
+
+
+@Loop
+def _beyond(
+    waves: Any, centre: float, scale: float, cell: float, x: float, y: float, at: Any
+) -> float:
+    """The instant beside a ``centre`` within a ``cell`` that asks most, NaN where there is none.
+
+    A negative cell is one before the centre.
+    """
+    step = math.copysign(0.25 * scale, cell)
+    while abs(step) < abs(cell):
+        _, slope, _ = _asks(waves, centre + step, x, y, at)
+        if slope * cell > 0:
+            first, last = min(step, cell), max(step, cell)
+            return _highest(waves, centre + first, centre + last, x, y, at)
+        step *= 2
+    return np.nan
+
+
+@Loop
+def _distinct(waves: Any, angles: Any, n: int, x: float, y: float, at: Any) -> int:
+    """Take instants to the highest ones beside them; of those that meet one is left.
+
+    The result is how many are left.
+    """
+    count = 0
+    for i in range(n):
+        angle = angles[i]
+        for _ in range(8):
+            _, slope, bend = _asks(waves, angle, x, y, at)
+            if bend >= 0 or abs(slope) > -0.1 * bend:
+                angle = angles[i]
+                break
+            angle -= slope / bend
+        known = False
+        for k in range(count):
+            known = known or abs(angle - angles[k]) <= _SAME
+        if not known:
+            angles[count] = angle
+            count += 1
+    return count
 
 
 @Loop
@@ -248,74 +195,6 @@ def _polish(waves: Any, angles: Any, n: int, out: Any, at: Any) -> bool:
 
 
 @Loop
-def resting_place(waves: Any, angles: Any, out: Any) -> int:
-    """Write ``q*`` and ``m`` into ``out`` (3), the active instants [rad] into ``angles`` (3).
-
-    The result is the number of active instants.
-    """
-    samples = 16 * waves.shape[2] + 16
-    cell = 2 * math.pi / samples
-    at = np.empty((3, 3))
-    grid, points = np.empty((samples, 3)), np.empty((samples + 4, 3))
-    instants = np.empty(samples + 4)
-    asked = np.empty(samples)
-    basis, kept = np.empty(4, dtype=np.int64), np.empty(3)
-    trial, polished = np.empty(3), np.empty(3)
-    for i in range(samples):
-        motion_at(waves, i * cell, at)
-        for k in range(3):
-            grid[i, k] = at[k, 0]
-    n = smallest_of(grid, samples, basis, out)
-    for i in range(n):
-        angles[i] = basis[i] * cell
-    size = 0.0
-    for i in range(samples):
-        size = max(size, abs(grid[i, 0] - out[0]) + abs(grid[i, 1] - out[1]) + abs(grid[i, 2]))
-    for _ in range(_ROUNDS):
-        for i in range(samples):
-            asked[i] = math.hypot(grid[i, 0] - out[0], grid[i, 1] - out[1]) - grid[i, 2]
-        count, largest = 0, -np.inf
-        for i in range(samples):
-            if asked[i] >= asked[i - 1] and asked[i] >= asked[(i + 1) % samples]:
-                angle = _highest(waves, (i - 1) * cell, (i + 1) * cell, out[0], out[1], at)
-                largest = max(largest, _asks(waves, angle, out[0], out[1], at)[0])
-                motion_at(waves, angle, at)
-                for k in range(3):
-                    points[count, k] = at[k, 0]
-                instants[count] = angle
-                count += 1
-        if largest <= out[2] + 4e-16 * size:
-            break
-        for i in range(n):
-            motion_at(waves, angles[i], at)
-            for k in range(3):
-                points[count, k] = at[k, 0]
-            instants[count] = angles[i]
-            count += 1
-        n = smallest_of(points, count, basis, trial)
-        moved = abs(trial[0] - out[0]) + abs(trial[1] - out[1])
-        for k in range(3):
-            out[k] = trial[k]
-        for i in range(n):
-            angles[i] = instants[basis[i]]
-        if moved <= _SETTLED * size:
-            break
-        if n >= 2:
-            for k in range(3):
-                kept[k], polished[k] = angles[k], out[k]
-            if _polish(waves, kept, n, polished, at):
-                worst = -np.inf
-                for i in range(samples):
-                    value = math.hypot(grid[i, 0] - polished[0], grid[i, 1] - polished[1])
-                    worst = max(worst, value - grid[i, 2])
-                near = abs(polished[2] - out[2]) <= 1e-3 * size
-                if near and worst <= polished[2] + 1e-14 * size:
-                    for k in range(3):
-                        angles[k], out[k] = kept[k], polished[k]
-    return n
-
-
-@Loop
 def weights_of(waves: Any, angles: Any, n: int, place: Any, sides: Any) -> None:
     """Write of each active instant into ``sides`` (n, 8) what slopes need.
 
@@ -344,6 +223,92 @@ def weights_of(waves: Any, angles: Any, n: int, place: Any, sides: Any) -> None:
         total = sides[0, 2] + sides[1, 2] + sides[2, 2]
         for i in range(3):
             sides[i, 2] = sides[i, 2] / total if total != 0 else 1.0 / 3
+
+
+@Loop
+def resting_place(waves: Any, angles: Any, out: Any) -> int:
+    """Write ``q*`` and ``m`` into ``out`` (3), the active instants [rad] into ``angles`` (3).
+
+    The result is the number of active instants.
+    """
+    samples = 16 * waves.shape[2] + 16
+    cell = 2 * math.pi / samples
+    at = np.empty((3, 3))
+    # A cell may hold two instants that ask most, one on either side of the closest position.
+    grid, points = np.empty((samples, 3)), np.empty((2 * samples + 4, 3))
+    instants = np.empty(2 * samples + 4)
+    asked = np.empty(samples)
+    basis, kept = np.empty(4, dtype=np.int64), np.empty(3)
+    trial, polished, sides = np.empty(3), np.empty(3), np.empty((3, 8))
+    for i in range(samples):
+        motion_at(waves, i * cell, at)
+        for k in range(3):
+            grid[i, k] = at[k, 0]
+    n = smallest_of(grid, samples, basis, out)
+    for i in range(n):
+        angles[i] = basis[i] * cell
+    size = 0.0
+    for i in range(samples):
+        size = max(size, abs(grid[i, 0] - out[0]) + abs(grid[i, 1] - out[1]) + abs(grid[i, 2]))
+    for _ in range(_ROUNDS):
+        for i in range(samples):
+            asked[i] = math.hypot(grid[i, 0] - out[0], grid[i, 1] - out[1]) - grid[i, 2]
+        count, largest = 0, -np.inf
+        for i in range(samples):
+            if asked[i] >= asked[i - 1] and asked[i] >= asked[(i + 1) % samples]:
+                angle = _highest(waves, (i - 1) * cell, (i + 1) * cell, out[0], out[1], at)
+                instants[count] = angle
+                count += 1
+                centre, scale = _closest(waves, angle, cell, out[0], out[1], at)
+                for side in range(2 if scale < cell else 0):
+                    reach = cell if side else -cell
+                    angle = _beyond(waves, centre, scale, reach, out[0], out[1], at)
+                    if not np.isnan(angle):
+                        instants[count] = angle
+                        count += 1
+        for i in range(count):
+            largest = max(largest, _asks(waves, instants[i], out[0], out[1], at)[0])
+            for k in range(3):
+                points[i, k] = at[k, 0]
+        if largest <= out[2] + 4e-16 * size:
+            break
+        for i in range(n):
+            motion_at(waves, angles[i], at)
+            for k in range(3):
+                points[count, k] = at[k, 0]
+            instants[count] = angles[i]
+            count += 1
+        n = smallest_of(points, count, basis, trial)
+        moved = abs(trial[0] - out[0]) + abs(trial[1] - out[1])
+        for k in range(3):
+            out[k] = trial[k]
+        for i in range(n):
+            angles[i] = instants[basis[i]]
+        if moved <= _SETTLED * size:
+            break
+        if n >= 2:
+            for k in range(3):
+                kept[k], polished[k] = angles[k], out[k]
+            left = _distinct(waves, kept, n, out[0], out[1], at)
+            settles = left >= 2 and _polish(waves, kept, left, polished, at)
+            if settles and left == 3:
+                # One that would have to pull is not active.
+                weights_of(waves, kept, 3, polished, sides)
+                for i in range(3):
+                    if sides[i, 2] < 0:
+                        kept[i], left = kept[2], 2
+                settles = left == 3 or _polish(waves, kept, 2, polished, at)
+            if settles:
+                worst = -np.inf
+                for i in range(samples):
+                    value = math.hypot(grid[i, 0] - polished[0], grid[i, 1] - polished[1])
+                    worst = max(worst, value - grid[i, 2])
+                near = abs(polished[2] - out[2]) <= 1e-3 * size
+                if near and worst <= polished[2] + 1e-14 * size:
+                    n = left
+                    for k in range(3):
+                        angles[k], out[k] = kept[k], polished[k]
+    return n
 
 
 def middle_of(samples: FloatArray) -> FloatArray:
