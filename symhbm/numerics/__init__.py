@@ -21,7 +21,6 @@ from symhbm.numerics.arrays import (
 from symhbm.numerics.compiled import Assembly, Compiled, constant, sparsity_of
 from symhbm.numerics.fourier import (
     FourierBasis,
-    TurningPoints,
     by_harmonic,
     check_harmonics,
     check_turning,
@@ -35,7 +34,6 @@ from symhbm.numerics.fourier import (
 from symhbm.numerics.interpolation import (
     amplitude_between,
     cubic,
-    cubic_slope,
     cubic_top,
     first_zero,
 )
@@ -55,7 +53,6 @@ __all__ = [
     "FloatArray",
     "FourierBasis",
     "Table",
-    "TurningPoints",
     "amplitude_between",
     "bordered",
     "bracketed_root",
@@ -68,7 +65,6 @@ __all__ = [
     "complete_harmonics",
     "constant",
     "cubic",
-    "cubic_slope",
     "cubic_top",
     "first_zero",
     "full",

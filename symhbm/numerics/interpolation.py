@@ -11,8 +11,11 @@ from numpy.typing import ArrayLike
 from symhbm.numerics.arrays import FloatArray
 from symhbm.numerics.loops import Loop, interpolation
 
-cubic, cubic_slope = interpolation.cubic, interpolation.cubic_slope
-cubic_top, first_zero = interpolation.cubic_top, interpolation.first_zero
+cubic, cubic_top, first_zero = (
+    interpolation.cubic,
+    interpolation.cubic_top,
+    interpolation.first_zero,
+)
 
 
 def amplitude_between(

@@ -9,7 +9,8 @@ from symhbm.continuation.between import intermediate_solutions, missed_events, s
 from symhbm.continuation.between.interpolation_error import OF_SLOPE, write_errors
 from symhbm.continuation.between.slopes import FLAT_SLOPE, TIE, _of_one_harmonic
 from symhbm.continuation.segment import PathState, _measure, measure
-from symhbm.numerics import amplitude_between, cubic_slope
+from symhbm.numerics import amplitude_between
+from symhbm.numerics.loops.interpolation import cubic_slope
 
 SEEDS = st.integers(0, 2**32 - 1)
 FEW = settings(max_examples=40)

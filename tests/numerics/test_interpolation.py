@@ -6,14 +6,13 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import CubicHermiteSpline
 
-from symhbm.numerics.interpolation import (
-    amplitude_between,
-    cubic,
+from symhbm.numerics.interpolation import amplitude_between, cubic, cubic_top, first_zero
+from symhbm.numerics.loops.interpolation import (
+    amplitude_at,
     cubic_slope,
-    cubic_top,
-    first_zero,
+    differentiate,
+    interpolate,
 )
-from symhbm.numerics.loops.interpolation import amplitude_at, differentiate, interpolate
 
 
 def test_against_scipy():
