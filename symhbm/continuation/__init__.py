@@ -8,9 +8,8 @@ from symhbm.continuation.correctors import (
     corrector_of,
     prepare,
 )
-from symhbm.continuation.deflation import other_solution
 from symhbm.continuation.following import filled, follow_branch
-from symhbm.continuation.newton import ACCEPTED, NewtonResult, newton, slope_of
+from symhbm.continuation.newton import ACCEPTED, NewtonResult, newton, other_solution, slope_of
 from symhbm.continuation.other_branches import FoundBranch, Origin, other_branches
 from symhbm.continuation.point import Event, EventKind, PathPoint
 from symhbm.continuation.problem import ContinuationProblem, FrequencyProblem, ParameterProblem

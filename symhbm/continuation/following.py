@@ -15,8 +15,7 @@ from symhbm.continuation.between import (
 )
 from symhbm.continuation.branch import Branch
 from symhbm.continuation.correctors import Corrector, corrector_of
-from symhbm.continuation.deflation import other_solution
-from symhbm.continuation.newton import NewtonResult
+from symhbm.continuation.newton import NewtonResult, other_solution
 from symhbm.continuation.path import Path
 from symhbm.continuation.point import EventKind, PathPoint
 from symhbm.continuation.problem import ContinuationProblem

@@ -11,7 +11,7 @@ from symhbm.continuation.between.segments import Segments
 from symhbm.continuation.between.slope_estimate import estimate_slopes
 from symhbm.continuation.correctors import StepwiseCorrector, compiled, corrector_of, newton_graph
 from symhbm.continuation.correctors.bordered_system import point_system
-from symhbm.continuation.correctors.constraints import AtLimit, Hyperplane, unit_parameter
+from symhbm.continuation.correctors.corrector import AtLimit, Hyperplane, unit_parameter
 from symhbm.continuation.events.modes import modes
 from symhbm.continuation.following import follow_branch
 from symhbm.continuation.problem import FrequencyProblem

@@ -10,8 +10,8 @@ from studies import fig03_single_blade as fig03
 from studies import fig12_mistuned_disk as fig12
 from symhbm.continuation import path as continuation
 from symhbm.continuation.correctors import corrector_of
-from symhbm.continuation.deflation import other_solution
 from symhbm.continuation.events import corners
+from symhbm.continuation.newton import other_solution
 from symhbm.continuation.path import Path
 from symhbm.continuation.problem import FrequencyProblem, ParameterProblem
 from symhbm.continuation.start import solve_point

@@ -7,7 +7,8 @@ from scipy.linalg import eigh
 import symhbm as sh
 from studies import fig03_single_blade as fig03
 from symhbm.continuation.correctors.resonance_count import counted
-from symhbm.continuation.events import modes, resonances
+from symhbm.continuation.events import modes
+from symhbm.continuation.events import modes as resonances
 from symhbm.continuation.following import follow_branch
 from symhbm.continuation.problem import ContinuationProblem, FrequencyProblem, ParameterProblem
 from symhbm.numerics.arrays import negative_eigenvalues

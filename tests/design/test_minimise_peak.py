@@ -25,10 +25,9 @@ from studies.closed_form import OneBlade
 from symhbm.continuation.status import Status
 from symhbm.design.arguments import read_variables
 from symhbm.design.cases import Cases, NamedPeak, Work
-from symhbm.design.descent import Descent, Design
 from symhbm.design.outcome import certificate, status_of
 from symhbm.design.program import ActiveSet, Program
-from symhbm.design.search import SearchResult
+from symhbm.design.search import Descent, Design, SearchResult
 from symhbm.peaks.survey import survey
 from symhbm.results.sweep import parse
 

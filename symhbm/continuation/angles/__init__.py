@@ -1,7 +1,11 @@
 """Branches in Fourier coefficients and switching angles, the unknowns of Eqs. (9)-(11)."""
 
-from symhbm.continuation.angles.branches import ANGLES_ENDED, angle_branches, covered
-from symhbm.continuation.angles.corrector import AngleCorrector
+from symhbm.continuation.angles.corrector import (
+    ANGLES_ENDED,
+    AngleCorrector,
+    angle_branches,
+    covered,
+)
 from symhbm.continuation.angles.solvers import (
     AngleStatus,
     check_angles,

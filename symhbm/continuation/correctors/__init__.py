@@ -1,17 +1,17 @@
 """Correctors: Newton's method on the balance and one constraint, stepwise or compiled."""
 
 from symhbm.continuation.correctors.compiled import by_machine_code, corrector_of, prepare
-from symhbm.continuation.correctors.constraints import (
+from symhbm.continuation.correctors.corrector import (
     BEYOND,
     ON_LIMIT,
     AtLimit,
     Constraint,
     Corrected,
+    Corrector,
     Hyperplane,
     crossed,
     unit_parameter,
 )
-from symhbm.continuation.correctors.corrector import Corrector
 from symhbm.continuation.correctors.newton_graph import MAX_CORRECTIONS, STAGNATION
 from symhbm.continuation.correctors.resonance_count import LARGEST_SIZE, structure_matrices
 from symhbm.continuation.correctors.stepwise import StepwiseCorrector

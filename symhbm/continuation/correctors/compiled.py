@@ -16,14 +16,14 @@ from numpy.typing import NDArray
 
 from symhbm.balance import DynamicStiffness, Equations
 from symhbm.continuation.correctors.bordered_system import SCALARS, point_system
-from symhbm.continuation.correctors.constraints import (
+from symhbm.continuation.correctors.corrector import (
     AtLimit,
     Constraint,
     Corrected,
+    Corrector,
     Hyperplane,
     unit_parameter,
 )
-from symhbm.continuation.correctors.corrector import Corrector
 from symhbm.continuation.correctors.located import LocatedCorrector, is_located
 from symhbm.continuation.correctors.newton_graph import DONE, correction, is_generated, tangent
 from symhbm.continuation.correctors.resonance_count import resonances_below

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from symhbm.balance import Equations
 from symhbm.continuation.correctors.bordered_system import SCALARS, located_system
-from symhbm.continuation.correctors.constraints import AtLimit, Constraint, Corrected, Hyperplane
+from symhbm.continuation.correctors.corrector import AtLimit, Constraint, Corrected, Hyperplane
 from symhbm.continuation.correctors.resonance_count import counted
 from symhbm.continuation.correctors.stepwise import StepwiseCorrector
 from symhbm.continuation.problem import ContinuationProblem, FrequencyProblem

@@ -5,14 +5,14 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.continuation.correctors.constraints import (
+from symhbm.continuation.correctors.corrector import (
     Constraint,
     Corrected,
+    Corrector,
     Hyperplane,
     crossed,
     unit_parameter,
 )
-from symhbm.continuation.correctors.corrector import Corrector
 from symhbm.continuation.correctors.newton_graph import MAX_CORRECTIONS, STAGNATION
 from symhbm.continuation.correctors.resonance_count import counted
 from symhbm.continuation.newton import TOLERANCE

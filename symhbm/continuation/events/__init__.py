@@ -11,16 +11,16 @@ from symhbm.continuation.events.corners import (
 )
 from symhbm.continuation.events.crossing import (
     Crossing,
+    Curvature,
+    curvature_of,
     is_crossing,
     leaves,
     several_meet,
     solve_crossing,
 )
-from symhbm.continuation.events.curvature import Curvature, curvature_of
 from symhbm.continuation.events.folds import find_folds, goes_between
-from symhbm.continuation.events.modes import Reduced, reduced
+from symhbm.continuation.events.modes import Reduced, ResonanceFinder, reduced
 from symhbm.continuation.events.passed_pairs import passed_pairs
-from symhbm.continuation.events.resonances import ResonanceFinder
 
 __all__ = [
     "BEYOND_CORNER",

@@ -10,8 +10,7 @@ from numpy.typing import NDArray
 
 from symhbm.continuation.correctors import Corrected, Corrector
 from symhbm.continuation.events.corners import NO_TURN
-from symhbm.continuation.events.crossing import Crossing, solve_crossing
-from symhbm.continuation.events.curvature import curvature_of
+from symhbm.continuation.events.crossing import Crossing, curvature_of, solve_crossing
 from symhbm.continuation.point import PathPoint
 from symhbm.continuation.problem import ContinuationProblem
 from symhbm.continuation.segment import PathState, Segment

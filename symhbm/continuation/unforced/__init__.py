@@ -9,18 +9,20 @@ from symhbm.continuation.unforced.cycles import (
     settled,
 )
 from symhbm.continuation.unforced.following import follow_mode, follow_mode_over
-from symhbm.continuation.unforced.limit_cycle import LimitCycleProblem
 from symhbm.continuation.unforced.linear_modes import (
     LinearMode,
     NoModeError,
     linear_mode,
     mode_start,
 )
-from symhbm.continuation.unforced.mode_over_parameter import ModeOverParameterProblem
-from symhbm.continuation.unforced.nonlinear_mode import NonlinearModeProblem
+from symhbm.continuation.unforced.nonlinear_mode import (
+    ModeOverParameterProblem,
+    NonlinearModeProblem,
+)
 from symhbm.continuation.unforced.problem import (
     Balanced,
     Condition,
+    LimitCycleProblem,
     UnforcedProblem,
     first_harmonic,
     phase_of,

@@ -14,8 +14,8 @@ from symhbm.continuation.newton import NewtonResult, newton
 from symhbm.continuation.point import Event, EventKind, PathPoint, switched
 from symhbm.continuation.segment import PathState, Segment
 from symhbm.continuation.status import Status
-from symhbm.continuation.unforced.limit_cycle import LimitCycleProblem
 from symhbm.continuation.unforced.nonlinear_mode import NonlinearModeProblem
+from symhbm.continuation.unforced.problem import LimitCycleProblem
 from symhbm.numerics import FloatArray, on_one_thread
 
 _NO_DAMPING = 1e-11

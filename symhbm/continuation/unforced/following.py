@@ -17,8 +17,10 @@ from symhbm.continuation.point import Event, EventKind, PathPoint
 from symhbm.continuation.segment import Segment
 from symhbm.continuation.status import Status
 from symhbm.continuation.unforced.linear_modes import LinearMode, mode_start
-from symhbm.continuation.unforced.mode_over_parameter import ModeOverParameterProblem
-from symhbm.continuation.unforced.nonlinear_mode import NonlinearModeProblem
+from symhbm.continuation.unforced.nonlinear_mode import (
+    ModeOverParameterProblem,
+    NonlinearModeProblem,
+)
 from symhbm.numerics import on_one_thread, refined
 
 _LOWEST = 1e-2

@@ -9,7 +9,7 @@ import scipy
 import scipy.sparse as sp
 
 from symhbm.balance import HarmonicBalance
-from symhbm.design.arguments.symbols import (
+from symhbm.design.arguments.designed import (
     DesignSymbols,
     called,
     column_of,

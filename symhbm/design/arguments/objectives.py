@@ -8,7 +8,7 @@ import numpy as np
 
 from symhbm.balance import HarmonicBalance, check_problem
 from symhbm.design.arguments.cases import read_bands
-from symhbm.design.arguments.symbols import (
+from symhbm.design.arguments.designed import (
     DesignSymbols,
     Named,
     called,

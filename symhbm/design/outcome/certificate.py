@@ -7,9 +7,8 @@ import numpy as np
 from symhbm.continuation import Status
 from symhbm.design import tolerances
 from symhbm.design.cases import Cases
-from symhbm.design.descent import Design, is_flat
 from symhbm.design.program import ActiveSet, Program, Statistic
-from symhbm.design.search import SearchResult
+from symhbm.design.search import Design, SearchResult, is_flat
 from symhbm.numerics import RADIANS, FloatArray
 from symhbm.peaks import MaximumKind
 

@@ -12,10 +12,9 @@ from symhbm.balance import HarmonicBalance
 from symhbm.continuation import SolveError, Status
 from symhbm.design import tolerances
 from symhbm.design.cases import Cases
-from symhbm.design.descent import Design
 from symhbm.design.outcome.influence import influence
 from symhbm.design.program import Program
-from symhbm.design.search import SearchResult
+from symhbm.design.search import Design, SearchResult
 from symhbm.design.variables import DesignVariables
 from symhbm.model import PARAMETERS
 from symhbm.numerics import RADIANS

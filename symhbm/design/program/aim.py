@@ -1,13 +1,22 @@
-"""Aims: what a design makes as small as it gets, a function of named peaks and of the design."""
+"""What a design makes small, and within what: aims, statistics of responses, constraints.
+
+An aim is a function of named peaks and of the design. A statistic is of the largest responses of
+several cases: its epigraph has a height ``t`` for each response, no less than any of its maxima,
+and an amplitude that is the statistic where the heights are as low as that allows. Constraints are
+functions of the variables between limits, with exact derivatives.
+"""
 
 from dataclasses import dataclass, field, replace
+from enum import StrEnum
 from functools import cached_property
 from typing import Any
 
 import casadi as ca
 import numpy as np
+import scipy
 from numpy.typing import NDArray
 
+from symhbm.design import tolerances
 from symhbm.numerics import FloatArray
 
 
@@ -99,3 +108,179 @@ class Aim:
         spread = ca.vertcat(*(x[int(j)] for j in index))
         function = ca.Function("aim", [peaks, x], [self.logarithm(peaks, spread)])
         return replace(self, logarithm=function)
+
+
+@dataclass(frozen=True)
+class Limits:
+    """Rows ``low <= function(x) <= high`` of the logarithms ``x`` of the variables.
+
+    ``names`` (n_rows,) tells where each is from; ``matrix`` (n_rows, n_variables) are rows that are
+    linear in the values, NaN of others; ``others`` are parameters they depend on that are not
+    designed.
+    """
+
+    function: ca.Function = field(compare=False)
+    low: FloatArray
+    high: FloatArray
+    names: tuple[str, ...]
+    matrix: FloatArray
+    others: frozenset[str] = frozenset()
+
+    @classmethod
+    def none(cls, n_variables: int) -> "Limits":
+        """No constraint."""
+        x = ca.SX.sym("x", n_variables)
+        function = ca.Function("limits", [x], [ca.SX(0, 1)])
+        return cls(function, np.zeros(0), np.zeros(0), (), np.zeros((0, n_variables)))
+
+    @classmethod
+    def of_aim(cls, aim: Aim, most: float, n_variables: int) -> "Limits":
+        """An aim that no peak is part of, whose logarithm is ``most`` at the most."""
+        x, peaks = ca.SX.sym("x", n_variables), ca.SX(len(aim.peaks), 1)
+        function = ca.Function("limits", [x], [aim.logarithm(peaks, x)])
+        low, high = np.array([-np.inf]), np.array([most])
+        return cls(function, low, high, (aim.name,), np.full((1, n_variables), np.nan))
+
+    @property
+    def n_rows(self) -> int:
+        """Number of rows."""
+        return len(self.names)
+
+    def __call__(self, x: Any) -> Any:
+        """The expressions of all rows, (n_rows,)."""
+        return self.function(x)
+
+    def values(self, x: FloatArray) -> FloatArray:
+        """The values of all rows at a design, (n_rows,)."""
+        return np.asarray(self.function(x).full(), dtype=float).ravel()
+
+    def violation(self, x: FloatArray) -> float:
+        """How far a design is beyond a limit, 0 where it satisfies all; NaN counts as infinite."""
+        values = self.values(x)
+        beyond = np.maximum(self.low - values, values - self.high)
+        return float(np.where(np.isnan(beyond), np.inf, beyond).max(initial=0.0))
+
+    def joined(self, other: "Limits") -> "Limits":
+        """The rows of both."""
+        x = self.function.sx_in()[0]
+        return Limits(
+            ca.Function("limits", [x], [ca.vertcat(self(x), other(x))]),
+            np.append(self.low, other.low),
+            np.append(self.high, other.high),
+            (*self.names, *other.names),
+            np.vstack([self.matrix, other.matrix]),
+            self.others | other.others,
+        )
+
+    def merged(self, index: NDArray[np.intp], n_variables: int) -> "Limits":
+        """The same of fewer variables, where variable ``j`` here is ``index[j]`` of those."""
+        x = ca.SX.sym("x", n_variables)
+        spread = ca.vertcat(*(x[int(j)] for j in index))
+        matrix = np.zeros((self.n_rows, n_variables))
+        for j, target in enumerate(index):
+            matrix[:, target] += self.matrix[:, j]
+        function = ca.Function("limits", [x], [self(spread)])
+        return replace(self, function=function, matrix=matrix)
+
+    def contradiction(self, lower: FloatArray, upper: FloatArray) -> str:
+        """Names of linear rows that no values in the bounds satisfy together, "" for none found."""
+        linear = np.flatnonzero(np.isfinite(self.matrix).all(axis=1))
+        # The fewest rows that contradict each other tell most.
+        for chosen in [*([row] for row in linear), linear]:
+            rows, low, high = self.matrix[chosen], self.low[chosen], self.high[chosen]
+            above, below = np.isfinite(high), np.isfinite(low)
+            found = scipy.optimize.linprog(
+                np.zeros(len(lower)),
+                A_ub=np.vstack([rows[above], -rows[below]]),
+                b_ub=np.concatenate([high[above], -low[below]]),
+                bounds=np.column_stack([lower, upper]),
+            )
+            if found.status == 2:
+                return " and ".join(dict.fromkeys(self.names[row] for row in chosen))
+        return ""
+
+    def holds(self, x: FloatArray) -> bool:
+        """Whether a design satisfies all rows, to round-off of the solver."""
+        return self.violation(x) <= tolerances.VIOLATION
+
+
+class Statistic(StrEnum):
+    """Statistic of the largest responses of several cases that is minimised."""
+
+    WORST = "worst"
+    MEAN = "mean"
+    TAIL = "tail"
+
+
+@dataclass(frozen=True)
+class Epigraph:
+    """Symbols of one statistic, where they begin, and rows that are to be 0 at the most.
+
+    ``heights`` (n_cases,) are logarithms over the largest height, the ``logarithm`` is that of the
+    statistic over the same.
+    """
+
+    symbols: Any
+    start: FloatArray
+    heights: list[Any]
+    logarithm: Any
+    rows: list[Any]
+
+    @property
+    def n_rows(self) -> int:
+        """Number of rows."""
+        return sum(row.shape[0] for row in self.rows)
+
+
+@dataclass(frozen=True)
+class CaseStatistic:
+    """One statistic; ``tail`` is the share of the worst cases that `Statistic.TAIL` averages."""
+
+    kind: Statistic = Statistic.WORST
+    tail: float = 0.1
+
+    def value(self, heights: FloatArray) -> float:
+        """Logarithm of the statistic of amplitudes whose logarithms are ``heights`` (n_cases,)."""
+        top = float(np.max(heights))
+        if not np.isfinite(top) or self.kind == Statistic.WORST:
+            return top
+        return top + float(np.log(self.weights(heights) @ np.exp(heights - top)))
+
+    def weights(self, heights: FloatArray) -> FloatArray:
+        """Share of each case in the statistic of amplitudes, (n_cases,)."""
+        n_cases = len(heights)
+        if self.kind == Statistic.MEAN:
+            return np.full(n_cases, 1 / n_cases)
+        share = 1 / n_cases if self.kind == Statistic.WORST else self.tail
+        # The worst cases have each 1 / (share n), until the shares are used up.
+        order = np.argsort(-heights)
+        left = 1 - np.arange(n_cases) / (share * n_cases)
+        result = np.zeros(n_cases)
+        result[order] = np.clip(left, 0, 1 / (share * n_cases))
+        return result
+
+    def tied(self, heights: FloatArray) -> list[int]:
+        """Cases that are equally high at the lower end of the statistic, where it has a kink."""
+        if self.kind == Statistic.MEAN:
+            return []
+        lowest = heights[self.weights(heights) > 0].min()
+        return np.flatnonzero(np.abs(heights - lowest) <= tolerances.TIE).tolist()
+
+    def epigraph(self, heights: FloatArray) -> Epigraph:
+        """The epigraph, begun at finite ``heights`` (n_cases,)."""
+        n_cases, above = len(heights), heights - heights.max()
+        if self.kind == Statistic.WORST:
+            t = ca.SX.sym("t")
+            return Epigraph(t, np.zeros(1), [t] * n_cases, t, [])
+        t = ca.SX.sym("t", n_cases)
+        each = ca.vertsplit(t)
+        if self.kind == Statistic.MEAN:
+            return Epigraph(t, above, each, ca.log(ca.sum1(ca.exp(t)) / n_cases), [])
+        quantile, beyond = ca.SX.sym("q"), ca.SX.sym("b", n_cases)
+        amplitudes = np.exp(above)
+        middle = np.quantile(amplitudes, 1 - self.tail)
+        # Where the tail holds all cases, the quantile has no other lower bound.
+        rows = [ca.exp(t) - quantile - beyond, -beyond, -quantile]
+        start = np.concatenate([above, [middle], np.maximum(amplitudes - middle, 0)])
+        statistic = quantile + ca.sum1(beyond) / (self.tail * n_cases)
+        return Epigraph(ca.vertcat(t, quantile, beyond), start, each, ca.log(statistic), rows)

@@ -16,9 +16,7 @@ from numpy.typing import NDArray
 
 from symhbm.design import tolerances
 from symhbm.design.maxima import FollowedMaximum, Maxima
-from symhbm.design.program.aim import Aim
-from symhbm.design.program.limits import Limits
-from symhbm.design.program.statistic import CaseStatistic
+from symhbm.design.program.aim import Aim, CaseStatistic, Limits
 from symhbm.design.variables import DesignVariables
 from symhbm.numerics import FloatArray
 
