@@ -177,7 +177,6 @@ class Segment:
         self.other_states = False
         self._slopes = measured.left, measured.right
         self._known = {0.0: left, 1.0: right}
-        self._found: dict[float, Corrected] = {}
 
     @classmethod
     def of(cls, corrector: Corrector, left: PathPoint, right: PathPoint) -> "Segment":
@@ -209,12 +208,18 @@ class Segment:
         guess[component] = value
         return share, guess
 
-    def solve(self, share: float, precision: float = 1e-10) -> PathState | None:
+    def solve(
+        self,
+        share: float,
+        neighbour: tuple[float, PathState] | None = None,
+        precision: float = 1e-10,
+    ) -> PathState | None:
         """The solution at a share of the length, None where the correction fails.
 
-        At an end the solution is the end itself, its tangent computed again.
+        ``neighbour`` may be another share and the solution there. At an end the solution is the end
+        itself, its tangent computed again.
         """
-        return self._path_state(self.corrected(share, precision))
+        return self._path_state(self.corrected(share, neighbour, precision))
 
     def at(self, share: float) -> PathState:
         """The solution at a share of the length, solved for once; ends are as they are given.
@@ -237,14 +242,13 @@ class Segment:
         """
         return self.at(bracketed_root(lambda share: value(self.at(share)), low, high))
 
-    def corrected(self, share: float, precision: float = 1e-10) -> Corrected | None:
+    def corrected(
+        self,
+        share: float,
+        neighbour: tuple[float, PathState] | None = None,
+        precision: float = 1e-10,
+    ) -> Corrected | None:
         """As `solve`, the direction relative to the ``scale``."""
-        solution = self._corrected(share, precision)
-        if solution is not None:
-            self._found[share] = solution
-        return solution
-
-    def _corrected(self, share: float, precision: float) -> Corrected | None:
         if share in (0.0, 1.0):
             end = self.right if share else self.left
             found = self.corrector.tangent(end.state, self.scale, self.normal, self.switches)
@@ -253,11 +257,10 @@ class Segment:
                 return found
             return found._replace(direction=known)  # a branch point, which has two
         guess, anchor = np.empty((2, len(self.scale)))
-        near = min(self._found, key=lambda known: abs(known - share), default=math.inf)
-        if abs(share - near) < _CLOSE:
-            distance, beside = (share - near) * self.length, self._found[near]
-            rate = beside.direction * self.scale
-            _beside(beside.point, rate, self.normal, self.scale, distance, guess)
+        close = neighbour is not None and abs(share - neighbour[0]) < _CLOSE
+        if neighbour is not None and close:
+            distance, near = (share - neighbour[0]) * self.length, neighbour[1]
+            _beside(near.state, near.direction, self.normal, self.scale, distance, guess)
         else:
             _at(self.left.state, self.right.state, *self._slopes, share, guess)
         if self.curve.single_valued:

@@ -60,7 +60,9 @@ def locate_maximum(
 
     def slope(share: float) -> float:
         if share not in visited:
-            solution = segment.corrected(share) if 0 <= share <= 1 else None
+            nearest = min(visited, key=lambda known: abs(known - share), default=None)
+            neighbour = None if nearest is None else (nearest, visited[nearest][1])
+            solution = segment.corrected(share, neighbour) if 0 <= share <= 1 else None
             if solution is None:
                 raise ArithmeticError
             at = PathState(solution.point, solution.direction * segment.scale)
