@@ -115,6 +115,11 @@ class Status(StrEnum):
         "the response grows without bound: no damping limits this resonance; "
         "add damping or friction, or end the band before it"
     )
+    WITHOUT_BOUND = (
+        "the end of the band was reached, but at a resonance in it the response grows without "
+        "bound (peak_kind is unbounded there): neither damping nor friction limits it; the points "
+        "are valid; add damping, or end the band before it"
+    )
     PEAK_NOT_LOCATED = (
         "the end of the band was reached, but a maximum between two points of the path could not "
         "be solved for and is missing among the peaks; try a narrower band around the largest "

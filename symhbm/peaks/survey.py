@@ -16,8 +16,10 @@ from symhbm.numerics import RADIANS, largest_displacement
 from symhbm.peaks.maximum import Maximum
 from symhbm.workers import Workers, progress_bar
 
-COMPLETE = (Status.REACHED_END, Status.OTHER_SOLUTIONS, Status.BRANCH_POINTS)
-"""Statuses of branches that reached the end of their band."""
+COMPLETE = (
+    Status.REACHED_END, Status.OTHER_SOLUTIONS, Status.BRANCH_POINTS, Status.WITHOUT_BOUND,
+)  # fmt: skip
+"""Statuses of branches, and of responses, that reached the end of their band."""
 
 Bands = Sequence[tuple[float, float]]
 

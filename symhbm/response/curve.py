@@ -19,7 +19,7 @@ from symhbm.continuation import (
     prepare,
 )
 from symhbm.continuation.angles import ANGLES_ENDED, covered
-from symhbm.continuation.between import Peak
+from symhbm.continuation.between import Peak, PeakKind
 from symhbm.model import Symmetry, is_pattern
 from symhbm.numerics import RADIANS, Table, by_harmonic, on_one_thread
 from symhbm.response.accuracy import (
@@ -209,6 +209,8 @@ class Curve(CurveTable):
         ended = self.status(points)
         if lost and ended in (Status.REACHED_END, Status.CLOSED):
             ended = Status.CHANGE_NOT_LOCATED
+        if ended == Status.REACHED_END and str(PeakKind.UNBOUNDED) in peaks["peak_kind"]:
+            ended = Status.WITHOUT_BOUND
         status = str(ended)
         if ended == Status.ACCURACY_NOT_REACHED:
             status += self._advice()

@@ -15,7 +15,7 @@ import numpy as np
 import xarray as xr
 
 from symhbm.balance import HarmonicBalance
-from symhbm.continuation import SolveError, Status
+from symhbm.continuation import SolveError
 from symhbm.model.contacts import ContactLaw
 from symhbm.numerics import Table, check, on_one_thread
 from symhbm.response.curve import blank_curve, prepared
@@ -36,6 +36,7 @@ from symhbm.results.archive import (
     rebuild,
     working_file,
 )
+from symhbm.results.reading import COMPLETE
 from symhbm.workers import check_executor, check_progress
 
 _TOLD = 5
@@ -111,8 +112,7 @@ def reported(result: xr.Dataset, throw: bool = False, depth: int = 3) -> xr.Data
     """
     status = result["status"]
     statuses = list(map(str, status.values.ravel()))
-    whole = Status.REACHED_END, Status.CLOSED
-    reasons = Counter(status for status in statuses if status not in whole)
+    reasons = Counter(status for status in statuses if status not in COMPLETE)
     if not reasons:
         return result
     reason, number = reasons.most_common(1)[0]
@@ -120,16 +120,16 @@ def reported(result: xr.Dataset, throw: bool = False, depth: int = 3) -> xr.Data
     if len(statuses) > 1:
         count = "" if len(reasons) == 1 else f", {number} of them"
         text = f"{reasons.total()} of {len(statuses)} curves are incomplete{count}: {reason}"
-        text += f" (status has the reason of each; {_incomplete(status, whole)})"
+        text += f" (status has the reason of each; {_incomplete(status)})"
     if throw:
         raise SolveError(text, result)
     warnings.warn(text, RuntimeWarning, stacklevel=depth)
     return result
 
 
-def _incomplete(status: xr.DataArray, whole: tuple[Status, ...]) -> str:
+def _incomplete(status: xr.DataArray) -> str:
     """Which curves of a sweep are incomplete, the first of them by the values they have."""
-    places = np.argwhere(~np.isin(status.values.astype(str), list(whole)))
+    places = np.argwhere(~np.isin(status.values.astype(str), list(COMPLETE)))
     told = []
     for place in places[:_TOLD]:
         at = status[tuple(place)]

@@ -615,6 +615,7 @@ def test_an_undamped_resonance_over_the_stiffness_is_unbounded():
     pole = (TWO_PI * 15.0) ** 2
     for curve in both_ways(problem, "stiffness", (0.5 * pole, 2 * pole), frequency=15.0):
         assert curve.peak_kind.values.tolist() == ["unbounded"]
+        assert curve.status.item() == sh.Status.WITHOUT_BOUND
         assert np.isinf(curve.peak_amplitude[0])
         # Required: 1e-9.
         assert float(curve.peak_stiffness[0]) == pytest.approx(pole, rel=1e-9)

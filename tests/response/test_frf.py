@@ -170,6 +170,8 @@ def test_undamped_resonance_without_bound_is_reported_and_crossed():
         curve = sh.frf(sh.HarmonicBalance(blade, sh.forces.PointForce()), (10, 30), throw=True)
         assert int(curve.n_peaks) == 1
         assert (curve.peak_kind[0] == "smooth") == bounded
+        told = sh.Status.REACHED_END if bounded else sh.Status.WITHOUT_BOUND
+        assert curve.status.item() == told
         assert np.isfinite(curve.peak_amplitude[0]) == bounded
         if not bounded:
             assert float(curve.peak_frequency[0]) == pytest.approx(100 / TWO_PI, rel=1e-9)

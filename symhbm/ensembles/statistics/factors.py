@@ -5,10 +5,10 @@ from typing import Literal
 import numpy as np
 import xarray as xr
 
-from symhbm.continuation import Status
 from symhbm.ensembles.statistics.population import Population, followed, meant
 from symhbm.numerics import check
 from symhbm.results import Description
+from symhbm.results.reading import COMPLETE
 
 Amplification = Literal["amplification_of_peaks", "amplification_at_frequency"]
 
@@ -169,7 +169,7 @@ def _tuned(tuned: xr.Dataset, ensemble: Population) -> tuple[float, xr.DataArray
     tuned, description, along = followed(tuned, "tuned")
     if tuned["status"].ndim:
         raise ValueError(f"tuned: expected one response, got one for each {tuned['status'].dims}")
-    if tuned["status"].item() != str(Status.REACHED_END):
+    if tuned["status"].item() not in COMPLETE:
         raise ValueError(f"tuned: expected a complete response: {tuned['status'].item()}")
     dataset, band = ensemble.dataset, description.band
     expected = ensemble.description

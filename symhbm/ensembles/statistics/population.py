@@ -13,6 +13,7 @@ from symhbm.continuation import Status
 from symhbm.numerics import FloatArray, check
 from symhbm.results import NUMBERS, SCHEMA_VERSION, Description, check_forced, parts, without
 from symhbm.results.archive import check_schema
+from symhbm.results.reading import COMPLETE
 
 BLOCK = 2**26
 """Bytes of a variable that are read at a time: bounded memory."""
@@ -118,7 +119,7 @@ class Population:
     @cached_property
     def used(self) -> NDArray[np.bool_]:
         """Whether each sample is complete, ``(n_samples,)``."""
-        used = self.dataset["status"].values == str(Status.REACHED_END)
+        used = np.isin(self.dataset["status"].values.astype(str), [*map(str, COMPLETE)])
         if "converged" not in self.dataset:
             return used
         for block in slices(self.size, self.dataset.sizes[self.along]):

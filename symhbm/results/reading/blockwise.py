@@ -19,7 +19,7 @@ INNER = ("dof", "contact", "blade", "harmonic", "component")
 """Dimensions inside one point, peak or event."""
 ALIKE = 1e-9
 """Relative difference of values that differ by round-off alone."""
-COMPLETE = Status.REACHED_END, Status.SUCCESS, Status.CLOSED
+COMPLETE = Status.REACHED_END, Status.SUCCESS, Status.CLOSED, Status.WITHOUT_BOUND
 """How curves and points end of which nothing is missing."""
 _LARGEST_BLOCK = 2**21
 """Values read at once."""

@@ -24,9 +24,10 @@ def problem_of(**changes):
     "contact",
     [
         sh.Friction(**PRESSED),
+        sh.Friction(**PRESSED, across=(2,)),
         sh.Gap(normal=(1,), normal_stiffness=2e4, normal_load=5.0),
     ],
-    ids=["line", "stop"],
+    ids=["line", "plane", "stop"],
 )
 def test_a_small_force_has_the_response_of_a_larger_one(contact):
     """Neither slips nor opens. Round-off of loads of 3 and 5 N, which are held, moved it."""

@@ -197,8 +197,10 @@ class PlanarFriction(NormalLaw):
         if not self.varies:
             return force
         slopes = ca.reshape(events[first : first + normal * size], normal, size).T
-        normal_force = ca.mtimes(slopes, variables[tangential:]) - self.balanced_force(at)
-        return ca.vertcat(force, normal_force)
+        spring = ca.mtimes(slopes[:, 1:], variables[tangential + 1 :])
+        # In this order a small motion keeps its digits beside a load that is held.
+        held = slopes[:, 0] * variables[tangential] - self.balanced_force(at)
+        return ca.vertcat(force, spring + held)
 
     def locate(self, at: Motions, held: NDArray[np.bool_] | None = None) -> Located:
         """Locate all events; stick alone can be imposed: slip goes on nowhere short of its onset.

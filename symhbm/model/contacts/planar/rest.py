@@ -240,6 +240,8 @@ def resting_place(waves: Any, angles: Any, out: Any) -> int:
     asked = np.empty(samples)
     basis, kept = np.empty(4, dtype=np.int64), np.empty(3)
     trial, polished, sides = np.empty(3), np.empty(3), np.empty((3, 8))
+    # Without the mean of the limit, which moves no place, a small motion keeps its digits.
+    mean, waves[2, 0, 0] = waves[2, 0, 0], 0.0
     for i in range(samples):
         motion_at(waves, i * cell, at)
         for k in range(3):
@@ -308,6 +310,8 @@ def resting_place(waves: Any, angles: Any, out: Any) -> int:
                     n = left
                     for k in range(3):
                         angles[k], out[k] = kept[k], polished[k]
+    waves[2, 0, 0] = mean
+    out[2] -= mean
     return n
 
 
