@@ -8,12 +8,11 @@ from symhbm.continuation.correctors import (
     corrector_of,
     prepare,
 )
-from symhbm.continuation.following import filled, follow_branch
+from symhbm.continuation.following import branches_over, filled, follow_branch
 from symhbm.continuation.newton import ACCEPTED, NewtonResult, newton, other_solution, slope_of
 from symhbm.continuation.other_branches import FoundBranch, Origin, other_branches
 from symhbm.continuation.point import Event, EventKind, PathPoint
 from symhbm.continuation.problem import ContinuationProblem, FrequencyProblem, ParameterProblem
-from symhbm.continuation.restarts import branches_over
 from symhbm.continuation.segment import PathState, Segment
 from symhbm.continuation.start import AtRest, linear_response, solve_point
 from symhbm.continuation.status import SolveError, Status

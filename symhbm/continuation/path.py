@@ -45,9 +45,9 @@ from symhbm.continuation.point import (
     Event,
     EventKind,
     PathPoint,
+    Predictor,
     switched,
 )
-from symhbm.continuation.predictor import Predictor
 from symhbm.continuation.problem import ContinuationProblem
 from symhbm.continuation.status import Status
 from symhbm.numerics import FloatArray

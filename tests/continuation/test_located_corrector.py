@@ -8,7 +8,7 @@ import pytest
 import symhbm as sh
 from symhbm.continuation import FrequencyProblem, follow_branch
 from symhbm.continuation.correctors import AtLimit, Hyperplane, StepwiseCorrector, corrector_of
-from symhbm.continuation.correctors.located import LocatedCorrector
+from symhbm.continuation.correctors.compiled import LocatedCorrector
 
 TURN = 2 * np.pi
 

@@ -27,11 +27,10 @@ from symhbm.continuation.correctors import (
     crossed,
     unit_parameter,
 )
-from symhbm.continuation.following import follow_with
+from symhbm.continuation.following import chained, follow_with
 from symhbm.continuation.newton import ACCEPTED, TOLERANCE, NewtonResult
 from symhbm.continuation.path import Path
 from symhbm.continuation.problem import ContinuationProblem, ParameterProblem
-from symhbm.continuation.restarts import chained
 from symhbm.continuation.start import linear_response, solve_point
 from symhbm.continuation.status import Status
 from symhbm.numerics import Factorisation, FloatArray

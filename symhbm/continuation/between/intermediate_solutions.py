@@ -14,8 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.balance import HarmonicBalance
-from symhbm.continuation.between.doubt import Batch, Doubt
-from symhbm.continuation.between.segments import Segments
+from symhbm.continuation.between.segments import Batch, Doubt, Segments
 from symhbm.continuation.between.slopes import FLAT_SLOPE, TIE, Slopes
 from symhbm.continuation.correctors import Corrector
 from symhbm.continuation.point import PathPoint

@@ -16,8 +16,7 @@ from typing import NamedTuple
 import numpy as np
 
 from symhbm.balance import HarmonicBalance
-from symhbm.continuation.between.located_maximum import CORNER_JUMP, LocatedMaximum, PeakKind
-from symhbm.continuation.between.maxima import Maxima
+from symhbm.continuation.between.maxima import CORNER_JUMP, LocatedMaximum, Maxima, PeakKind
 from symhbm.continuation.between.missed_events import MissedEvents
 from symhbm.continuation.between.segments import Segments
 from symhbm.continuation.between.slopes import FLAT_SLOPE, Slopes, amplitude_and_slope, leading
