@@ -79,3 +79,58 @@ def test_cycle_of_opposite_neighbours_is_one_of_all_blades_alone():
     assert len(wave.frequency) == 1
     for name in ("frequency", "amplitude"):
         np.testing.assert_allclose(whole[name], wave[name], rtol=1e-8)
+
+
+N_BLADES, SPRINGS, LIMIT = 5, np.repeat([1e4, 5e3], 5), 1.5
+
+
+def driven_ring():
+    """Blades of 1 kg and 1e4 N/m that rub on each other and on the ground, driven by -2 N s/m."""
+    eye, blades = np.eye(N_BLADES), range(N_BLADES)
+    values = dict(friction_coefficient=0.5, normal_load=2 * LIMIT)
+    shrouds = [(j, (j + 1) % N_BLADES) for j in blades]
+    contacts = dict(
+        shrouds=sh.Friction(tangential=shrouds, contact_stiffness=1e4, **values),
+        roots=sh.Friction(tangential=[(j,) for j in blades], contact_stiffness=5e3, **values),
+    )
+    return sh.Model(eye, -2.0 * eye, 1e4 * eye, contacts=contacts)
+
+
+def marched(states, frequency, steps=4000):
+    """States (m, 20), displacements, velocities and sliders of that ring, a period later."""
+    x, v, sliders = np.split(states, [N_BLADES, 2 * N_BLADES], axis=1)
+    step, reach = 1 / frequency / steps, LIMIT / SPRINGS
+    for _ in range(steps):
+        x = x + step / 2 * v
+        moved = np.hstack([x - np.roll(x, -1, axis=1), x])
+        sliders = np.clip(sliders, moved - reach, moved + reach)
+        shrouds, roots = np.split(SPRINGS * (moved - sliders), 2, axis=1)
+        pull = 1e4 * x + roots + shrouds - np.roll(shrouds, 1, axis=1)
+        v = (v * (1 + step) - step * pull) / (1 - step)
+        x = x + step / 2 * v
+    return np.hstack([x, v, sliders])
+
+
+@pytest.mark.parametrize("wave", [1, *(pytest.param(k, marks=pytest.mark.slow) for k in (0, 2))])
+def test_growth_of_a_cycle_of_a_ring_is_that_of_all_blades_in_time(wave):
+    """The march knows nothing of harmonics, events and waves; differences tell its multipliers."""
+    alone = sh.HarmonicBalance(driven_ring(), harmonics=range(1, 20, 2))
+    found = sh.limit_cycles(alone, nodal_diameter=wave, progress=False)
+    assert found.sizes["point"] == 2
+    for point in (found.isel(point=i) for i in range(2)):
+        frequency, order = point.frequency.item(), point.harmonic.values
+        cosine, sine = np.moveaxis(point.coefficient.values, -1, 0)
+        start = np.zeros((1, 4 * N_BLADES))
+        start[0, :N_BLADES] = cosine.sum(axis=1)
+        start[0, N_BLADES : 2 * N_BLADES] = 2 * np.pi * frequency * sine @ order
+        # A period takes sliders to where they are; those that stick have no motion of their own.
+        start[:, 2 * N_BLADES :] = marched(start, frequency)[:, 2 * N_BLADES :]
+        moves = np.flatnonzero((np.arange(4 * N_BLADES) < 2 * N_BLADES) | (start[0] != 0))
+        size = 1e-6 * np.abs(cosine).max() * np.ones(4 * N_BLADES)
+        size[N_BLADES : 2 * N_BLADES] *= 2 * np.pi * frequency
+        ends = marched(np.vstack([start, start + np.diag(size)[moves]]), frequency)
+        assert np.abs(ends[0] - start)[0, :N_BLADES].max() < 5e-3 * np.abs(cosine).max()
+        values = np.linalg.eigvals((ends[1:] - ends[0])[:, moves] / size[moves, None])
+        across = np.delete(values, np.argmin(np.abs(values - 1)))  # without a shift in time
+        rate = np.log(np.abs(across).max()) * frequency
+        assert point.growth_rate.item() == pytest.approx(rate, abs=1e-3)

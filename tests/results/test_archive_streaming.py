@@ -4,6 +4,7 @@ import json
 import math
 import os
 import shutil
+import signal
 import sqlite3
 import subprocess
 import sys
@@ -556,3 +557,38 @@ def test_killed_at_any_instant(kills, workers, tmp_path):
         check=True,
     )
     assert_archive_of("product", path)
+
+
+STORED = """
+    import os, signal, sys
+    import test_archive_streaming as own
+    from symhbm.response import ensemble
+    from symhbm.results.archive.working_files import Store
+
+    ensemble._PIECE = 0.0  # each set is stored by itself
+    add, stored = Store.add, []
+
+    def then_killed(*given):
+        add(*given)
+        stored.append(given)
+        if len(stored) == int(sys.argv[2]):
+            os.kill(os.getpid(), signal.SIGKILL)
+
+    Store.add = then_killed
+    own.call("path", archive=sys.argv[1])
+"""
+
+
+@pytest.mark.parametrize("after", [3, *(pytest.param(n, marks=pytest.mark.slow) for n in (1, 2))])
+def test_killed_with_finished_sets(after, tmp_path, monkeypatch):
+    """What goes on computes the other sets, and no set twice."""
+    path = tmp_path / "x.nc"
+    killed = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(STORED), path, str(after)],
+        env=os.environ | {"PYTHONPATH": f"{Path(__file__).parent}:{Path(sh.__file__).parents[1]}"},
+    )
+    assert killed.returncode == -signal.SIGKILL
+    made = counted(monkeypatch)
+    sh.resume(path, progress=False).close()
+    assert len(made) == 4 - after
+    assert_archive_of("path", path)
