@@ -196,7 +196,7 @@ class Model(PolynomialStructure):
     )
 
     damping: ClassVar[Any] = None
-    """The rule that damping follows, a `Damping`, None where it is a matrix alone."""
+    """The rule that damping follows, as `RayleighDamping`, None where it is a matrix alone."""
     coriolis_matrix: ClassVar[Any] = None
     """The matrix of Coriolis forces at its speed, ``Omega G``, beside a rule of damping."""
 
