@@ -186,7 +186,7 @@ class Structure(Record, ABC):
     reduced_from: int | None = None
     """Number of degrees of freedom of the whole one that it is reduced from by its modes."""
     interfaces: Any = None
-    """How the sectors of a disk join, as `Interfaces`; None for a whole structure."""
+    """How the sectors of a disk join; None for a whole structure."""
     order: int | None = None
     """Engine order that moves a sector."""
     masters: Any = slice(None)

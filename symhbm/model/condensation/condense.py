@@ -50,8 +50,8 @@ def condense(
     A finite-element model of a hundred thousand degrees of freedom with twenty contacts then costs
     as much per frequency as the problem of the contacts alone. `HarmonicBalance` takes the result
     as a model, under the excitations given here, which keep their degrees of freedom; `frf`,
-    `follow` and `solve` give motion and peaks of the kept degrees of freedom, and `recover` gives
-    the motion of all others.
+    `follow` and `solve` give motion and peaks of the kept degrees of freedom, and
+    `symhbm.datasets.recover` gives the motion of all others.
 
     Parameters
     ----------
@@ -113,8 +113,9 @@ def condense(
     power from a difference of two motions (it is monotone): with ``L L^H = (Z - Z^H) / 2i``, what
     damping takes, a response ``x`` of any slip limits and contact stiffnesses differs by ``e``,
     whose ``|L^H e|`` is at most ``|L^-1 dZ L^-H|`` of ``|L^H x|``, plus the same part of that of
-    the linear response to forces inside. Cubic springs have no such bound. `recover` checks any
-    single point: how far its response is from that of all equations.
+    the linear response to forces inside. Cubic springs have no such bound.
+    `symhbm.datasets.recover` checks any single point: how far its response is from that of all
+    equations.
 
     Residuals are those of NumPy's ``longdouble``. Where that is no longer than a double (some
     processors and compilers), round-off of stiff elements stays in ``Z``: by about the ratio

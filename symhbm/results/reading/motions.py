@@ -46,7 +46,7 @@ def motion(
     ``coefficient``. Its complex amplitudes are ``X_n = a_n - i b_n``, hence ``x = Re sum_n X_n
     exp(i n omega t)``, and those of the velocity ``i n omega X_n``. A harmonic is ``|X_n| cos(n
     omega t - lag)``, with a positive ``phase_lag`` where it comes later than ``cos(n omega t)``, as
-    which a `PointForce` without phase acts.
+    which a `symhbm.forces.PointForce` without phase acts.
 
     Parameters
     ----------

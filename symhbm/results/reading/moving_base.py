@@ -29,7 +29,7 @@ def seen_from(
     where: Literal["ground", "base"],
     kind: Literal["points", "peaks"] = "points",
 ) -> xr.Dataset:
-    """Motions of a result under a `BaseMotion` as they are seen from the ground or the base.
+    """Motions of a result under a `symhbm.forces.BaseMotion` as seen from the ground or the base.
 
     Parameters
     ----------
