@@ -222,6 +222,7 @@ class Curve(CurveTable):
         evaluated = by_machine_code(self.refinement.equations(0)) if self.parts else -1
         table = dict(by_machine_code=np.array(evaluated, dtype=np.int8))
         table |= dict(status=np.array(status, dtype=object))
+        points.pop("doubling", None)
         return points | peaks | self.of_events(events) | self.counts(**counts) | table
 
     def problem_of(self, level: int) -> HarmonicBalance:
@@ -233,6 +234,8 @@ class Curve(CurveTable):
         highest = self.highest_level
         table = unsolved(self.problem_of(highest), size, self.request.stability)
         table |= self._truncation(size, highest) | self._normal(size)
+        if self.request.tells_stability:
+            table["doubling"] = np.full(size, np.nan)
         return table | {name: np.full_like(table["amplitude"], np.nan) for name in self._slopes}
 
     def rows(self, level: int, solutions: list[Solution]) -> Table:

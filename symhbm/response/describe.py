@@ -16,7 +16,7 @@ from symhbm.numerics import (
     largest_displacement,
 )
 from symhbm.results import OF_LAWS, VARIABLES, tables, values_of, variables_of
-from symhbm.time_domain import growth_rate, verdict
+from symhbm.time_domain import Growth, growth, verdict
 
 _OF_CONTACTS = dict(
     theta_0=np.nan,
@@ -54,7 +54,8 @@ def describe_each(
     point, 0 of the parameter at folds, add the slopes of amplitudes by the parameter. ``norms``
     (n_points,) are those of the equations where these are not the balance alone. ``held``
     (n_points,) tells points that were solved with the states of their contacts held: they are
-    corrected where their contacts, once free, do not balance.
+    corrected where their contacts, once free, do not balance. Beside growth rates ``doubling``
+    (n_points,), as of `Growth`, is for the search between points: no result.
     """
     first, omegas, unknowns = problems[0], RADIANS * frequencies, unknowns.copy()
     size = max(1, _BATCH // (first.n_dof + first.n_contacts))
@@ -77,6 +78,7 @@ def describe_each(
     amplitudes = {name: _where(table["converged"], of, np.nan) for name, of in amplitudes.items()}
     table, layout = amplitudes | table, _layout(first, stability)
     kinds = {name: dtype for name, (dtype, _) in layout.items()} | dict.fromkeys(amplitudes, float)
+    kinds |= dict.fromkeys(("doubling",) if stability else (), float)
     return {name: table[name].astype(kind, copy=False) for name, kind in kinds.items()}
 
 
@@ -159,11 +161,13 @@ def _described(
     if not converged.all():
         table = {name: _where(converged, values, np.nan) for name, values in table.items()}
     if stability:
-        rates = [
-            _growth(*point) if solved else np.nan
+        found = [
+            _growth(*point) if solved else Growth()
             for point, solved in zip(arguments, converged, strict=True)
         ]
+        rates = [of.rate for of in found]
         table["growth_rate"] = np.array(rates)
+        table["doubling"] = np.array([of.doubling for of in found])
         table["stability"] = np.array(
             [verdict(*point) for point in zip(rates, frequencies, strict=True)]
         )
@@ -245,8 +249,8 @@ def _amplitudes(
     return table | dict(amplitude_slope=after, amplitude_slope_before=before)
 
 
-def _growth(problem: HarmonicBalance, unknowns: FloatArray, frequency: float) -> float:
-    return growth_rate(problem, frequency, problem.evaluate(unknowns, frequency), unknowns)
+def _growth(problem: HarmonicBalance, unknowns: FloatArray, frequency: float) -> Growth:
+    return growth(problem, frequency, problem.evaluate(unknowns, frequency), unknowns)
 
 
 def _of_all_contacts(problem: HarmonicBalance, table: Table) -> Table:

@@ -104,6 +104,7 @@ def solve(
             point["normal_force_error"] = of_contacts
         if status == Status.SUCCESS and error > accuracy:
             status = Status.ACCURACY_NOT_REACHED + advice(problem, error, accuracy)
+    point.pop("doubling", None)
     result = schema.label_point(problem, frequency, point, str(status), accuracy)
     if throw and status != Status.SUCCESS:
         raise SolveError(f"frequency={frequency:g} Hz: {status}", result)

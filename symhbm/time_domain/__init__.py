@@ -5,9 +5,10 @@ from symhbm.time_domain.linear_motion import curved, in_plane
 from symhbm.time_domain.motion import exact_motion_of, free_motion
 from symhbm.time_domain.shooting import INTEGRATION_TOLERANCE
 from symhbm.time_domain.stability import (
+    Growth,
     check_stability,
     cycle_growth_rate,
-    growth_rate,
+    growth,
     verdict,
 )
 from symhbm.time_domain.stability_changes import (
@@ -21,13 +22,14 @@ __all__ = [
     "INTEGRATION_TOLERANCE",
     "Change",
     "ExactMotion",
+    "Growth",
     "Known",
     "check_stability",
     "curved",
     "cycle_growth_rate",
     "exact_motion_of",
     "free_motion",
-    "growth_rate",
+    "growth",
     "held_between",
     "in_plane",
     "stability_changes",

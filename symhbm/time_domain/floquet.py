@@ -53,6 +53,19 @@ def multipliers(
     contacts open or their normal load moves they are those of the period that follows the state at
     ``tau = 0``.
 
+    Raises errors as `multipliers_of_part`.
+    """
+    values, parts = multipliers_of_part(problem, frequency, unknowns)
+    return values**parts
+
+
+def multipliers_of_part(
+    problem: HarmonicBalance, frequency: float, unknowns: FloatArray
+) -> tuple[NDArray[np.complex128], int]:
+    """Those of the part of the period after which perturbations meet the same, and how many it has.
+
+    Where the motion is then the opposite one, so are perturbations whose multiplier is 1.
+
     Raises `numpy.linalg.LinAlgError` for a mass matrix that is not positive definite,
     ArithmeticError for a structure too stiff and too large to follow its oscillations, and for
     smooth laws beside normal loads that move.
@@ -60,10 +73,11 @@ def multipliers(
     if in_plane(problem) and moving_loads(problem):
         planar = PlanarMotion(problem, frequency, size_of(problem, unknowns))
         state = planar.of_active(state_of(problem.located(), unknowns, frequency))
-        return planar_march(planar, state, 2 * np.pi).multipliers(planar).astype(complex)
+        return planar_march(planar, state, 2 * np.pi).multipliers(planar).astype(complex), 1
     found = period_map(problem, frequency, unknowns)
-    values = np.linalg.eigvals(found.matrix) ** found.repeats
-    return values[np.argsort(-np.abs(values), kind="stable")].astype(complex)
+    values = np.linalg.eigvals(found.matrix)
+    values = values[np.argsort(-np.abs(values), kind="stable")].astype(complex)
+    return (-values if found.turns else values), found.repeats
 
 
 class PeriodMap(NamedTuple):
@@ -104,8 +118,8 @@ def period_map(problem: HarmonicBalance, frequency: float, unknowns: FloatArray)
     motion = _Perturbation(problem, frequency, relative, slipping, np.setdiff1d(active, slipping))
     size = 2 * model.n_dof + len(slipping)
     odd = all(group.law.odd for group in curved(problem))
-    repeats = _repeats(problem.harmonics, odd)
-    length = 2 * np.pi / repeats
+    parts = repeats(problem.harmonics, odd)
+    length = 2 * np.pi / parts
     edge, stick = _intervals(contact, begin, end, len(slipping), length, motion.breaks)
     if (edge[-1] / motion.longest_cell) * (size**3 + _LEAST_CUBE) > _MOST_WORK:
         raise ArithmeticError("a structure too stiff and too large to follow its oscillations")
@@ -117,7 +131,7 @@ def period_map(problem: HarmonicBalance, frequency: float, unknowns: FloatArray)
     )
     force = np.where(stick[0], motion.spring @ slope, 0.0)
     drift = np.concatenate([slope, curvature, force])
-    return PeriodMap(variation, drift, repeats, odd and repeats > math.gcd(*problem.harmonics))
+    return PeriodMap(variation, drift, parts, odd and parts > math.gcd(*problem.harmonics))
 
 
 def moving_loads(problem: HarmonicBalance) -> bool:
@@ -156,7 +170,7 @@ def _drift(linear: LinearMotion, run: March) -> FloatArray:
     return np.concatenate([powers[1] / width, 2 * powers[2] / width**2, rates])
 
 
-def _repeats(harmonics: tuple[int, ...], odd: bool) -> int:
+def repeats(harmonics: tuple[int, ...], odd: bool) -> int:
     """Number of periods of the perturbation equations in one: of ``odd`` laws they see no sign."""
     common = math.gcd(*harmonics)
     return common * (2 if odd and all(n // common % 2 for n in harmonics) else 1)

@@ -6,6 +6,8 @@ the harmonics of the response is ``(J + lambda D + lambda^2 M) p = 0``, whose ma
 this holds for slow perturbations alone; the monodromy matrix has the others too.
 """
 
+from typing import NamedTuple
+
 import numpy as np
 import scipy.linalg
 import scipy.sparse as sp
@@ -16,7 +18,13 @@ from symhbm.model import Structure
 from symhbm.model.condensation import LARGEST_MODAL
 from symhbm.model.contacts import MemorylessLaw
 from symhbm.numerics import FloatArray, check
-from symhbm.time_domain.floquet import moving_loads, multipliers, period_map
+from symhbm.time_domain.floquet import (
+    moving_loads,
+    multipliers,
+    multipliers_of_part,
+    period_map,
+    repeats,
+)
 from symhbm.time_domain.linear_motion import curved, in_plane
 
 NEUTRAL = 1e-9
@@ -62,17 +70,27 @@ def _check_condensed(model: Structure) -> None:
         )
 
 
-def growth_rate(
-    problem: HarmonicBalance, frequency: float, evaluation: Evaluation, unknowns: FloatArray
-) -> float:
-    """Largest real part of the Floquet exponents [1/s], as of `leading_exponent`."""
-    return leading_exponent(problem, frequency, evaluation, unknowns).real
+class Growth(NamedTuple):
+    """What becomes of small perturbations.
+
+    ``exponent`` is the Floquet exponent of the largest real part [1/s]. ``doubling`` is the product
+    of ``1 + mu`` over all multipliers, which is zero where one is -1; of those of half a period, or
+    of another part, after which perturbations meet the same.
+    """
+
+    exponent: complex = complex(np.nan)
+    doubling: float = np.nan
+
+    @property
+    def rate(self) -> float:
+        """The growth rate [1/s]."""
+        return self.exponent.real
 
 
-def leading_exponent(
+def growth(
     problem: HarmonicBalance, frequency: float, evaluation: Evaluation, unknowns: FloatArray
-) -> complex:
-    """The Floquet exponent of the largest real part [1/s] at a solution; ``frequency`` in rad/s.
+) -> Growth:
+    """What becomes of small perturbations of a solution; ``frequency`` in rad/s.
 
     ``unknowns`` (n_unknowns,) [m] and ``evaluation`` belong together. NaN for structures too large
     or too stiff, without a mass matrix that can be inverted, and with contacts that are neither
@@ -86,28 +104,30 @@ def leading_exponent(
     """
     whole = _in_matrices(problem)
     if problem.n_unknowns > MANY or whole is None:
-        return complex(np.nan)
+        return Growth()
     if not all(isinstance(group.law, MemorylessLaw) for group in curved(problem)):
-        return complex(np.nan)
+        return Growth()
     try:
         jacobian = _jacobian(problem, evaluation, frequency)
         slides = _slides(problem, evaluation, frequency)
         unknowns = _of_whole(problem, unknowns, frequency)
         if slides or whole.n_unknowns > MANY:
-            values = multipliers(whole, frequency, unknowns)
+            of_part, parts = multipliers_of_part(whole, frequency, unknowns)
+            values = of_part**parts
             # The determinant of what is condensed has the sign of that of all.
             if _agrees(jacobian, values):
                 largest = max(np.abs(values[0]), np.finfo(float).tiny)
                 exponent = complex(np.log(largest), np.angle(values[0]))
-                return exponent * frequency / (2 * np.pi)
+                exponent *= frequency / (2 * np.pi)
+                return Growth(exponent, _product(of_part))
             if whole.n_unknowns > MANY:
-                return complex(np.nan)
+                return Growth()
         if whole is not problem:
             evaluation = whole.evaluate(unknowns, frequency, states=evaluation.states)
             jacobian = _jacobian(whole, evaluation, frequency)
         return _by_hill(whole, frequency, jacobian, _damping(whole, frequency, unknowns))
     except (ArithmeticError, np.linalg.LinAlgError):
-        return complex(np.nan)
+        return Growth()
 
 
 def multiplier_at(
@@ -152,7 +172,7 @@ def cycle_growth_rate(
     ``unknowns`` (n_unknowns,) [m] and ``frequency`` [rad/s] are a motion of a problem without a
     force, ``phase`` (n_unknowns,) the row that tells when its period begins. Of one sector of a
     ring all other sectors are disturbed as well, by waves of any nodal diameters. NaN for
-    structures as of `growth_rate`, with planar friction, and where few harmonics disagree with the
+    structures as of `growth`, with planar friction, and where few harmonics disagree with the
     multipliers on which side of a fold the cycle is.
     """
     whole = problem.whole
@@ -249,7 +269,7 @@ def _damping(problem: HarmonicBalance, frequency: float, unknowns: FloatArray) -
 
 def _by_hill(
     problem: HarmonicBalance, frequency: float, jacobian: FloatArray, of_contacts: FloatArray
-) -> complex:
+) -> Growth:
     model, basis = problem.model, problem.basis
     identity = np.eye(basis.n_components)
     mass, damping = model.mass_matrix.toarray(), model.damping_matrix.toarray()
@@ -267,8 +287,27 @@ def _by_hill(
     # With odd harmonics alone two exponents may be equally near.
     distance = np.abs(exponents.imag)
     near = distance <= np.partition(distance, 2 * model.n_dof - 1)[2 * model.n_dof - 1] + _TIE
-    exponents = frequency * exponents[near]
-    return complex(exponents[np.argmax(exponents.real)])
+    leading = frequency * exponents[near][np.argmax(exponents[near].real)]
+    return Growth(complex(leading), _doubling(problem, exponents.astype(complex)))
+
+
+def _doubling(problem: HarmonicBalance, exponents: NDArray[np.complex128]) -> float:
+    """The product of `Growth`, NaN where truncation leaves open which exponents are copies."""
+    parts = repeats(problem.harmonics, odd=True)
+    # At the edges of the band those of one edge are copies of those of the other.
+    low, high = _TIE - parts / 2, _TIE + parts / 2
+    distinct = exponents[(exponents.imag > low) & (exponents.imag <= high)]
+    if len(distinct) != 2 * problem.model.n_dof:
+        return np.nan
+    with np.errstate(over="ignore", invalid="ignore"):
+        return _product(np.exp(2 * np.pi / parts * distinct))
+
+
+def _product(values: NDArray[np.complex128]) -> float:
+    """The product of ``1 + values``, NaN where it is too large."""
+    with np.errstate(over="ignore", invalid="ignore"):
+        product = float(np.prod(1 + values).real)
+    return product if np.isfinite(product) else np.nan
 
 
 def verdict(rate: float, frequency: float) -> int:

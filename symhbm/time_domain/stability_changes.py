@@ -14,7 +14,7 @@ import numpy as np
 import scipy
 
 from symhbm.continuation import Corrector, EventKind, PathState, Segment
-from symhbm.time_domain.stability import leading_exponent, multiplier_at, verdict
+from symhbm.time_domain.stability import Growth, growth, multiplier_at, verdict
 
 _BESIDE = 1e-2
 """Share of a segment at which stability beside an event is told."""
@@ -29,6 +29,14 @@ _CLOSE = 0.1
 """Growth rate over the largest one of a path below which it may pass zero twice in a step."""
 _STRAIGHT = 0.5
 """Largest distance of a growth rate from the mean of its neighbours, over itself, in between."""
+_STEEPER = 2.0
+"""How much faster than over the neighbouring steps a product of multipliers may fall in a step."""
+_STEPS_A_DIP = 60
+"""Steps of a path for each two that are looked into, so that the others bear the work."""
+_INSIDE = 0.05, 0.95
+"""Shares of a step between which the bottom of a dip is looked for at first."""
+_MAX_IN_DIP = 8
+"""Most solutions towards the bottom of a dip."""
 _MAX_DEPTH = 4
 _MAX_HALVINGS = 8
 _MAX_SECANTS = 12
@@ -45,12 +53,13 @@ _EXPLAINED = {EventKind.FOLD, EventKind.BRANCH}
 class Known(NamedTuple):
     """A solution of a path with its tangents on both sides.
 
-    ``rate`` is its growth rate [1/s]; ``kinds`` are those of the events there.
+    ``rate`` and ``doubling`` are as of `Growth`; ``kinds`` are those of the events there.
     """
 
     before: PathState
     after: PathState
     rate: float
+    doubling: float
     kinds: frozenset[str]
 
 
@@ -71,12 +80,12 @@ def stability_changes(
     """
     changes: list[Change] = []
     close = _CLOSE * max((abs(point.rate) for point in points if point is not None), default=0.0)
-    lost, before = 0, -1
+    lost, before, dips = 0, -1, _dips(corrector, points)
     for number, (left, right) in enumerate(pairwise(points)):
         if left is None or right is None:
             before = -1
             continue
-        along = _Along(corrector, left, right, close)
+        along = _Along(corrector, left, right, close, dips.get(number))
         try:
             samples = along.samples()
             if {before, samples[0].verdict} == {0, 1} and not left.kinds & _EXPLAINED:
@@ -92,6 +101,41 @@ def stability_changes(
     return changes, lost
 
 
+def _dips(corrector: Corrector, points: Sequence[Known | None]) -> dict[int, float]:
+    """Steps within which two multipliers may pass -1 and return, the likeliest, and about where.
+
+    Beside such a bubble the growth rate may be constant, of pairs of multipliers that turn on a
+    circle. Their product falls towards zero before such a step and rises after it.
+    """
+    value = np.array([np.nan if point is None else point.doubling for point in points])
+    length = np.array(
+        [
+            np.nan if left is None or right is None else _distance(corrector, left, right)
+            for left, right in pairwise(points)
+        ]
+    )
+    heading = np.sign(value[:-1])
+    left, right = heading * value[:-1], heading * value[1:]
+    slope = np.concatenate([[np.nan], np.diff(value) / length, [np.nan]])
+    fall = -_STEEPER * heading * length * slope[:-2]
+    rise = _STEEPER * heading * length * slope[2:]
+    # Where no neighbour tells, it may be anything.
+    fall = np.where(np.isnan(fall), _STEEPER * left, fall)
+    rise = np.where(np.isnan(rise), _STEEPER * right, rise)
+    turns = (fall > 0) & (rise > 0) & (right > 0)
+    # Both lines meet at the bottom.
+    both = np.where(turns, fall + rise, 1.0)
+    share = np.clip((left - right + rise) / both, *_INSIDE)
+    found = np.flatnonzero(turns & (left * rise + right * fall < fall * rise))
+    deepest = found[np.argsort(np.minimum(left, right)[found], kind="stable")]
+    return {int(i): float(share[i]) for i in deepest[: 2 + 2 * (len(points) // _STEPS_A_DIP)]}
+
+
+def _distance(corrector: Corrector, left: Known, right: Known) -> float:
+    start, end = left.after.state, right.before.state
+    return float(np.linalg.norm((end - start) / corrector.curve.scale(start))) or np.nan
+
+
 def held_between(corrector: Corrector, left: PathState, right: PathState) -> Segment:
     """The path between two points of it, its contacts as they are half-way."""
     segment = Segment(corrector, left, right, np.zeros(0, dtype=bool))
@@ -101,23 +145,27 @@ def held_between(corrector: Corrector, left: PathState, right: PathState) -> Seg
 
 
 class _Sample(NamedTuple):
-    """The growth rate at a share of a segment, and what it says."""
+    """What becomes of perturbations at a share of a segment, as of `Growth`, and what it says."""
 
     share: float
     rate: float
+    doubling: float
     verdict: int
 
 
 class _Along:
     """Stability of the solutions between two neighbouring points of a path.
 
-    Rates below ``close`` are looked at in between, too.
+    Rates below ``close`` are looked at in between, too, and multipliers that may reach -1 near a
+    share ``bottom``.
     """
 
-    def __init__(self, corrector: Corrector, left: Known, right: Known, close: float):
+    def __init__(
+        self, corrector: Corrector, left: Known, right: Known, close: float, bottom: float | None
+    ):
         self._curve = corrector.curve
         self._ends = left, right
-        self._corrector, self._close = corrector, close
+        self._corrector, self._close, self._bottom = corrector, close, bottom
 
     @cached_property
     def _segment(self) -> Segment:
@@ -126,19 +174,22 @@ class _Along:
 
     def samples(self) -> list[_Sample]:
         """Growth rates from the left end to the right one; beside ends with events."""
-        return self._between(self._at_end(0), self._at_end(1), 0)
+        found = self._between(self._at_end(0), self._at_end(1), 0)
+        if self._bottom is not None and len({sample.verdict for sample in found}) == 1:
+            return self._in_dip(found[0], found[-1], self._bottom)
+        return found
 
     def _at_end(self, end: int) -> _Sample:
         point = self._ends[end]
         _, frequency = self._curve.at(float(point.after.state[-1]))
         told = verdict(point.rate, frequency)
         if not point.kinds and told >= 0:
-            return _Sample(float(end), point.rate, told)
+            return _Sample(float(end), point.rate, point.doubling, told)
         return self._sample(abs(end - _BESIDE))
 
     def _sample(self, share: float) -> _Sample:
-        exponent, frequency = self._exponent(self._solved(share))
-        return _Sample(share, exponent.real, verdict(exponent.real, frequency))
+        found, frequency = self._growth(self._solved(share))
+        return _Sample(share, found.rate, found.doubling, verdict(found.rate, frequency))
 
     def _between(self, low: _Sample, high: _Sample, depth: int) -> list[_Sample]:
         """Two samples, and those in between where the rate may pass zero twice."""
@@ -155,6 +206,30 @@ class _Along:
         first, last = halves
         return [*first, *last[1:]]
 
+    def _in_dip(self, low: _Sample, high: _Sample, share: float) -> list[_Sample]:
+        """Two samples and those towards the smallest product of multipliers in between.
+
+        It is expected at ``share``, then where a parabola has it, unless it stays far from zero.
+        """
+        known, heading = [low, high], np.sign(low.doubling)
+        for _ in range(_MAX_IN_DIP):
+            try:
+                known = sorted([*known, self._sample(share)])
+            except ArithmeticError:
+                break
+            values = heading * np.array([sample.doubling for sample in known])
+            if len({sample.verdict for sample in known}) > 1 or not values.min() > 0:
+                break
+            first = min(max(int(np.argmin(values)) - 1, 0), len(known) - 3)
+            places = np.array([sample.share for sample in known])
+            bend, slope, start = np.polyfit(places[first : first + 3], values[first : first + 3], 2)
+            if not (bend > 0 and start - slope**2 / (4 * bend) < values.min() / 2):
+                break
+            share = float(-slope / (2 * bend))
+            if not low.share < share < high.share:
+                break
+        return known
+
     def change(self, low: float, high: float) -> tuple[EventKind, PathState]:
         """What happens where the growth rate passes zero, and the solution there."""
         state = self._crossing(self._solved(low), self._solved(high), 0)
@@ -170,11 +245,11 @@ class _Along:
                 raise ArithmeticError("the path between two points cannot be solved for")
             return found
 
-        ends = [self._exponent(state)[0].real for state in (left, right)]
+        ends = [self._growth(state)[0].rate for state in (left, right)]
         bracket = [0.0, 1.0]
 
         def rate(share: float) -> float:
-            found = self._exponent(solved(share))[0].real
+            found = self._growth(solved(share))[0].rate
             bracket[(found > 0) != (ends[0] > 0)] = share
             return found
 
@@ -194,13 +269,13 @@ class _Along:
         middle = part.solve_between(0.5)
         if middle is None:
             raise ArithmeticError("the path between two points cannot be solved for")
-        grows = self._exponent(middle)[0].real > 0
+        grows = self._growth(middle)[0].rate > 0
         halves = (left, middle) if grows != (ends[0] > 0) else (middle, right)
         return self._crossing(*halves, depth + 1)
 
     def kind(self, state: PathState) -> EventKind:
         """What happens at a solution where the stability changes."""
-        exponent, frequency = self._exponent(state)
+        (exponent, _), frequency = self._growth(state)
         if not abs(exponent.real) <= _CONTINUOUS * frequency:
             return EventKind.STABILITY
         problem, _ = self._curve.at(float(state.state[-1]))
@@ -222,9 +297,9 @@ class _Along:
             raise ArithmeticError("the path between two points cannot be solved for")
         return solution
 
-    def _exponent(self, state: PathState) -> tuple[complex, float]:
-        """The leading exponent and the frequency."""
+    def _growth(self, state: PathState) -> tuple[Growth, float]:
+        """What becomes of perturbations, and the frequency."""
         unknowns = state.state[:-1]
         problem, frequency = self._curve.at(float(state.state[-1]))
         evaluation = problem.evaluate(unknowns, frequency)
-        return leading_exponent(problem, frequency, evaluation, unknowns), frequency
+        return growth(problem, frequency, evaluation, unknowns), frequency

@@ -56,7 +56,7 @@ def test_what_is_not_kept_is_not_computed(monkeypatch):
     def forbidden(*_):
         raise AssertionError
 
-    monkeypatch.setattr("symhbm.response.describe.growth_rate", forbidden)
+    monkeypatch.setattr("symhbm.response.describe.growth", forbidden)
     without = sh.frf(duffing(), (0.5 / TURN, 2 / TURN), at=[1.2 / TURN], keep=["amplitude"])
     assert without.amplitude.identical(whole.amplitude)
     assert "growth_rate" in without.attrs["left_out"]

@@ -250,3 +250,21 @@ def test_contacts_that_open_double_the_period():
             real = motion.multiplier_real.values[motion.multiplier_imag.values == 0]
             beyond.append(-1 - real.min())
         assert beyond[0] * beyond[1] < 0
+
+
+def test_two_period_doublings_within_a_step():
+    """On both sides two multipliers turn on one circle, and the growth rate is constant."""
+    stop = sh.Gap(normal=(0, 1), normal_stiffness=76306.0, gap=0.0)
+    damping, stiffness = 7.4 * np.eye(2), [[1.2e4, -2e3], [-2e3, 1.4e4]]
+    model = sh.Model(np.eye(2), damping, stiffness, contacts={"stop": stop})
+    problem = sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=5.0), range(6))
+    up, down = (
+        sh.follow(problem, "gap", band, frequency=16.0, stability=True)
+        for band in ((-5.12e-5, -4.94e-5), (-4.94e-5, -5.12e-5))
+    )
+    found = []
+    for curve in (up, down):
+        doubles = curve.event_kind.values == "period doubling"
+        found.append(np.sort(curve.event_gap.values[doubles]))
+    assert len(found[0]) == 2
+    np.testing.assert_allclose(found[0], found[1], rtol=1e-9)

@@ -21,8 +21,12 @@ def events_between(
     ``points`` are the results of the solutions; places are numbers of solutions, ascending.
     """
     solutions, tells = list(solutions), request.tells_stability
-    rates = points["growth_rate"].tolist() if tells else [0.0] * len(solutions)
-    told = [_known(request, refinement, *of) for of in zip(solutions, rates, strict=True)]
+    nothing = np.zeros(len(solutions))
+    rates, doublings = (
+        points[name].tolist() if tells else nothing.tolist() for name in ("growth_rate", "doubling")
+    )
+    growths = zip(solutions, rates, doublings, strict=True)
+    told = [_known(request, refinement, *of) for of in growths]
     inserted: list[tuple[int, Solution]] = []
     lost = first = 0
     for level, run in groupby(solutions, lambda solution: solution.level):
@@ -60,7 +64,7 @@ def _in_order(
 
 
 def _known(
-    request: Request, refinement: Refinement, solution: Solution, rate: float
+    request: Request, refinement: Refinement, solution: Solution, rate: float, doubling: float
 ) -> Known | None:
     """A solution as the search between two of them needs it, None where there is none."""
     if solution.unknowns is None or math.isnan(rate):
@@ -72,4 +76,4 @@ def _known(
         PathState(state, -tangent if turns and tangent[-1] > 0 else tangent)
         for tangent in solution.tangents
     )
-    return Known(before, after, rate, frozenset(e.kind for e in solution.events))
+    return Known(before, after, rate, doubling, frozenset(e.kind for e in solution.events))
