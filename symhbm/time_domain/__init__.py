@@ -1,9 +1,9 @@
 """Exact periodic motions in the time domain, and the stability of responses."""
 
 from symhbm.time_domain.exact_motion import ExactMotion
+from symhbm.time_domain.integrated_motion import INTEGRATION_TOLERANCE
 from symhbm.time_domain.linear_motion import curved, in_plane
 from symhbm.time_domain.motion import exact_motion_of, free_motion
-from symhbm.time_domain.shooting import INTEGRATION_TOLERANCE
 from symhbm.time_domain.stability import (
     Growth,
     check_stability,

@@ -21,10 +21,9 @@ from symhbm.numerics import FloatArray
 from symhbm.time_domain.event_march import March, march
 from symhbm.time_domain.linear_motion import LinearMotion, curved, in_plane
 from symhbm.time_domain.normal_springs import STICK
-from symhbm.time_domain.periodic_orbit import state_of
+from symhbm.time_domain.periodic_orbit import size_of, state_of
 from symhbm.time_domain.planar_march import planar_march
 from symhbm.time_domain.planar_motion import PlanarMotion
-from symhbm.time_domain.shooting import size_of
 
 _DIGITS = 37.0
 """Digits of a series, as a natural logarithm."""

@@ -1,24 +1,125 @@
 """The periodic motion in time: event-driven for springs and sliders, by shooting with others.
 
+Shooting solves for the periodic state by Newton's method, with the variational equations for its
+derivative. Motions need not be unique: a response nearby selects one.
+
 Of motions that no force drives the period is unknown as well, and of a nonlinear mode the damping
 ratio of the force along the momentum that sustains it, while its amplitude is given.
 """
 
+from collections.abc import Callable
+from dataclasses import replace
 from functools import partial
 from typing import Any, NamedTuple
 
 import numpy as np
 
 from symhbm.balance import HarmonicBalance
-from symhbm.continuation import newton, solve_point
-from symhbm.numerics import FloatArray, by_harmonic, larger_set, unknowns_of
+from symhbm.continuation import Status, newton, solve_point
+from symhbm.numerics import FloatArray, by_harmonic, check, larger_set, unknowns_of
 from symhbm.time_domain.event_march import March, march
-from symhbm.time_domain.exact_motion import ExactMotion, exact_motion
+from symhbm.time_domain.exact_motion import ExactMotion, describe_motion, exact_motion
+from symhbm.time_domain.integrated_motion import IntegratedMotion
 from symhbm.time_domain.linear_motion import LinearMotion, curved, extremes, in_plane
-from symhbm.time_domain.periodic_orbit import PERIODIC_TOLERANCE, energy_scale, state_of
+from symhbm.time_domain.periodic_orbit import (
+    PERIODIC_TOLERANCE,
+    Shot,
+    energy_scale,
+    shot,
+    size_of,
+    state_of,
+    with_centres,
+)
 from symhbm.time_domain.planar_march import planar_march, planar_shot
 from symhbm.time_domain.planar_motion import PlanarMotion
-from symhbm.time_domain.shooting import shoot
+
+PERIODIC = 1e-9
+"""Largest distance of states a period apart over the motion, in the norm of energy."""
+_EVEN = 1e-9
+"""Share of a response below which even harmonics count as zero."""
+_FARTHEST = 100.0
+"""Norm of a trial over that of the start above which the step is too long."""
+_SHOOTING_SHARES = tuple(0.5**k for k in range(8))
+"""Shares of a Newton step that are tried."""
+_SHOOTING_ITERATIONS = 40
+"""Most steps of Newton's method."""
+_SMALLEST = 1e-12
+"""Share of the largest singular value below which a direction is undetermined."""
+
+
+class _Bounded(LinearMotion):
+    """The motion without its smooth laws, which does not grow."""
+
+    def _check_contacts(self, problem: HarmonicBalance) -> None:
+        """Any."""
+
+
+def shoot_once(linear: LinearMotion, state: FloatArray) -> Shot:
+    """A shot that leaves contacts that never slip between their limits."""
+    return with_centres(linear, shot(linear, state))
+
+
+def shoot(
+    balance: HarmonicBalance,
+    unknowns: FloatArray,
+    frequency: float,
+    kind: Any = IntegratedMotion,
+    once: Callable[..., Shot] = shoot_once,
+    march: Callable[..., March] = march,
+) -> ExactMotion:
+    """Find the periodic motion near a response (n_unknowns,) [m] to harmonic balance.
+
+    ``frequency`` is angular [rad/s]. The motion repeats itself with the opposite sign after half a
+    period where force and response do. A contact that never slips is centred between its limits.
+
+    Raises ValueError for a mass matrix that is not positive definite.
+    """
+    frequency = check.scalar("frequency", frequency, "positive")
+    coefficients = np.abs(balance.layout.coefficients(unknowns))
+    integrator = kind(balance, frequency, size_of(balance, unknowns))
+    even = coefficients[:, balance.basis.order % 2 == 0]
+    integrator.antiperiodic &= bool(even.max(initial=0.0) <= _EVEN * coefficients.max())
+    start = integrator.of_active(state_of(balance, unknowns, frequency))
+    try:
+        state, iterations, status = _periodic_state(integrator, start, once)
+        motion = describe_motion(integrator, state, iterations, status, march)
+        motion = replace(motion, friction_loss=motion.friction_loss + integrator.loss(motion))
+    except ArithmeticError:
+        n_state = 2 * integrator.n_dof + len(integrator.active)
+        motion = describe_motion(_Bounded(balance, frequency), np.zeros(n_state), 0, Status.GROWS)
+        return replace(motion, periodicity=np.inf)
+    if status == Status.SUCCESS and motion.status == Status.NO_MOTION:
+        # The tolerance of motions exact to round-off is below that of the integrator.
+        status = Status.SUCCESS if motion.periodicity <= PERIODIC else Status.NO_MOTION
+        motion = replace(motion, status=status)
+    return motion
+
+
+def _periodic_state(
+    integrator: IntegratedMotion, start: FloatArray, once: Callable[..., Shot]
+) -> tuple[FloatArray, int, Status]:
+    """State at ``tau = 0`` of the periodic motion, number of Newton steps, and status."""
+    scale = energy_scale(integrator)
+    farthest = _FARTHEST * np.linalg.norm(scale * start) or np.inf
+
+    def attempt(state: FloatArray) -> Shot:
+        if np.linalg.norm(scale * state) > farthest:
+            raise ArithmeticError("the motion is far from the start")
+        return once(integrator, state)
+
+    current = attempt(start)
+    for iteration in range(_SHOOTING_ITERATIONS):
+        near = current.is_near(PERIODIC)
+        if current.norm == 0:
+            return current.state, iteration, Status.SUCCESS
+        matrix = current.matrix * (scale[:, None] / scale)
+        step = np.linalg.lstsq(matrix, -scale * current.residual, rcond=_SMALLEST)[0] / scale
+        trial = current.improved(step, near, _SHOOTING_SHARES, attempt)
+        if trial is None:
+            return current.state, iteration, Status.SUCCESS if near else Status.NO_MOTION
+        current = trial
+    return current.state, _SHOOTING_ITERATIONS, Status.NO_MOTION
+
 
 Balanced = tuple[HarmonicBalance, FloatArray]
 """A problem and its unknowns (n_unknowns,) [m]."""

@@ -78,6 +78,11 @@ def _from_stuck(balance: HarmonicBalance, frequency: float) -> NewtonResult:
     return newton(partial(balance.evaluate, frequency=frequency), unknowns)
 
 
+def size_of(balance: HarmonicBalance, unknowns: FloatArray) -> float:
+    """Bound [m] of a response, for tolerances."""
+    return float(np.abs(balance.layout.coefficients(unknowns)).sum(axis=1).max()) or 1.0
+
+
 def state_of(balance: HarmonicBalance, unknowns: FloatArray, frequency: float) -> FloatArray:
     """State (2 n_dof + n_contacts,) at ``tau = 0`` of a response: displacement, slope, friction.
 

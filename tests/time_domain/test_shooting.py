@@ -11,7 +11,7 @@ import symhbm as sh
 from studies import fig03_single_blade as fig03
 from studies import fig08_engine_orders as fig08
 from symhbm.model import force_coefficients
-from symhbm.time_domain.shooting import shoot
+from symhbm.time_domain.motion import shoot
 
 TURN = 2 * np.pi
 NINE = (1, 3, 5, 7, 9)

@@ -15,8 +15,8 @@ from symhbm.numerics import FourierBasis
 from symhbm.time_domain.event_march import march
 from symhbm.time_domain.exact_motion import exact_motion
 from symhbm.time_domain.linear_motion import LinearMotion
+from symhbm.time_domain.motion import shoot
 from symhbm.time_domain.normal_springs import APART, STICK
-from symhbm.time_domain.shooting import shoot
 from tests.pressed_contact import (
     CASES,
     TURN,

@@ -11,7 +11,13 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.model.contacts.coulomb.located import details_of, locate, one_harmonic_kernel, unpack
+from symhbm.model.contacts.coulomb.located import (
+    details_of,
+    locate,
+    one_harmonic_kernel,
+    stick_intervals,
+    unpack,
+)
 from symhbm.model.contacts.coulomb.march import range_margins
 from symhbm.model.contacts.coulomb.sampled import histories_of, locate_sampled
 from symhbm.model.contacts.coulomb.state import (
@@ -252,7 +258,8 @@ class Coulomb(ContactLaw):
     def history(self, at: Motions, n_angles: int) -> list[History]:
         """Of the slider on its own motion, located."""
         sliders = self.sliders(at.frequency, at.values)
-        return histories_of(at.basis, at.motion, *sliders, n_angles)
+        sticks = stick_intervals(at.basis, at.motion, *sliders)
+        return histories_of(at.basis, at.motion, *sliders, sticks, n_angles)
 
     def largest_force(self, values: Values, size: float, switched: bool) -> FloatArray:
         """The spring's, of contacts that slip: those that stick are linear."""

@@ -15,7 +15,6 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.model.contacts.coulomb.located import stick_intervals
 from symhbm.model.contacts.coulomb.state import SMALLEST_MOTION, ContactState
 from symhbm.model.contacts.motions import Behaviour, History
 from symhbm.numerics import FloatArray, FourierBasis, check
@@ -26,14 +25,16 @@ def histories_of(
     coefficients: FloatArray,
     contact_stiffness: FloatArray,
     slip_limit: FloatArray,
+    sticks: tuple[NDArray[np.intp], FloatArray, FloatArray],
     n_angles: int,
 ) -> list[History]:
     """Of motions (n_motions, n_components) [m], one for each.
 
-    ``contact_stiffness`` (n_motions,) in N/m, ``slip_limit`` (n_motions,) in N; ``n_angles`` is the
-    number of points over a period beside its events.
+    ``contact_stiffness`` (n_motions,) in N/m, ``slip_limit`` (n_motions,) in N; ``sticks``
+    are intervals as of `stick_intervals`; ``n_angles`` is the number of points over a period beside
+    its events.
     """
-    owner, begin, end = stick_intervals(basis, coefficients, contact_stiffness, slip_limit)
+    owner, begin, end = sticks
     parameters = zip(coefficients, contact_stiffness.tolist(), slip_limit.tolist(), strict=True)
     return [
         _history(basis, *values, begin[owner == i], end[owner == i], n_angles)

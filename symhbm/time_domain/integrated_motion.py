@@ -1,46 +1,29 @@
-"""The periodic motion with smooth contact laws by shooting.
+"""Motions with smooth contact laws, by steps of an integrator.
 
-Newton's method solves for the periodic state, with the variational equations for its derivative.
 The integrator (DOP853) keeps a tolerance, while motions with friction alone are exact to round-off.
 Its steps are polynomials too: `symhbm.time_domain.event_march` locates the events of friction
-contacts on them. Motions need not be unique: a response nearby selects one.
+contacts on them.
 """
 
 from collections.abc import Callable
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
 import scipy
 
 from symhbm.balance import HarmonicBalance
-from symhbm.continuation import Status
 from symhbm.model.contacts import MemorylessLaw
-from symhbm.numerics import FloatArray, check
-from symhbm.time_domain.event_march import March, march
-from symhbm.time_domain.exact_motion import ExactMotion, describe_motion
+from symhbm.numerics import FloatArray
 from symhbm.time_domain.linear_motion import DEGREE, LinearFlow, LinearMotion, curved
 from symhbm.time_domain.normal_springs import STICK
-from symhbm.time_domain.periodic_orbit import Shot, energy_scale, shot, state_of, with_centres
 
 INTEGRATION_TOLERANCE = 1e-12
 """Tolerance of a step of the integrator, relative to the motion at its end and to its size."""
-PERIODIC = 1e-9
-"""Largest distance of states a period apart over the motion, in the norm of energy."""
-_EVEN = 1e-9
-"""Share of a response below which even harmonics count as zero."""
-_FARTHEST = 100.0
-"""Norm of a trial over that of the start above which the step is too long."""
 _FIRST = 0.3
 """First step of the integrator over a cell of the linear motion."""
 _SHORTEST = 1e-7
 """Step of the integrator [rad] below which the motion grows without bound."""
-_SHARES = tuple(0.5**k for k in range(8))
-"""Shares of a Newton step that are tried."""
-_ITERATIONS = 40
-"""Most steps of Newton's method."""
-_SMALLEST = 1e-12
-"""Share of the largest singular value below which a direction is undetermined."""
 _HIGHEST = 32
 """Harmonic up to which the power of smooth contacts is integrated exactly, beside the cells'."""
 
@@ -96,8 +79,8 @@ class IntegratedMotion(LinearMotion):
                 f"{', '.join(laws)}"
             )
 
-    def loss(self, motion: ExactMotion) -> FloatArray:
-        """Energy that smooth contacts dissipate, (n_contacts,) [J]."""
+    def loss(self, motion: Any) -> FloatArray:
+        """Energy that smooth contacts dissipate along an `ExactMotion`, (n_contacts,) [J]."""
         result = np.zeros(self.n_contacts)
         tau, weight, (x, slope, _) = motion.quadrature(_HIGHEST)
         for group, (law, values, rows, _) in zip(self._groups, self._smooth, strict=True):
@@ -180,82 +163,3 @@ class IntegratedMotion(LinearMotion):
             return result
 
         return acceleration
-
-
-class _Bounded(LinearMotion):
-    """The motion without its smooth laws, which does not grow."""
-
-    def _check_contacts(self, problem: HarmonicBalance) -> None:
-        """Any."""
-
-
-def size_of(balance: HarmonicBalance, unknowns: FloatArray) -> float:
-    """Bound [m] of a response, for tolerances."""
-    return float(np.abs(balance.layout.coefficients(unknowns)).sum(axis=1).max()) or 1.0
-
-
-def shoot_once(linear: LinearMotion, state: FloatArray) -> Shot:
-    """A shot that leaves contacts that never slip between their limits."""
-    return with_centres(linear, shot(linear, state))
-
-
-def shoot(
-    balance: HarmonicBalance,
-    unknowns: FloatArray,
-    frequency: float,
-    kind: Any = IntegratedMotion,
-    once: Callable[..., Shot] = shoot_once,
-    march: Callable[..., March] = march,
-) -> ExactMotion:
-    """Find the periodic motion near a response (n_unknowns,) [m] to harmonic balance.
-
-    ``frequency`` is angular [rad/s]. The motion repeats itself with the opposite sign after half a
-    period where force and response do. A contact that never slips is centred between its limits.
-
-    Raises ValueError for a mass matrix that is not positive definite.
-    """
-    frequency = check.scalar("frequency", frequency, "positive")
-    coefficients = np.abs(balance.layout.coefficients(unknowns))
-    integrator = kind(balance, frequency, size_of(balance, unknowns))
-    even = coefficients[:, balance.basis.order % 2 == 0]
-    integrator.antiperiodic &= bool(even.max(initial=0.0) <= _EVEN * coefficients.max())
-    start = integrator.of_active(state_of(balance, unknowns, frequency))
-    try:
-        state, iterations, status = _periodic_state(integrator, start, once)
-        motion = describe_motion(integrator, state, iterations, status, march)
-        motion = replace(motion, friction_loss=motion.friction_loss + integrator.loss(motion))
-    except ArithmeticError:
-        n_state = 2 * integrator.n_dof + len(integrator.active)
-        motion = describe_motion(_Bounded(balance, frequency), np.zeros(n_state), 0, Status.GROWS)
-        return replace(motion, periodicity=np.inf)
-    if status == Status.SUCCESS and motion.status == Status.NO_MOTION:
-        # The tolerance of motions exact to round-off is below that of the integrator.
-        status = Status.SUCCESS if motion.periodicity <= PERIODIC else Status.NO_MOTION
-        motion = replace(motion, status=status)
-    return motion
-
-
-def _periodic_state(
-    integrator: IntegratedMotion, start: FloatArray, once: Callable[..., Shot]
-) -> tuple[FloatArray, int, Status]:
-    """State at ``tau = 0`` of the periodic motion, number of Newton steps, and status."""
-    scale = energy_scale(integrator)
-    farthest = _FARTHEST * np.linalg.norm(scale * start) or np.inf
-
-    def attempt(state: FloatArray) -> Shot:
-        if np.linalg.norm(scale * state) > farthest:
-            raise ArithmeticError("the motion is far from the start")
-        return once(integrator, state)
-
-    current = attempt(start)
-    for iteration in range(_ITERATIONS):
-        near = current.is_near(PERIODIC)
-        if current.norm == 0:
-            return current.state, iteration, Status.SUCCESS
-        matrix = current.matrix * (scale[:, None] / scale)
-        step = np.linalg.lstsq(matrix, -scale * current.residual, rcond=_SMALLEST)[0] / scale
-        trial = current.improved(step, near, _SHARES, attempt)
-        if trial is None:
-            return current.state, iteration, Status.SUCCESS if near else Status.NO_MOTION
-        current = trial
-    return current.state, _ITERATIONS, Status.NO_MOTION
