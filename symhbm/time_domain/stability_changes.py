@@ -14,6 +14,7 @@ import numpy as np
 import scipy
 
 from symhbm.continuation import Corrector, EventKind, PathState, Segment
+from symhbm.numerics import refined
 from symhbm.time_domain.stability import Growth, growth, multiplier_at, verdict
 
 _BESIDE = 1e-2
@@ -174,7 +175,7 @@ class _Along:
 
     def samples(self) -> list[_Sample]:
         """Growth rates from the left end to the right one; beside ends with events."""
-        found = self._between(self._at_end(0), self._at_end(1), 0)
+        found = refined([self._at_end(0), self._at_end(1)], self._middle, _MAX_DEPTH)
         if self._bottom is not None and len({sample.verdict for sample in found}) == 1:
             return self._in_dip(found[0], found[-1], self._bottom)
         return found
@@ -188,23 +189,20 @@ class _Along:
         return self._sample(abs(end - _BESIDE))
 
     def _sample(self, share: float) -> _Sample:
-        found, frequency = self._growth(self._solved(share))
+        found, frequency = self._growth(self._segment.at(share))
         return _Sample(share, found.rate, found.doubling, verdict(found.rate, frequency))
 
-    def _between(self, low: _Sample, high: _Sample, depth: int) -> list[_Sample]:
-        """Two samples, and those in between where the rate may pass zero twice."""
-        if depth == _MAX_DEPTH or min(abs(low.rate), abs(high.rate)) >= self._close:
-            return [low, high]
+    def _middle(self, low: _Sample, high: _Sample) -> _Sample | None:
+        """A sample between two others where the rate may pass zero twice."""
+        if min(abs(low.rate), abs(high.rate)) >= self._close:
+            return None
         try:
             middle = self._sample((low.share + high.share) / 2)
         except ArithmeticError:
-            return [low, high]
+            return None
         bend = abs(middle.rate - (low.rate + high.rate) / 2)
-        if bend < _STRAIGHT * abs(middle.rate) and low.verdict == middle.verdict == high.verdict:
-            return [low, high]
-        halves = (self._between(*pair, depth + 1) for pair in ((low, middle), (middle, high)))
-        first, last = halves
-        return [*first, *last[1:]]
+        same = low.verdict == middle.verdict == high.verdict
+        return None if same and bend < _STRAIGHT * abs(middle.rate) else middle
 
     def _in_dip(self, low: _Sample, high: _Sample, share: float) -> list[_Sample]:
         """Two samples and those towards the smallest product of multipliers in between.
@@ -232,24 +230,17 @@ class _Along:
 
     def change(self, low: float, high: float) -> tuple[EventKind, PathState]:
         """What happens where the growth rate passes zero, and the solution there."""
-        state = self._crossing(self._solved(low), self._solved(high), 0)
+        state = self._crossing(self._segment.at(low), self._segment.at(high), 0)
         return self.kind(state), state
 
     def _crossing(self, left: PathState, right: PathState, depth: int) -> PathState:
         """The solution where the rate passes zero; halves a part that a cubic does not follow."""
         part = held_between(self._corrector, left, right)
-
-        def solved(share: float) -> PathState:
-            found = (left, right)[int(share)] if share in (0.0, 1.0) else part.solve(share)
-            if found is None:
-                raise ArithmeticError("the path between two points cannot be solved for")
-            return found
-
         ends = [self._growth(state)[0].rate for state in (left, right)]
         bracket = [0.0, 1.0]
 
         def rate(share: float) -> float:
-            found = self._growth(solved(share))[0].rate
+            found = self._growth(part.at(share))[0].rate
             bracket[(found > 0) != (ends[0] > 0)] = share
             return found
 
@@ -262,7 +253,7 @@ class _Along:
                 beside = [rate(at) for at in tuple(bracket)]
                 if np.abs(beside).sum() < _SHRINKS * np.abs(ends).sum():
                     share = search.brentq(rate, *bracket, xtol=_PRECISION)
-            return solved(float(share))
+            return part.at(float(share))
         except ArithmeticError:
             if depth == _MAX_HALVINGS:
                 raise
@@ -288,14 +279,6 @@ class _Along:
         odd = all(n % 2 for n in problem.harmonics)
         half = odd and abs(abs(exponent.imag) / frequency - 1) < _HALF
         return EventKind.SYMMETRY if half else EventKind.STABILITY
-
-    def _solved(self, share: float) -> PathState:
-        if share in (0.0, 1.0):
-            return self._ends[1].before if share else self._ends[0].after
-        solution = self._segment.solve(share)
-        if solution is None:
-            raise ArithmeticError("the path between two points cannot be solved for")
-        return solution
 
     def _growth(self, state: PathState) -> tuple[Growth, float]:
         """What becomes of perturbations, and the frequency."""
