@@ -162,7 +162,7 @@ def test_narrow_resonances_are_counted_wave_by_wave():
          "pattern: expected 4 values"),
         (lambda m: sh.forces.EngineOrder(2, pattern={0: "a"}), TypeError, "a complex number"),
         (lambda m: sh.forces.EngineOrder(2, pattern={0: np.nan}), ValueError, "finite"),
-        (lambda m: sh.forces.EngineOrder(2, places=[1], pattern={0: 1}), ValueError, "blades=None"),
+        (lambda m: sh.forces.EngineOrder(2, places=[1], pattern={0: 1}), ValueError, "places=None"),
         (lambda m: sh.periodic_motion(sh.HarmonicBalance(sector(m), one_order()), 5.0), TypeError,
          "craig_bampton"),
         (lambda m: sh.datasets.sector_response(sh.solve(sh.HarmonicBalance(sector(m), one_order()),
