@@ -5,7 +5,7 @@ from importlib import import_module
 from importlib.metadata import version
 from typing import TYPE_CHECKING, Any
 
-from symhbm.balance import HarmonicBalance, SwitchingAngles
+from symhbm.balance import HarmonicBalance, SwitchingAngles, goals
 from symhbm.continuation import SolveError, Status
 from symhbm.design import (
     flutter_limit,
@@ -50,7 +50,7 @@ from symhbm.response import (
     verify,
 )
 from symhbm.results import Run
-from symhbm.results.archive import load, merge, save
+from symhbm.results.archive import load, save
 
 if TYPE_CHECKING:
     from symhbm import plot
@@ -88,12 +88,12 @@ __all__ = [
     "follow",
     "forces",
     "frf",
+    "goals",
     "laws",
     "limit_cycles",
     "load",
     "maximise_damping",
     "maximise_flutter_limit",
-    "merge",
     "minimise_peak",
     "mistuned_ring",
     "mistuning",

@@ -21,7 +21,7 @@ from sphinx.util.docutils import SphinxDirective
 import symhbm
 from symhbm.cli import main
 
-MODULES = "datasets", "forces", "laws", "mistuning", "plot", "statistics"
+MODULES = "datasets", "forces", "goals", "laws", "mistuning", "plot", "statistics"
 """Public modules, whose names are public, too."""
 WIDTH = 80
 """Characters of a line of help."""

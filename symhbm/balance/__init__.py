@@ -1,11 +1,13 @@
 """The equations of harmonic balance, Eqs. (9)-(11), and their derivatives to second order."""
 
+from symhbm.balance import goals
 from symhbm.balance.batch import check_each, compile_checks, locate_each, motions_at_each
 from symhbm.balance.contact_springs import by_row, contact_springs
 from symhbm.balance.contacts import BalancedContacts, BalancedGroup
 from symhbm.balance.dynamic_stiffness import DynamicStiffness
 from symhbm.balance.equations import Equations
 from symhbm.balance.evaluation import ContactStates, Evaluation, UnknownLayout
+from symhbm.balance.goal_values import GoalOrder, ValueOf
 from symhbm.balance.harmonic_balance import MANY, HarmonicBalance, advise_condensing, check_problem
 from symhbm.balance.mean_position import check_mean, is_held
 from symhbm.balance.second_order import SecondOrder
@@ -20,11 +22,13 @@ __all__ = [
     "DynamicStiffness",
     "Equations",
     "Evaluation",
+    "GoalOrder",
     "HarmonicBalance",
     "SecondOrder",
     "SustainedMotion",
     "SwitchingAngles",
     "UnknownLayout",
+    "ValueOf",
     "advise_condensing",
     "by_row",
     "check_each",
@@ -35,6 +39,7 @@ __all__ = [
     "compile_checks",
     "contact_springs",
     "friction_of",
+    "goals",
     "is_held",
     "locate_each",
     "matrices_in",

@@ -15,6 +15,7 @@ from symhbm.balance.contacts import BalancedContacts, BalancedGroup, balanced_gr
 from symhbm.balance.dynamic_stiffness import DynamicStiffness
 from symhbm.balance.equations import MATRIX_INPUTS, Equations, identifier
 from symhbm.balance.evaluation import ContactStates, Evaluation
+from symhbm.balance.goals import Goal
 from symhbm.model import (
     PARAMETERS,
     EngineOrder,
@@ -58,7 +59,7 @@ class HarmonicBalance:
         results state.
     peaks_of
         The output of the model, by name, whose peaks are looked for in place of those of
-        displacements, see `symhbm.Structure.with_outputs`.
+        displacements, see `symhbm.Structure.with_outputs`; or a goal, one of ``symhbm.goals``.
     by_sector
         Solve one sector where all of them move alike (a tuned disk under an engine order), and give
         the results of all ``n_sectors``. False solves all sectors: a cross-check.
@@ -108,7 +109,7 @@ class HarmonicBalance:
         harmonics: Iterable[int] | None = None,
         samples: int | None = None,
         symmetry: Symmetry | None = None,
-        peaks_of: str | None = None,
+        peaks_of: str | Goal | None = None,
         by_sector: bool = True,
     ):
         if not isinstance(model, Structure):
@@ -129,8 +130,7 @@ class HarmonicBalance:
         if (stored := model.stored_matrices) is not None:
             _check_entries(model, stored)
             _advise(model, stored)
-        if peaks_of is not None:
-            check.known(check.text("peaks_of", peaks_of), model.outputs, "output of the model")
+        _check_peaks_of(peaks_of, model)
         given = model, excitation, basis, samples, symmetry
         by_sector = check.flag("by_sector", by_sector)
         self._set(*given, {}, None, frozenset(), peaks_of, by_sector)
@@ -145,7 +145,7 @@ class HarmonicBalance:
         shared: dict[tuple, Any],
         linear: DynamicStiffness | None,
         active: frozenset[str],
-        peaks_of: str | None,
+        peaks_of: str | Goal | None,
         by_sector: bool,
     ) -> None:
         """Store all of it; what is ``shared`` by copies of a problem is made once.
@@ -156,6 +156,8 @@ class HarmonicBalance:
         self.model, self.excitation, self.basis = model, excitation, basis
         self.samples, self.symmetry, self.peaks_of = samples, symmetry, peaks_of
         self.by_sector = by_sector
+        self.goal = peaks_of if isinstance(peaks_of, Goal) else None
+        self._peaking_output = peaks_of if isinstance(peaks_of, str) else None
         self._shared = shared
         self.groups: tuple[BalancedGroup, ...] = self._once(
             ("groups", symmetry, samples), lambda: balanced_groups(model, symmetry, samples)
@@ -356,14 +358,14 @@ class HarmonicBalance:
             changes |= dict(model=model, shared={})
         return self._copy(**changes)
 
-    def with_peaks_of(self, output: str | None) -> "HarmonicBalance":
-        """Copy whose peaks are those of an output of the model, None for displacements.
+    def with_peaks_of(self, peaks_of: str | Goal | None) -> "HarmonicBalance":
+        """Copy whose peaks are those of an output or of a goal, None for displacements.
 
-        Raises KeyError for another name.
+        Raises KeyError for another name; TypeError, ValueError or KeyError for a goal that the
+        model does not have.
         """
-        if output is not None:
-            check.known(output, self.model.outputs, "output of the model")
-        return self._copy(peaks_of=output)
+        _check_peaks_of(peaks_of, self.model)
+        return self._copy(peaks_of=peaks_of)
 
     def with_by_sector(self, by_sector: bool) -> "HarmonicBalance":
         """The same problem, whose sectors that move alike are solved for by one, or all."""
@@ -388,30 +390,37 @@ class HarmonicBalance:
     @property
     def n_peaking(self) -> int:
         """How many quantities have peaks: degrees of freedom, or rows of an output."""
-        return (
-            self.n_dof if self.peaks_of is None else self.model.outputs[self.peaks_of].rows.shape[0]
-        )
+        output = self._peaking_output
+        return self.n_dof if output is None else self.model.outputs[output].rows.shape[0]
 
     def peaking(self, unknowns: FloatArray) -> FloatArray:
         """Coefficients (.., n_peaking, n_components) of what has peaks."""
-        if self.peaks_of is None:
+        if self._peaking_output is None:
             return unknowns.reshape(*unknowns.shape[:-1], self.n_dof, self.basis.n_components)
-        return self.output_of(self.peaks_of, unknowns)
+        return self.output_of(self._peaking_output, unknowns)
 
     def peaking_by_unknowns(self, row: int) -> Any:
         """Coefficients of one that has peaks by the unknowns, sparse (n_components, n_unknowns)."""
         size = self.basis.n_components
         of = slice(row * size, (row + 1) * size)
-        if self.peaks_of is None:
+        if self._peaking_output is None:
             return sp.csr_array(sp.eye_array(self.n_unknowns))[of]
-        return self._observation(self.peaks_of)[of]
+        return self._observation(self._peaking_output)[of]
 
     @property
     def peaking_scale(self) -> float:
         """Bound of what has peaks over the size of the response."""
-        if self.peaks_of is None:
+        if self._peaking_output is None:
             return 1.0
-        return float(np.sqrt(self._observation(self.peaks_of).power(2).sum(axis=1).max()))
+        return float(np.sqrt(self._observation(self._peaking_output).power(2).sum(axis=1).max()))
+
+    @property
+    def peaking_words(self) -> tuple[str, str]:
+        """What has peaks in the place of displacements, in words, and its unit."""
+        if self.goal is not None:
+            return self.goal.meaning, self.goal.units
+        name = self._peaking_output or ""
+        return name.replace("_", " "), self.model.outputs[name].units
 
     def with_model(self, model: Structure) -> "HarmonicBalance":
         """Copy with another description of the same structure and contacts."""
@@ -437,7 +446,9 @@ class HarmonicBalance:
     @cached_property
     def equal_sectors(self) -> Symmetry | None:
         """The symmetry of sectors that move alike, as of `symhbm.model.find_symmetry`."""
-        return find_symmetry(self.model, self.excitation, self.basis) if self.by_sector else None
+        if not self.by_sector or (self.goal is not None and not self.goal.additive):
+            return None
+        return find_symmetry(self.model, self.excitation, self.basis)
 
     def of_sector(self, symmetry: Symmetry) -> "HarmonicBalance":
         """Balance of the first of equal sectors, compiled once for all copies of this problem."""
@@ -680,6 +691,17 @@ class HarmonicBalance:
             rows.append(("friction", f"over {self.samples} samples"))
         rows.append(("excitation", repr(self.excitation)))
         return as_table("HarmonicBalance", rows + rows_of(self.model))
+
+
+def _check_peaks_of(peaks_of: Any, model: Structure) -> None:
+    """Raise TypeError, ValueError or KeyError for what peaks are not of, naming it."""
+    if isinstance(peaks_of, Goal):
+        try:
+            peaks_of.check(model)
+        except (KeyError, TypeError, ValueError) as error:
+            raise type(error)(f"peaks_of: {error.args[0]}") from None
+    elif peaks_of is not None:
+        check.known(check.text("peaks_of", peaks_of), model.outputs, "output of the model")
 
 
 def nothing_on(model: Structure) -> Excitation:

@@ -5,7 +5,7 @@ events move with motion, frequency and parameters; what that adds each contact l
 structure without matrices adds its own: its dynamic stiffness bends with the frequency.
 """
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from dataclasses import dataclass
 from typing import Any
 
@@ -14,7 +14,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from symhbm.balance.equations import BalancedGroup, identifier
-from symhbm.balance.evaluation import Evaluation
+from symhbm.balance.evaluation import ContactStates, Evaluation
 from symhbm.balance.harmonic_balance import HarmonicBalance, check_problem
 from symhbm.model.contacts import Motions
 from symhbm.numerics import DENSE_LIMIT, Assembly, Compiled, FloatArray, constant
@@ -71,20 +71,12 @@ class SecondOrder:
             self.places[name] = slice(first, first + count)
             first += count
         self.n_variables = first
-        parameters = ca.vertcat(*(symbol[identifier(name)].nz[:] for name in self.names))
-        variables = ca.vertcat(symbol["unknowns"], symbol["frequency"], parameters)
+        variables = self.variables_of(symbol)
         multipliers = ca.SX.sym("multipliers", problem.n_unknowns)
         jacobian = ca.jacobian(balance, variables)
         hessian = ca.hessian(ca.dot(multipliers, balance), variables)[0]
-        added = []
-        for group in problem.contacts.groups:
-            spread = self._event_variables(problem, group, symbol, variables)
-            if spread is None:
-                continue
-            size = spread.shape[0] // group.n
-            added.append(ca.SX.sym(f"added_{group.name}", size, group.n * size))
-            blocks = ca.diagcat(*ca.horzsplit(added[-1], size))
-            hessian += ca.mtimes([spread.T, blocks, spread])
+        added, of_events = self.of_events(problem, symbol)
+        hessian += of_events
         self._inputs = list(symbol)
         inputs = [*symbol.values(), multipliers, *added]
         self._compiled = Compiled(ca.Function("second_order", inputs, [jacobian, hessian]))
@@ -115,17 +107,11 @@ class SecondOrder:
             evaluation = problem.evaluate(unknowns, frequency, switches)
         contacts = evaluation.states
         named = problem.arguments(unknowns, frequency, states=contacts)
-        relative, weights = problem.layout.relative(unknowns), problem.layout.relative(multipliers)
-        added = []
-        for group in problem.contacts.groups:
-            if not group.n or not group.law.n_events(problem.basis):
-                continue
-            moving = group.law.moving_events(
-                problem.contacts.at(group, relative, frequency),
-                contacts.groups[group.name],
-                problem.contacts.motions(group, weights),
-            )
-            added.append(moving.ravel())
+        weights = problem.layout.relative(multipliers)
+        added = self.added(
+            *(problem, unknowns, frequency, contacts),
+            lambda group: problem.contacts.motions(group, weights),
+        )
         inputs = [np.ravel(named[name], order="F") for name in self._inputs]
         found = self._compiled(*inputs, multipliers, *added)
         jacobian, hessian = (
@@ -158,6 +144,44 @@ class SecondOrder:
             product = sp.csc_array(unit[:, None]) @ sp.csc_array(row[None])
             return product + product.T
         return np.outer(unit, row) + np.outer(row, unit)
+
+    def variables_of(self, symbol: dict[str, Any]) -> Any:
+        """The variables, of the symbols of all inputs of the balance."""
+        parameters = (symbol[identifier(name)].nz[:] for name in self.names)
+        return ca.vertcat(symbol["unknowns"], symbol["frequency"], *parameters)
+
+    def of_events(self, problem: HarmonicBalance, symbol: dict[str, Any]) -> tuple[list[Any], Any]:
+        """What events add to second derivatives, and the symbols that it is made of, by `added`."""
+        variables, added, result = self.variables_of(symbol), [], ca.SX(*[self.n_variables] * 2)
+        for group in problem.contacts.groups:
+            spread = self._event_variables(problem, group, symbol, variables)
+            if spread is None:
+                continue
+            size = spread.shape[0] // group.n
+            added.append(ca.SX.sym(f"added_{group.name}", size, group.n * size))
+            blocks = ca.diagcat(*ca.horzsplit(added[-1], size))
+            result += ca.mtimes([spread.T, blocks, spread])
+        return added, result
+
+    @staticmethod
+    def added(
+        problem: HarmonicBalance,
+        unknowns: FloatArray,
+        frequency: float,
+        states: ContactStates,
+        weights: Callable[[BalancedGroup], FloatArray],
+    ) -> list[FloatArray]:
+        """Numbers for the symbols of `of_events`; ``weights`` (n, m K) are those of forces."""
+        relative = problem.layout.relative(unknowns)
+        return [
+            group.law.moving_events(
+                problem.contacts.at(group, relative, frequency),
+                states.groups[group.name],
+                weights(group),
+            ).ravel()
+            for group in problem.contacts.groups
+            if group.n and group.law.n_events(problem.basis)
+        ]
 
     def _event_variables(
         self, problem: HarmonicBalance, group: BalancedGroup, symbol: dict[str, Any], variables: Any

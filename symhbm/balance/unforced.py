@@ -34,6 +34,11 @@ def unforced(problem: HarmonicBalance, nodal_diameter: int | None = None) -> Har
     Raises TypeError or ValueError for a bad number of nodal diameters, and for a structure without
     equal sectors.
     """
+    if problem.goal is not None:
+        raise ValueError(
+            f"problem: expected peaks of displacements or of an output, free motions have none of "
+            f"{problem.goal!r}"
+        )
     model = problem.model
     static = model.static_load(problem.excitation)
     rest = StaticLoad(static) if static.any() else nothing_on(model)

@@ -9,6 +9,7 @@ from functools import cached_property, lru_cache, partial
 from typing import Any
 
 from symhbm.balance import HarmonicBalance, SecondOrder
+from symhbm.balance.goals import Goal
 from symhbm.continuation import Status
 from symhbm.design.maxima import Maxima, Response
 from symhbm.design.variables import DesignVariables
@@ -25,13 +26,23 @@ Previous = tuple[FloatArray, Maxima]
 class NamedPeak:
     """The largest response of a ``problem`` in ``bands`` [Hz] of each case, or that of one ``dof``.
 
-    ``name`` is what aims call it.
+    Or the largest value of a goal. ``name`` is what aims call it.
     """
 
     name: str
     problem: HarmonicBalance
     bands: Sequence[Bands]
     dof: int | None = None
+
+    @property
+    def goal(self) -> Goal | None:
+        """What has the peak in the place of displacements."""
+        return self.problem.goal
+
+    @property
+    def units(self) -> str:
+        """Unit of its value."""
+        return "m" if self.goal is None else self.goal.units
 
 
 @dataclass

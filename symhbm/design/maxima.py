@@ -6,6 +6,7 @@ decades, as amplitudes go with powers of loads and stiffnesses.
 
 from collections.abc import Sequence
 from dataclasses import dataclass, replace
+from typing import Any
 
 import numpy as np
 
@@ -15,6 +16,9 @@ from symhbm.design.variables import DesignVariables
 from symhbm.numerics import RADIANS, FloatArray
 from symhbm.peaks import Conditions, Maximum, MaximumKind, Survey, sector_of, survey
 from symhbm.peaks.tracking import advanced, retrack
+
+_NOTHING = 1e-300
+"""What a goal of 0 counts as, which has no logarithm."""
 
 
 @dataclass(frozen=True)
@@ -34,7 +38,7 @@ class FollowedMaximum:
     @property
     def amplitude(self) -> float:
         """The response there [m]."""
-        return float(np.exp(self.value))
+        return float(amplitudes(self.value))
 
 
 @dataclass(frozen=True)
@@ -105,6 +109,7 @@ class Response:
         # A band that was not followed to its end may hold a higher maximum.
         top = surveyed.height if surveyed.complete else np.inf
         n_peaks = sum(maximum.kind != MaximumKind.EDGE for maximum in surveyed.maxima)
+        n_peaks += top == 0  # all along: it is no resonance outside that is highest at an end
         if not np.isfinite(top):
             failed = not surveyed.unbounded
             return Maxima([], np.inf, True, n_peaks, _why(surveyed), failed)
@@ -116,7 +121,7 @@ class Response:
         maxima = [s for s in surveyed.maxima if s.amplitude >= least or id(s) in kept]
         maxima = maxima[: tolerances.MOST]
         contenders = [self._followed(Conditions.of(self._second_order, s)) for s in maxima]
-        return Maxima(contenders, float(np.log(top)), True, n_peaks)
+        return Maxima(contenders, _logarithm(top), True, n_peaks)
 
     def follow(self, x: FloatArray, before: FloatArray, maxima: Maxima) -> Maxima | None:
         """The same maxima at another design, from ``before``; None where a survey is needed.
@@ -143,22 +148,29 @@ class Response:
 
     def _inside(self, maximum: Maximum) -> bool:
         frequency = maximum.frequency / RADIANS
-        return maximum.kind == MaximumKind.EDGE or any(
-            low <= frequency <= high for low, high in self.bands
-        )
+        return maximum.held or any(low <= frequency <= high for low, high in self.bands)
 
     def _followed(self, conditions: Conditions) -> FollowedMaximum:
         maximum = conditions.maximum
         entries = self.variables.derivative(maximum.problem, self._second_order.places)
         slope = entries.T @ conditions.gradient
         bend = entries.T @ conditions.hessian @ entries + np.diag(slope)
-        amplitude = maximum.amplitude
+        amplitude = max(maximum.amplitude, _NOTHING)
         gradient = slope / amplitude
         hessian = bend / amplitude - np.outer(gradient, gradient)
         # Maxima are sent between processes, without the problem.
         detached = replace(maximum, problem=None)
-        value = float(np.log(amplitude))
+        value = _logarithm(amplitude)
         return FollowedMaximum(value, gradient, hessian, detached, conditions.multipliers)
+
+
+def amplitudes(heights: Any) -> FloatArray:
+    """The amplitudes, goals or aims of their logarithms."""
+    return np.where(np.asarray(heights) <= np.log(2 * _NOTHING), 0.0, np.exp(heights))
+
+
+def _logarithm(amplitude: float) -> float:
+    return float(np.log(max(amplitude, _NOTHING)))
 
 
 def _why(surveyed: Survey) -> str:

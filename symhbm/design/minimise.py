@@ -68,8 +68,9 @@ def minimise_peak(
         Lower and upper value, positive; a mapping by name for several parameters, or
         ``scipy.optimize.Bounds`` on all variables in their order.
     frequency_band
-        First and last frequency [Hz], several such pairs, or a DataArray of pairs over the
-        dimensions of ``over``; by default a band that holds all resonances.
+        First and last frequency [Hz], several such pairs, one frequency whose response alone
+        counts, or a DataArray of pairs or of frequencies over the dimensions of ``over``; by
+        default a band that holds all resonances.
     over
         Cases: parameters to sweep as in `frf`, for example ``{"engine_order": [1, 3]}`` or samples
         of mistuning. Swept values of a parameter that is designed are taken relative to the
@@ -95,8 +96,9 @@ def minimise_peak(
         no peak that rises; ``statistic`` is that of each peak.
     peaks
         The peaks that it is called with, by name: mappings with ``frequency``, bands as below,
-        ``dof``, the one whose response counts, or ``problem``, another one that has the same
-        parameters. By default one, ``"largest"``.
+        ``dof``, the one whose response counts, ``goal``, one of ``symhbm.goals`` in the place of
+        the response, or ``problem``, another one that has the same parameters. By default one,
+        ``"largest"``.
     start
         Values to start from, one or one per variable, beside those that are spread over the bounds.
     n_starts
@@ -117,7 +119,8 @@ def minimise_peak(
     sum to 1, all starts and descents, derivatives by every parameter, ``design_status`` and the
     ``certificate``: sentences on what was computed and checked, and what was not. With an
     ``objective`` it has ``design_aim`` in place of ``design_amplitude`` [m], the peaks along
-    ``named_peak``, and no derivatives by parameters; the response is that of ``problem``.
+    ``named_peak``, with ``named_peak_units`` where some are of goals, and no derivatives by
+    parameters; the response is that of ``problem``.
 
     Raises
     ------

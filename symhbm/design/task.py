@@ -21,6 +21,9 @@ from symhbm.peaks import COMPLETE
 from symhbm.response import frf
 from symhbm.results import Sweep, parse, runs
 
+_BESIDE = 0.1
+"""How far beside single frequencies, relative, the path through them begins."""
+
 
 @dataclass(frozen=True)
 class Task:
@@ -148,15 +151,24 @@ class Task:
             # The problem was warned of already.
             warnings.filterwarnings("ignore", message=DOUBT)
             shared = runs.Sharing(executor=running.executor, progress=running.progress)
-            return frf(best, self.hull, over=over or None, **shared)
+            low, high = self.hull
+            if any(first < last for first, last in self.all_bands):
+                return frf(best, (low, high), over=over or None, **shared)
+            # Single frequencies, on a path through them.
+            band = (1 - _BESIDE) * low, (1 + _BESIDE) * high
+            at = [first for first, _ in self.all_bands]
+            return frf(best, band, over=over or None, at=at, **shared)
 
     def compared(self, result: xr.Dataset, heights: FloatArray) -> Comparison | None:
         """Responses at one design beside the heights (n_responses,) that the search found there.
 
-        None where the first peak is of another problem, whose responses are not there.
+        None where the first peak is of another problem, whose responses are not there, or at
+        frequencies that are not.
         """
         first = self.peaks[0]
-        if first.problem is not self.problem:
+        single = any(low == high for bands in first.bands for low, high in bands)
+        wide = any(low < high for low, high in self.all_bands)
+        if first.problem is not self.problem or (single and wide):
             return None
         return compared(result, self.sweep, first, heights[: self.sweep.size])
 

@@ -78,11 +78,9 @@ class Conditions:
         if maximum.kind != MaximumKind.SMOOTH:
             stack = sp.vstack if sp.issparse(constraints) else np.vstack
             constraints = stack([constraints, row[None]])
-        slope = -constraints.T @ multipliers
-        unit = problem.peaking_scale
-        slope[: problem.n_unknowns] += maximum.amplitude_slope / unit
-        curvature = maximum.amplitude_curvature(second_order.n_variables) / unit
-        curvature = curvature - derivatives.hessian
+        gradient, curvature = maximum.expansion(second_order, evaluation)
+        slope = gradient / maximum.scale - constraints.T @ multipliers
+        curvature = curvature / maximum.scale - derivatives.hessian
         if maximum.kind == MaximumKind.CORNER:
             curvature = curvature - multipliers[-1] * maximum.limit_curvature(second_order)
         given = second_order, maximum, multipliers, evaluation
@@ -95,18 +93,13 @@ class Conditions:
     @property
     def gradient(self) -> FloatArray:
         """Derivative of the amplitude by the parameters, (n_parameters,)."""
-        return self._unit * self.slope[self._n + 1 :]
-
-    @property
-    def _unit(self) -> float:
-        """What amplitudes are divided by, so that outputs of any units are as displacements."""
-        return self.maximum.problem.peaking_scale
+        return self.maximum.scale * self.slope[self._n + 1 :]
 
     @cached_property
     def hessian(self) -> FloatArray:
         """Second derivative of the amplitude by the parameters, (n_parameters, n_parameters)."""
         block = self.curvature[self._n + 1 :, self._n + 1 :]
-        return self._unit * (full(block) + self._mixed.T @ self.by_parameters)
+        return self.maximum.scale * (full(block) + self._mixed.T @ self.by_parameters)
 
     @cached_property
     def by_parameters(self) -> FloatArray:
@@ -167,7 +160,7 @@ class Conditions:
         beyond[maximum.on_limit] = False
         if free.norm > ACCEPTED or beyond.any():
             return False
-        if maximum.kind == MaximumKind.EDGE:
+        if maximum.held:
             return True
         if maximum.kind == MaximumKind.CORNER:
             return bool(max(self.side_slopes) < 0)
@@ -194,7 +187,7 @@ class Conditions:
         maximum, tangent = self.maximum, self._tangent(evaluation)
         if tangent is None:
             return 0.0
-        slope = tangent[: self._n] @ maximum.amplitude_slope
+        slope = tangent @ maximum.slope
         sign = np.sign(self.limit_row[: self._n + 1] @ tangent)
         return float(sign * slope) * maximum.frequency / maximum.amplitude
 
@@ -246,12 +239,13 @@ def _fitted_multipliers(
 ) -> FloatArray:
     """Multipliers that make the Lagrangian stationary by unknowns and a limited frequency."""
     n = maximum.problem.n_unknowns
-    right_side = maximum.amplitude_slope / maximum.problem.peaking_scale
+    right_side = maximum.slope / maximum.scale
     matrix = evaluation.jacobian.T
     if maximum.kind != MaximumKind.SMOOTH:
         force = np.append(evaluation.by_parameter, limit_row[n])
         matrix = bordered(matrix, limit_row[:n], force)
-        right_side = np.append(right_side, 0.0)
+    else:
+        right_side = right_side[:n]
     multipliers = Factorisation(matrix).solve(right_side)
     if multipliers is None:
         raise ArithmeticError("the equations are singular at a maximum")

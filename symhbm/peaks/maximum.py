@@ -1,10 +1,11 @@
 """Maxima of the response over the frequency and the constraints they satisfy, with derivatives.
 
 At a *smooth* maximum the slope of the amplitude vanishes, at a *corner* one contact is on its slip
-limit, an *edge* is the end of the band. The contact on the limit of a corner is held in stick,
-where the equations are smooth on both sides; the limit may be that of a small loop within its
-hysteresis, see `symhbm.model.contacts.coulomb.state`. Variables are unknowns, frequency and the
-parameters of a `SecondOrder`, in this order.
+limit, an *edge* is the end of the band, a *point* the one frequency that is asked for. The contact
+on the limit of a corner is held in stick, where the equations are smooth on both sides; the limit
+may be that of a small loop within its hysteresis, see `symhbm.model.contacts.coulomb.state`. In
+the place of an amplitude there may be a goal. Variables are unknowns, frequency and the parameters
+of a `SecondOrder`, in this order.
 """
 
 from dataclasses import dataclass, replace
@@ -16,7 +17,15 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from symhbm.balance import BalancedGroup, ContactStates, Evaluation, HarmonicBalance, SecondOrder
+from symhbm.balance import (
+    BalancedGroup,
+    ContactStates,
+    Evaluation,
+    GoalOrder,
+    HarmonicBalance,
+    SecondOrder,
+    ValueOf,
+)
 from symhbm.continuation.between import TIE, Peak, PeakKind
 from symhbm.continuation.correctors import ON_LIMIT
 from symhbm.model.contacts import (
@@ -35,12 +44,14 @@ class MaximumKind(StrEnum):
     SMOOTH = "smooth"
     CORNER = "corner"
     EDGE = "edge"
+    POINT = "point"
 
 
 @dataclass(frozen=True)
 class Maximum:
     """A maximum of the response of ``dof`` over the frequency, at ``unknowns`` (n_unknowns,) [m].
 
+    Or of the goal of the problem, with ``dof`` -1, in the ``unit`` of one as large as the response.
     ``frequency`` is in rad/s. ``contact`` is the number of the switch that is on its limit at a
     corner, -1 elsewhere; ``further_contacts`` are on their limits there, too: derivatives then
     exist only by parameters that keep them there together. ``switches`` (n_switches,) are the
@@ -57,6 +68,7 @@ class Maximum:
     contact: int = -1
     further_contacts: tuple[int, ...] = ()
     loop: Loop | None = None
+    unit: float = 1.0
 
     @classmethod
     def at_peak(cls, problem: HarmonicBalance, peak: Peak) -> "Maximum":
@@ -81,15 +93,35 @@ class Maximum:
             contact, *others = on_limit
             further_contacts = tuple(others)
         kind, solution = MaximumKind(str(peak.kind)), (peak.unknowns, peak.value)
-        return cls(problem, kind, peak.dof, *solution, switches, contact, further_contacts, loop)
+        contacts = contact, further_contacts, loop
+        return cls(problem, kind, peak.dof, *solution, switches, *contacts)._in_unit()
 
     @classmethod
     def at_edge(
-        cls, problem: HarmonicBalance, unknowns: FloatArray, frequency: float, dof: int
+        cls,
+        problem: HarmonicBalance,
+        unknowns: FloatArray,
+        frequency: float,
+        dof: int,
+        kind: MaximumKind = MaximumKind.EDGE,
     ) -> "Maximum":
         """The response of one degree of freedom at an end of the band, ``frequency`` in rad/s."""
         switches = problem.locate(unknowns, frequency).switches
-        return cls(problem, MaximumKind.EDGE, dof, unknowns, frequency, switches)
+        dof = dof if problem.goal is None else -1
+        return cls(problem, kind, dof, unknowns, frequency, switches)._in_unit()
+
+    def _in_unit(self) -> "Maximum":
+        """Itself in the unit of a goal; ValueError where the goal is negative."""
+        if self.problem.goal is None:
+            return self
+        at_goal = self._at_goal.checked(self.problem.goal, self.frequency)
+        size = np.linalg.norm(self.unknowns) or 1.0
+        return replace(self, unit=float(at_goal.size / size) or 1.0)
+
+    @property
+    def held(self) -> bool:
+        """Whether the frequency is given."""
+        return self.kind in (MaximumKind.EDGE, MaximumKind.POINT)
 
     @property
     def on_limit(self) -> list[int]:
@@ -162,19 +194,46 @@ class Maximum:
             return self.unknowns[involved]
         return rows @ self.unknowns[involved]
 
+    @cached_property
+    def _at_goal(self) -> ValueOf:
+        goal, solution = self.problem.goal, (self.problem, self.unknowns, self.frequency)
+        assert goal is not None
+        return ValueOf.at(goal, *solution, self.evaluate().states)
+
     @property
     def amplitude(self) -> float:
-        """The amplitude of the degree of freedom [m]."""
-        return self._extreme[0]
+        """The amplitude of the degree of freedom [m], or the goal."""
+        return self._extreme[0] if self.problem.goal is None else self._at_goal.value
+
+    @property
+    def scale(self) -> float:
+        """The amplitude, or goal, of a response of 1."""
+        return self.problem.peaking_scale if self.problem.goal is None else self.unit
 
     @cached_property
-    def amplitude_slope(self) -> FloatArray:
-        """Derivative of the amplitude by the unknowns, (n_unknowns,)."""
+    def slope(self) -> FloatArray:
+        """Derivative of the amplitude by unknowns and frequency, (n_unknowns + 1,)."""
+        if self.problem.goal is not None:
+            return self._at_goal.slope
         values = self.problem.basis.values(self._extreme[1])
         involved, rows = self._involved
-        result = np.zeros(self.problem.n_unknowns)
+        result = np.zeros(self.problem.n_unknowns + 1)
         result[involved] = (np.sign(values @ self.motion) * values) @ rows
         return result
+
+    def expansion(
+        self, second_order: SecondOrder, evaluation: Evaluation
+    ) -> tuple[FloatArray, Any]:
+        """First and second derivatives of the amplitude by all variables."""
+        size = second_order.n_variables
+        if self.problem.goal is not None and self.amplitude > 0:
+            order = GoalOrder.of(self.problem.goal, self.problem, second_order)
+            return order(self.problem, self.unknowns, self.frequency, evaluation.states)
+        gradient = np.zeros(size)
+        gradient[: len(self.slope)] = self.slope
+        if self.problem.goal is not None:
+            return gradient, _embedded(np.zeros((0, 0)), np.arange(0), size)
+        return gradient, self._curvature(size)
 
     @cached_property
     def _extreme(self) -> tuple[float, float]:
@@ -184,7 +243,7 @@ class Maximum:
         at = 0 if size[0] >= (1 - TIE) * size.max() else int(size.argmax())
         return float(size[at]), float(points.angle[0, at])
 
-    def amplitude_curvature(self, size: int) -> Any:
+    def _curvature(self, size: int) -> Any:
         """Second derivative of the amplitude by ``size`` variables, dense or sparse by size."""
         basis = self.problem.basis
         slope, bend = (basis.values(self._extreme[1], derivative) for derivative in (1, 2))
@@ -201,7 +260,7 @@ class Maximum:
     def limit(self, second_order: SecondOrder) -> FloatArray:
         """Derivative of the limit of a corner or an edge by all variables, else zero."""
         row = np.zeros(second_order.n_variables)
-        if self.kind == MaximumKind.EDGE:
+        if self.held:
             row[self.problem.n_unknowns] = 1 / self.frequency
         elif self.kind == MaximumKind.CORNER:
             group, contact, at = self._at_limit

@@ -37,7 +37,7 @@ def peak_curve(
     band: tuple[float, float],
     at: ArrayLike | None = None,
     *,
-    frequency_band: tuple[float, float] | Sequence[tuple[float, float]] | None = None,
+    frequency_band: float | tuple[float, float] | Sequence[tuple[float, float]] | None = None,
     **run: Unpack[runs.Sharing],
 ) -> xr.Dataset:
     """Largest peak of the response over a named parameter, with its minima and events.
@@ -52,11 +52,12 @@ def peak_curve(
     Parameters
     ----------
     problem
-        What to solve, with located events. Where responses need not be unique, surveys see the
-        branch that starts at the low end of each band, as `frf` does. A followed peak may come off
-        it with an island of responses: it is on the curve for as long as it is the highest, and
-        ``peak_on_island`` and ``status`` tell, by the surveys on both sides. Islands that are apart
-        at all values of ``band`` are not found.
+        What to solve, with located events, and what has peaks (``peaks_of``): an output, or a goal
+        that is above 0 at all values of ``band``, in the place of displacements. Where responses
+        need not be unique, surveys see the branch that starts at the low end of each band, as `frf`
+        does. A followed peak may come off it with an island of responses: it is on the curve for as
+        long as it is the highest, and ``peak_on_island`` and ``status`` tell, by the surveys on
+        both sides. Islands that are apart at all values of ``band`` are not found.
     parameter
         The name of the parameter that moves, for example ``"normal_load"``, for all contacts or
         blades alike, or with the number of one: ``"normal_load[2]"``.
@@ -67,8 +68,8 @@ def peak_curve(
         result holds the points that were solved for on the way, with all minima and events: as
         many as cubic interpolation of logarithms with the slopes needs for 1e-5 in between.
     frequency_band
-        Band (first, last) of excitation frequencies [Hz], or several that do not overlap; by
-        default one that holds all resonances of the structure.
+        Band (first, last) of excitation frequencies [Hz], several that do not overlap, or one
+        frequency whose response is followed; by default a band that holds all resonances.
     **run
         ``executor`` (of the surveys), ``throw`` (unless the curve is complete and bounded) and
         ``progress``, as `symhbm.Run` tells.
@@ -76,14 +77,14 @@ def peak_curve(
     Returns
     -------
     Dataset along the parameter, ascending: ``peak_amplitude`` [m], ``peak_frequency`` [Hz],
-    ``peak_kind`` (smooth, corner, edge, unbounded), ``peak_dof``, ``peak_amplitude_slope`` (its
-    exact derivative by the parameter, at an event that of one side, which points right below and
-    above tell apart), ``peak_residual_norm``, ``peak_coefficient`` [m], ``surveyed`` and
-    ``peak_on_island`` (whether `frf` from the low end of the band does not reach it); along
-    ``minimum`` the local minima of the curve and what makes them (smooth, exchange, kink, end);
-    along ``event`` where another peak takes the lead or the leading one changes its kind.
-    ``status`` tells whether surveys agree, and whether the peak is at an end of the band of
-    frequencies or unbounded somewhere.
+    ``peak_kind`` (smooth, corner, edge, point, unbounded), ``peak_dof``,
+    ``peak_amplitude_slope`` (its exact derivative by the parameter, at an event that of one side,
+    which points right below and above tell apart), ``peak_residual_norm``, ``peak_coefficient``
+    [m], ``surveyed`` and ``peak_on_island`` (whether `frf` from the low end of the band does not
+    reach it); along ``minimum`` the local minima of the curve and what makes them (smooth,
+    exchange, kink, end); along ``event`` where another peak takes the lead or the leading one
+    changes its kind. ``status`` tells whether surveys agree, and whether the peak is at an end of
+    the band of frequencies or unbounded somewhere.
 
     Raises
     ------
@@ -160,6 +161,8 @@ def _bands(given: Any, *problems: HarmonicBalance) -> list[tuple[float, float]]:
     if given is None:
         return [natural_band([problem.model for problem in problems])]
     edges = check.array("frequency_band", given, "positive")
+    if not edges.ndim:
+        return [(float(edges), float(edges))]
     pairs = [given] if edges.ndim == 1 else edges
     if edges.ndim != 1 and (edges.ndim != 2 or edges.shape[1] != 2 or not len(edges)):
         raise ValueError(

@@ -109,7 +109,7 @@ def sensitivity(dataset: xr.Dataset, *, laws: Iterable[ContactLaw] = ()) -> xr.D
     larger: dict[str, Slopes] = {}
     one_sided: list[tuple[tuple[int, ...], Slopes]] = []
     problem, parameters = stored.problem, stored.problem.parameters
-    n_dof = problem.whole.n_peaking
+    n_dof = problem.whole.n_peaking if problem.goal is None else 1
     for name in stored.names:
         shape = (*stored.shape, n_dof, *np.shape(parameters[name]))
         larger[name] = Slopes(np.full(shape, np.nan), np.full(shape, np.nan))
@@ -271,8 +271,10 @@ def _derivatives(
     problem: HarmonicBalance, second_order: SecondOrder, peak: Peak
 ) -> tuple[str, _Derivatives]:
     """Derivatives of a peak for each degree of freedom that peaks there, frequencies in Hz."""
-    amplitude, _ = largest_displacement(problem.basis, problem.peaking(peak.unknowns))
-    tied = np.flatnonzero(np.abs(amplitude - peak.amplitude) <= TIE * peak.amplitude).tolist()
+    tied = [peak.dof]
+    if problem.goal is None:
+        amplitude, _ = largest_displacement(problem.basis, problem.peaking(peak.unknowns))
+        tied = np.flatnonzero(np.abs(amplitude - peak.amplitude) <= TIE * peak.amplitude).tolist()
     if peak.dof not in tied:
         return NOT_VERIFIED, {}
     maximum = Maximum.at_peak(problem, peak)

@@ -10,10 +10,10 @@ from dataclasses import dataclass, replace
 import numpy as np
 
 from symhbm.balance import HarmonicBalance
-from symhbm.continuation import FrequencyProblem, Status, follow_branch
+from symhbm.continuation import FrequencyProblem, Status, follow_branch, solve_point
 from symhbm.continuation.between import Peak, PeakKind
-from symhbm.numerics import RADIANS, largest_displacement
-from symhbm.peaks.maximum import Maximum
+from symhbm.numerics import RADIANS, FloatArray, largest_displacement
+from symhbm.peaks.maximum import Maximum, MaximumKind
 from symhbm.workers import Workers, progress_bar
 
 COMPLETE = (
@@ -63,13 +63,21 @@ def survey(
 ) -> Survey:
     """All maxima in ``bands`` [Hz], from the frequency response over each of them.
 
-    Those of one ``dof`` alone where it is given; unbounded peaks are those of all.
+    Those of one ``dof`` alone where it is given; unbounded peaks are those of all. Of a band
+    without width it is the response at that frequency.
     """
     maxima: list[Maximum] = []
     unbounded: list[Peak] = []
     status = Status.REACHED_END
     for band in bands:
         ends = RADIANS * band[0], RADIANS * band[1]
+        if ends[0] == ends[1]:
+            found = solve_point(problem, ends[0])
+            if found.converged:
+                maxima += _held(problem, found.unknowns, ends[0], dof, MaximumKind.POINT)
+            else:
+                status = found.status
+            continue
         branch = follow_branch(FrequencyProblem(problem), ends, max_points, per_dof=True)
         if branch.status not in COMPLETE:
             status = branch.status
@@ -79,19 +87,26 @@ def survey(
         maxima += [Maximum.at_peak(problem, peak) for peak in bounded]
         for point in {id(p): p for p in (branch.points[:1] + branch.points[-1:])}.values():
             if point.value in ends:
-                maxima += _edges(problem, point.unknowns, point.value, dof)
+                maxima += _held(problem, point.unknowns, point.value, dof)
     maxima.sort(key=lambda maximum: -maximum.amplitude)
     return Survey(maxima, unbounded, status)
 
 
-def _edges(problem: HarmonicBalance, unknowns, frequency: float, dof: int | None) -> list[Maximum]:
-    """The responses of all degrees of freedom, or of one, at an end of the band."""
-    if dof is not None:
-        return [Maximum.at_edge(problem, unknowns, frequency, dof)]
+def _held(
+    problem: HarmonicBalance,
+    unknowns: FloatArray,
+    frequency: float,
+    dof: int | None,
+    kind: MaximumKind = MaximumKind.EDGE,
+) -> list[Maximum]:
+    """The responses of all degrees of freedom, of one, or the goal, at a given frequency."""
+    at = problem, unknowns, frequency
+    if problem.goal is not None or dof is not None:
+        return [Maximum.at_edge(*at, dof or 0, kind)]
     amplitude, _ = largest_displacement(problem.basis, problem.peaking(unknowns))
     largest = amplitude.max(initial=0.0)
     dofs = np.flatnonzero(amplitude >= 0.5 * largest) if largest > 0 else []
-    return [Maximum.at_edge(problem, unknowns, frequency, int(dof)) for dof in dofs]
+    return [Maximum.at_edge(*at, int(dof), kind) for dof in dofs]
 
 
 class Surveyor:

@@ -293,7 +293,7 @@ class Curve(CurveTable):
         """
         per_dof, symmetry = self.request.per_dof, self.problem_of(0).symmetry
         offsets = [0]
-        # Outputs are of all sectors as they are.
+        # Outputs and goals are of all sectors as they are.
         if symmetry is not None and per_dof and self.problem_of(0).peaks_of is None:
             offsets = [i * symmetry.n_dof for i in range(symmetry.n_sectors)]
         shown = self.request.shown([peak.value for peak, _, _ in located]).tolist()

@@ -4,11 +4,12 @@ from symhbm.peaks import sensitivity
 from symhbm.response.disks import sector_response
 from symhbm.response.recover import recover
 from symhbm.response.unforced import synthesised_response
-from symhbm.results.archive import ArchiveError, rebuild
+from symhbm.results.archive import ArchiveError, merge, rebuild
 from symhbm.results.reading import motion, output, seen_from, table, trimmed
 
 __all__ = [
     "ArchiveError",
+    "merge",
     "motion",
     "output",
     "rebuild",

@@ -210,6 +210,11 @@ def follow(
     (array(['end of slip'], dtype=object), array([4.009054]))
     """
     check_problem(problem)
+    if problem.goal is not None:
+        raise ValueError(
+            f"problem: expected peaks of displacements or of an output over {parameter}, those of "
+            f"{problem.goal!r} are over the frequency; symhbm.peak_curve follows them"
+        )
     axis = check_axis(problem, parameter, band, at)
     axis["frequency"] = check.scalar("frequency", frequency, "positive")
     problem.model.check_frequencies("frequency", frequency)

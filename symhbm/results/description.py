@@ -56,11 +56,8 @@ def histories_of(outputs: Mapping[str, Output]) -> dict[str, Variable]:
     }
 
 
-def of_peaks(output: Output | None) -> dict[str, Variable]:
-    """Meanings of the variables of peaks of an output, where they are not of displacements."""
-    if output is None:
-        return {}
-    words, units = output.name.replace("_", " "), output.units
+def of_peaks(words: str, units: str) -> dict[str, Variable]:
+    """Meanings of the variables of peaks of an output or a goal, in ``words`` and its units."""
     return {
         "peak_amplitude": Variable((), units, f"{words} at the peak"),
         "peak_dof": Variable((), "1", f"row of the {words} that peaks"),
@@ -242,7 +239,8 @@ def records_of(description: dict[str, Any]) -> dict[str, Parameter | Variable]:
     """What the parameters of a described problem are, and the variables of its contact laws."""
     variables = [entry["variables"] for entry in description.get("groups", {}).values()]
     outputs = outputs_of(description)
-    of_outputs = of_peaks(outputs.get(description.get("peaks_of", "")))
+    peaking = description.get("peaking")
+    of_outputs = {} if peaking is None else of_peaks(*peaking)
     of_outputs |= variables_of(outputs) | histories_of(outputs)
     return parameters_of(description) | _of_laws(variables) | of_outputs
 
@@ -285,9 +283,9 @@ def records_of_problem(problem: HarmonicBalance) -> dict[str, Parameter | Variab
     check_names(problem)
     of_laws = _of_laws([group.law.variables for group in problem.groups])
     outputs = problem.model.outputs
-    peaking = None if problem.peaks_of is None else outputs[problem.peaks_of]
     of_outputs = variables_of(outputs) | histories_of(outputs)
-    return problem.records | of_laws | of_peaks(peaking) | of_outputs
+    peaking = {} if problem.peaks_of is None else of_peaks(*problem.peaking_words)
+    return problem.records | of_laws | peaking | of_outputs
 
 
 def _of_laws(variables: Iterable[Mapping[str, Sequence[str]]]) -> dict[str, Variable]:

@@ -39,7 +39,8 @@ def record_of(problem: HarmonicBalance) -> tuple[dict[str, Any], FloatArray]:
         "digest": digest_of(numbers, objects),
         "harmonics": list(problem.harmonics),
         "samples": problem.samples,
-        "peaks_of": problem.peaks_of,
+        "peaks_of": pack(problem.peaks_of, []),
+        "peaking": None if problem.peaks_of is None else list(problem.peaking_words),
         "by_sector": problem.by_sector,
         "n_dof": model.n_dof,
         "n_whole": model.n_whole if model.frequency is not None else None,
@@ -170,7 +171,7 @@ def describe_problem(dataset: xr.Dataset, laws: Iterable[ContactLaw] = ()) -> Ha
         model._set_contacts(metadata.contacts, **nominal(CONTACT_PARAMETERS))
     others = {*model.parameters} - {*model.contact_parameters}
     model = model.with_parameters(**nominal(sorted(others)))._seeing(metadata.outputs)
-    own = {name: told[name] for name in ("peaks_of", "by_sector")}
+    own = {"peaks_of": unpack(told["peaks_of"], numbers), "by_sector": told["by_sector"]}
     problem = HarmonicBalance(model, excitation, told["harmonics"], told["samples"], **own)
     chosen = {
         name: dataset[name].values

@@ -63,7 +63,7 @@ class Run(Sweeping, total=False):
     part
         Compute these parameter sets alone: ``(k, n)``, the k-th of n parts of the longest dimension
         of ``over``, a ``range`` of positions along it, or ``{dimension: range}``. Each job of
-        many computes one, with the same ``over``; `symhbm.merge` makes one result of all.
+        many computes one, with the same ``over``; `symhbm.datasets.merge` makes one result of all.
     keep
         Names of the variables to keep, by default all. Coordinates, parameters, ``status``, counts
         and the variables that tell valid points (``converged``, ``contact_model_valid``,

@@ -212,6 +212,7 @@ VARIABLES = {
     "descent_aim": Variable((), "as given", "the aim at the end of a descent"),
     "named_peak": Variable((), "1", "name of a peak that the aim depends on"),
     "named_peak_amplitude": Variable((), "m", "statistic of the largest responses of the peak"),
+    "named_peak_units": Variable((), "1", "unit of the named peak"),
     "active_named_peak": Variable((), "1", "number of the named peak of the active maximum"),
     "n_failed": Variable((), "1", "responses of designs that could not be followed over the band"),
     "design_optimality": Variable(
@@ -251,7 +252,9 @@ VARIABLES = {
     "active_frequency": Variable((), "Hz", "frequency of the active maximum"),
     "active_amplitude": Variable((), "m", "displacement at the active maximum"),
     "active_dof": Variable((), "1", "degree of freedom of the active maximum"),
-    "active_kind": Variable((), "1", "smooth, corner, or edge: the end of the band"),
+    "active_kind": Variable(
+        (), "1", "smooth, corner, edge: end of the band, or point: one frequency"
+    ),
     "active_multiplier": Variable(
         (),
         "1",
@@ -334,6 +337,7 @@ TEXTS = (
     "design_status",
     "certificate",
     "named_peak",
+    "named_peak_units",
     "aim",
     "front_kind",
     "front_status",

@@ -51,7 +51,7 @@ def test_parts_are_the_whole_and_archives_keep_it(name, tmp_path):
     archives = [tmp_path / f"part{i}.nc" for i in (1, 2)]
     for i, archive in enumerate(archives, 1):
         curve(given, part=(i, 2), archive=archive, **options)
-    for other in (sh.merge(archives), sh.load(tmp_path / "whole.nc")):
+    for other in (sh.datasets.merge(archives), sh.load(tmp_path / "whole.nc")):
         for variable in ("amplitude", "coefficient", "peak_frequency", "n_solutions"):
             if variable in whole:
                 xr.testing.assert_equal(other[variable].load(), whole[variable])

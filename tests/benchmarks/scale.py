@@ -159,7 +159,7 @@ def _merging(folder: Path) -> tuple[Table, dict[str, float]]:
             given = dict(over=over, part=(k + 1, n_parts), archive=paths[-1], progress=False)
             sh.frf(problem, band, **given, **options).close()
         whole = folder / f"{name}-{n_parts}.nc"
-        timed = cpu(lambda p=paths, w=whole: sh.merge(p, w, progress=False).close())
+        timed = cpu(lambda p=paths, w=whole: sh.datasets.merge(p, w, progress=False).close())
         row = [name, str(n_parts), str(n), seconds(timed.seconds)]
         table.rows.append([*row, *(seconds(timed.seconds / many) for many in (n_parts, n))])
         measured.setdefault(name, []).append((n, timed.seconds))

@@ -290,7 +290,7 @@ BAD = {
     "peak with a wrong key": (
         dict(peaks={"a": {"freq": (5, 6)}}),
         ValueError,
-        r"peaks\['a'\]: expected any of frequency, dof, problem, got 'freq'",
+        r"peaks\['a'\]: expected any of frequency, dof, problem, goal, got 'freq'",
     ),
     "peak in no band": (
         dict(peaks={"a": {"frequency": (5, 5)}}),

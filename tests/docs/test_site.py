@@ -114,7 +114,16 @@ def test_pages_load_nothing_from_elsewhere(site, copied):
 
 def test_every_public_name_has_a_page_and_a_place_in_a_table(site):
     listed = "".join(page.text for name, page in site.items() if name.count("/") == 1)
-    for place in (sh, sh.laws, sh.forces, sh.datasets, sh.mistuning, sh.statistics, sh.plot):
+    for place in (
+        sh,
+        sh.laws,
+        sh.forces,
+        sh.datasets,
+        sh.goals,
+        sh.mistuning,
+        sh.statistics,
+        sh.plot,
+    ):
         prefix = "" if place is sh else place.__name__.rpartition(".")[2] + "."
         for name in place.__all__:
             if not callable(getattr(place, name)):

@@ -83,7 +83,7 @@ def made(tmp_path_factory):
 def merge(paths, *arguments, **options):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
-        return sh.merge(paths, *arguments, progress=False, **options)
+        return sh.datasets.merge(paths, *arguments, progress=False, **options)
 
 
 def bits(dataset):
@@ -154,7 +154,7 @@ def test_a_product_is_parted_along_either_dimension(made, tmp_path):
     call("product", archive=of_damping, part={"damping": range(0, 1)}).close()
     assert dict(sh.load(of_damping).status.sizes) == {"damping": 1, "normal_load": 4}
     with pytest.warns(RuntimeWarning, match=r"6 of 8 .* missing: 6 to 7 of the product of damping"):
-        sh.merge([of_damping, first], tmp_path / "some.nc", progress=False)
+        sh.datasets.merge([of_damping, first], tmp_path / "some.nc", progress=False)
     parts = [tmp_path / "some.nc", second]
     merge(parts, tmp_path / "all.nc", unfinished=True).close()
     assert_same(made("product"), tmp_path / "all.nc")
@@ -236,7 +236,7 @@ def test_an_interrupted_part_goes_on(interrupted, made, tmp_path):
 def test_missing_parts_are_told_and_can_be_computed(made, tmp_path):
     path = tmp_path / "all.nc"
     with pytest.warns(RuntimeWarning, match="3 of 5 .* missing: 0 to 1 of sample, counted from 0"):
-        result = sh.merge([made("grid", (2, 2))], path, progress=False)
+        result = sh.datasets.merge([made("grid", (2, 2))], path, progress=False)
     assert result.status.values[:2].tolist() == [str(sh.Status.NOT_STARTED)] * 2
     assert os.listdir(tmp_path) == ["all.nc.partial"]
     with pytest.MonkeyPatch.context() as patch:
@@ -250,7 +250,7 @@ def test_missing_parts_are_told_and_can_be_computed(made, tmp_path):
 
 def test_the_same_call_without_a_part_goes_on_with_what_was_merged(made, tmp_path):
     with pytest.warns(RuntimeWarning, match="missing"):
-        sh.merge([made("grid", (2, 2))], tmp_path / "all.nc", progress=False)
+        sh.datasets.merge([made("grid", (2, 2))], tmp_path / "all.nc", progress=False)
     with pytest.MonkeyPatch.context() as patch:
         stop_after(patch, 2)
         call("grid", archive=tmp_path / "all.nc").close()
@@ -265,7 +265,7 @@ def test_unfinished_parts_are_told_or_asked_for(interrupted, made, tmp_path):
         ):
             merge([parts[0], second], tmp_path / "all.nc")
         with pytest.warns(RuntimeWarning, match="3 of 5 .* missing: 3 to 4 of sample"):
-            result = sh.merge([parts[0], second], unfinished=True, progress=False)
+            result = sh.datasets.merge([parts[0], second], unfinished=True, progress=False)
         assert int((result.status == str(sh.Status.NOT_STARTED)).sum()) == 2
     assert sorted(os.listdir(tmp_path)) == ["two.nc.partial", "two.nc.partial-journal"]
 
@@ -356,12 +356,12 @@ def test_files_that_are_there_are_not_replaced_without_a_word(made, tmp_path):
     with pytest.raises(FileExistsError, match=r"there is 'all\.nc', overwrite=True replaces it"):
         merge(parts, path)
     with pytest.raises(sh.datasets.ArchiveError, match="not replaced by one with gaps"):
-        sh.merge(parts[:1], path, overwrite=True, progress=False)
+        sh.datasets.merge(parts[:1], path, overwrite=True, progress=False)
     assert path.read_text() == "precious"
     merge(parts, path, overwrite=True).close()
     assert_same(made("grid"), path)
     with pytest.warns(RuntimeWarning, match="missing"):
-        sh.merge(parts[:1], tmp_path / "gap.nc", progress=False)
+        sh.datasets.merge(parts[:1], tmp_path / "gap.nc", progress=False)
     with pytest.raises(FileExistsError, match=r"gap\.nc\.partial', overwrite.*resume"):
         merge(parts, tmp_path / "gap.nc")
     with pytest.raises(sh.datasets.ArchiveError, match="another name than that of a part"):
@@ -406,7 +406,7 @@ def test_strange_names_are_names(name, made, tmp_path, monkeypatch):
 def test_bad_arguments_of_merge(arguments, kind, text, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     with pytest.raises(kind, match=text):
-        sh.merge(**arguments)
+        sh.datasets.merge(**arguments)
     assert os.listdir(tmp_path) == []
 
 
@@ -442,7 +442,9 @@ def test_statistics_grow_with_what_is_there(interrupted, made):
     """They say how many samples are missing, and of all samples they are those of one job."""
     tuned = sh.frf(RING, BAND, at=GRID, progress=False)
     with pytest.warns(RuntimeWarning, match="missing"):
-        some = sh.merge([made("grid", (1, 2)), interrupted], unfinished=True, progress=False)
+        some = sh.datasets.merge(
+            [made("grid", (1, 2)), interrupted], unfinished=True, progress=False
+        )
     there = sh.load(made("grid")).isel(sample=slice(3))
     statistics = {
         "amplification": lambda data: sh.statistics.amplification(data, tuned),

@@ -13,10 +13,10 @@ NEAR = 1e-11
 """Largest difference of numbers, relative to the largest of their variable."""
 SLOPES_NEAR = 1e-8
 """That of derivatives, residuals apart, which are round-off."""
-ROUND_OFF = ("residual", "mismatch", "error", "multiplier", "drift", "optimality")
+ROUND_OFF = ("residual", "mismatch", "error", "multiplier", "drift", "optimality", "periodicity")
 """Parts of names of variables that are round-off, or of which round-off decides digits."""
-NO_SLOPE = 1e-16
-"""Derivative at an optimum that is 0 but for round-off."""
+NOTHING = {"_by_": 1e-16, "slope": 1e-16, "dissipation": 1e-18}
+"""Derivatives at an optimum, and energies [J], that are 0 but for round-off."""
 DIGITS = re.compile(r"\d\.\d+e-1\d|\d+(?= stored points)")
 """Numbers of texts that are round-off, or count points of paths, which may move."""
 
@@ -40,5 +40,5 @@ def test_verbs_find_what_they_found(name):
             continue
         near = SLOPES_NEAR if "derivative" in key or "slope" in key else NEAR
         scale = np.abs(values[np.isfinite(values)]).max(initial=0)
-        least = max(near * scale, NO_SLOPE if "_by_" in key or "slope" in key else 0.0)
+        least = max(near * scale, *(size for part, size in NOTHING.items() if part in key), 0.0)
         np.testing.assert_allclose(now[key], values, rtol=near, atol=least, err_msg=key)

@@ -122,7 +122,7 @@ def _merged() -> xr.Dataset:
                 ring(), BAND, at=GRID, over={"normal_load": [1.0, 2.0, 3.0, 5.0]},
                 part=(k, 2), archive=parts[-1], **QUIET,
             )  # fmt: skip
-        return sh.merge(parts, f"{folder}/whole.nc", **QUIET).load()
+        return sh.datasets.merge(parts, f"{folder}/whole.nc", **QUIET).load()
 
 
 def _ensemble() -> xr.Dataset:

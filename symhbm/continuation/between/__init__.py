@@ -1,10 +1,9 @@
 """Results between two points of a path: peaks, missed events and intermediate solutions."""
 
 from symhbm.continuation.between.intermediate_solutions import solved_between
+from symhbm.continuation.between.maxima import Peak, PeakKind
 from symhbm.continuation.between.peaks import (
     LocatedPeaks,
-    Peak,
-    PeakKind,
     locate_peaks,
     unbounded_peak,
 )

@@ -3,6 +3,7 @@
 A maximum is the zero of the slope along the path between two solutions.
 """
 
+from dataclasses import dataclass
 from enum import StrEnum
 from typing import NamedTuple
 
@@ -35,6 +36,21 @@ class PeakKind(StrEnum):
     SMOOTH = "smooth"
     CORNER = "corner"
     UNBOUNDED = "unbounded"
+
+
+@dataclass(frozen=True)
+class Peak:
+    """A peak: parameter ``value``, ``amplitude`` [m] of ``dof`` and the solution there.
+
+    Of a goal, its value with ``dof`` -1.
+    """
+
+    value: float
+    amplitude: float
+    dof: int
+    kind: PeakKind
+    unknowns: FloatArray
+    residual_norm: float
 
 
 class LocatedMaximum(NamedTuple):

@@ -10,13 +10,19 @@ opposite sign.
 """
 
 from collections.abc import Iterable
-from dataclasses import dataclass
 from typing import NamedTuple
 
 import numpy as np
 
 from symhbm.balance import HarmonicBalance
-from symhbm.continuation.between.maxima import CORNER_JUMP, LocatedMaximum, Maxima, PeakKind
+from symhbm.continuation.between.goal_peaks import goal_peaks
+from symhbm.continuation.between.maxima import (
+    CORNER_JUMP,
+    LocatedMaximum,
+    Maxima,
+    Peak,
+    PeakKind,
+)
 from symhbm.continuation.between.missed_events import MissedEvents
 from symhbm.continuation.between.segments import Segments
 from symhbm.continuation.between.slopes import FLAT_SLOPE, Slopes, amplitude_and_slope, leading
@@ -28,18 +34,6 @@ from symhbm.numerics import FloatArray
 
 _SAME_SOLUTION = 1e-11
 """Distance of two solutions, relative to the response, that round-off explains."""
-
-
-@dataclass(frozen=True)
-class Peak:
-    """A peak: parameter ``value``, ``amplitude`` [m] of ``dof`` and the solution there."""
-
-    value: float
-    amplitude: float
-    dof: int
-    kind: PeakKind
-    unknowns: FloatArray
-    residual_norm: float
 
 
 class LocatedPeaks(NamedTuple):
@@ -94,6 +88,9 @@ def locate_peaks(
             else:
                 between[i] = inner_points
     peaks = sorted(peak_list.peaks, key=lambda peak: (per_dof * peak.dof, peak.value))
+    if problem.goal is not None:
+        found = goal_peaks(problem.goal, points, corrector, maxima.other_states)
+        return LocatedPeaks(found[0], between, found[1], maxima.other_states)
     return LocatedPeaks(peaks, between, maxima.lost, maxima.other_states)
 
 

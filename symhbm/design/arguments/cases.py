@@ -48,12 +48,17 @@ def check_dimensions(sweep: Sweep) -> None:
 
 
 def read_bands(frequency: Any, sweep: Sweep, argument: str = "frequency_band") -> list[Bands]:
-    """The bands [Hz] of each case: one pair for all, several pairs, or one per case."""
+    """The bands [Hz] of each case: one pair for all, several pairs, or one per case.
+
+    A number stands for the band of that frequency alone, without width.
+    """
     shape: tuple[int, ...] = ()
     values = frequency
     if set(sweep.dims) & {*getattr(frequency, "dims", ())}:
         values, shape = _aligned(frequency, sweep, argument), sweep.shape
     edges = check.array(argument, values, "positive")
+    if edges.shape == shape:
+        return [((at, at),) for at in np.broadcast_to(edges, sweep.shape).ravel().tolist()]
     if edges.shape == (2,):
         edges = edges[None]
     n_dims = len(shape) + 1 if shape else 2
@@ -71,7 +76,7 @@ def _aligned(frequency: Any, sweep: Sweep, argument: str) -> Any:
     """A DataArray of pairs in the order of the sweep's dimensions."""
     sizes = dict(zip(sweep.dims, sweep.shape, strict=True))
     pairs = [dim for dim in frequency.dims if dim not in sizes]
-    if len(pairs) != 1 or any(frequency.sizes.get(dim) != size for dim, size in sizes.items()):
+    if len(pairs) > 1 or any(frequency.sizes.get(dim) != size for dim, size in sizes.items()):
         raise _no_bands(argument, frequency, f", {sizes}")
     for value in sweep.values.values():
         for dim in sizes:
@@ -88,5 +93,6 @@ def _aligned(frequency: Any, sweep: Sweep, argument: str) -> Any:
 def _no_bands(argument: str, frequency: Any, sizes: str = "") -> ValueError:
     return ValueError(
         f"{argument}={check.shown(frequency)}: expected two different values (first, last) in Hz, "
-        f"a list of such pairs, or a DataArray of pairs over the dimensions of the sweep{sizes}"
+        f"a list of such pairs, one frequency, or a DataArray of pairs or of frequencies over the "
+        f"dimensions of the sweep{sizes}"
     )

@@ -7,6 +7,7 @@ import casadi as ca
 import numpy as np
 
 from symhbm.balance import HarmonicBalance, check_problem
+from symhbm.balance.goals import Goal
 from symhbm.design.arguments.cases import read_bands
 from symhbm.design.arguments.designed import (
     DesignSymbols,
@@ -23,7 +24,7 @@ from symhbm.results import Sweep
 
 LARGEST = "largest"
 """Name of the one peak that is designed by default."""
-_KEYS = ("frequency", "dof", "problem")
+_KEYS = ("frequency", "dof", "problem", "goal")
 _TRIED = 1e-4
 """Amplitude [m] at which functions are tried before anything is computed."""
 
@@ -66,8 +67,26 @@ def read_peaks(
                 dof = own.model.number_of(dof)
             except (KeyError, TypeError, ValueError) as error:
                 raise type(error)(f"{where}['dof']: {error.args[0]}") from None
+        if "goal" in given:
+            own = _with_goal(where, own, given["goal"], dof)
         result.append(NamedPeak(name, own, own_bands, dof))
     return result
+
+
+def _with_goal(where: str, problem: HarmonicBalance, goal: Any, dof: int | None) -> HarmonicBalance:
+    """The problem with the peaks of a goal."""
+    if not isinstance(goal, Goal):
+        raise TypeError(
+            f"{where}['goal']={check.shown(goal)}: expected one of symhbm.goals, for example "
+            "symhbm.goals.Dissipation()"
+        )
+    if dof is not None:
+        raise ValueError(f"{where}: expected a dof or a goal, got both")
+    try:
+        return problem.with_peaks_of(goal)
+    except (KeyError, TypeError, ValueError) as error:
+        words = error.args[0].removeprefix("peaks_of: ")
+        raise type(error)(f"{where}['goal']: {words}") from None
 
 
 def _check_problem(

@@ -4,6 +4,7 @@ from symhbm.design.outcome.certificate import certificate, status_of
 from symhbm.design.outcome.final_check import Comparison, compared
 from symhbm.design.outcome.report import (
     checked,
+    in_units,
     infeasible,
     labelled,
     report,
@@ -16,6 +17,7 @@ __all__ = [
     "certificate",
     "checked",
     "compared",
+    "in_units",
     "infeasible",
     "labelled",
     "report",

@@ -6,7 +6,8 @@ import numpy as np
 
 from symhbm.continuation import Status
 from symhbm.design import tolerances
-from symhbm.design.cases import Cases
+from symhbm.design.cases import Cases, NamedPeak
+from symhbm.design.maxima import amplitudes
 from symhbm.design.program import ActiveSet, Program, Statistic
 from symhbm.design.search import Design, SearchResult, is_flat
 from symhbm.numerics import RADIANS, FloatArray
@@ -16,6 +17,7 @@ _KINDS = {
     MaximumKind.SMOOTH: "a smooth peak",
     MaximumKind.CORNER: "a corner",
     MaximumKind.EDGE: "the end of the band",
+    MaximumKind.POINT: "the response",
 }
 Failures = Sequence[tuple[FloatArray, str]]
 """Designs whose response could not be followed, and why."""
@@ -69,17 +71,22 @@ def certificate(
     ``check`` is what was found when the response was followed once more.
     """
     design, active = search_result.design, search_result.active
-    where = " and ".join(f"{low:g} to {high:g} Hz" for low, high in bands)
+    where = _where(bands)
     quantity = _quantity(program, cases.size // len(program.peaks))
     if not np.isfinite(design.value):
         reasons = "; ".join(dict.fromkeys(state.reason for state in design.states if state.reason))
         return f"Nothing is known: {quantity} is not bounded at any design tried ({reasons})."
     unique = cases.unique
     path = "" if unique else ", on the path that was followed,"
-    unit = " m" if program.aims[0].is_peak else _peaks(program, design.states)
+    peaks = cases.work.peaks
+    unit = " m" if program.aims[0].is_peak else _peaks(program, peaks, design.states)
+    followed = "the whole band was followed, and located peaks and both ends were compared"
+    wide = any(low < high for low, high in bands)
+    if not wide:
+        followed = "the response there was solved for"
     sentences = [
-        f"At this design {quantity} over {where}{path} is {np.exp(design.value):.10g}{unit}: the "
-        "whole band was followed, and located peaks and both ends were compared."
+        f"At this design {quantity} {where}{path} is {amplitudes(design.value):.10g}{unit}: "
+        f"{followed}."
     ]
     if check:
         sentences.append(check)
@@ -105,10 +112,9 @@ def certificate(
             "The band holds no peak at this design: the largest response lies at an end of it, and "
             "a resonance outside may be higher."
         )
-    sentences.append(
-        "Not proved: that the path, whose steps are some percent of its length, passes over no "
-        "narrower peak; and that no other design within the bounds is better."
-    )
+    path = "that the path, whose steps are some percent of its length, passes over no narrower peak"
+    path = f"{path}; and " if wide else ""
+    sentences.append(f"Not proved: {path}that no other design within the bounds is better.")
     sentences += _search(search_result, "" if not unit.startswith(" m") else " m")
     if cases.failed:
         nearest = min(cases.failed, key=lambda entry: _distance(design.x, entry[0]))
@@ -119,6 +125,13 @@ def certificate(
             "known, and better designs there were not found."
         )
     return " ".join([*sentences, *_held(program, search_result)])
+
+
+def _where(bands: Sequence[tuple[float, float]]) -> str:
+    """Over which bands, and at which frequencies."""
+    wide = " and ".join(f"{low:g} to {high:g} Hz" for low, high in bands if low < high)
+    alone = " and ".join(f"{low:g} Hz" for low, high in bands if low == high)
+    return " and ".join([f"over {wide}"] * bool(wide) + [f"at {alone}"] * bool(alone))
 
 
 def _quantity(program: Program, n_cases: int) -> str:
@@ -136,10 +149,10 @@ def _quantity(program: Program, n_cases: int) -> str:
     return "the largest response" + (f" {of_cases}" if n_cases > 1 else "")
 
 
-def _peaks(program: Program, states: Sequence) -> str:
-    levels = program.levels(np.array([state.height for state in states]))
+def _peaks(program: Program, peaks: Sequence[NamedPeak], states: Sequence) -> str:
+    values = amplitudes(program.levels(np.array([state.height for state in states])))
     told = [
-        f"{name} {np.exp(level):.10g} m" for name, level in zip(program.peaks, levels, strict=True)
+        f"{peak.name} {value:.10g} {peak.units}" for peak, value in zip(peaks, values, strict=True)
     ]
     return f" (peaks: {', '.join(told)})"
 
@@ -153,7 +166,7 @@ def _search(search_result: SearchResult, unit: str) -> list[str]:
     )
     sentences = [
         f"{len(search_result.starts)} designs were surveyed first, the lowest with "
-        f"{np.exp(min(values)):.4g}{unit}; {n_same} of {len(descents)} descents ended here."
+        f"{amplitudes(min(values)):.4g}{unit}; {n_same} of {len(descents)} descents ended here."
     ]
     others = [descent.design.value for descent in descents if descent.converged]
     above = [value for value in others if value > design.value + tolerances.AGREE]

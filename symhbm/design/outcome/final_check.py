@@ -53,6 +53,8 @@ def compared(result: xr.Dataset, sweep: Sweep, peak: NamedPeak, heights: FloatAr
         one = result.isel(dict(zip(sweep.dims, index, strict=True)))
         amplitude = one["amplitude"]
         amplitude = amplitude.max("dof") if peak.dof is None else amplitude.isel(dof=peak.dof)
+        if peak.goal is not None:
+            amplitude = xr.full_like(amplitude, np.nan)  # of goals peaks alone are stored
         found = [(one["frequency"].values, amplitude.values)]
         if peak.dof is None:  # peaks that are stored are those of the largest response
             found.append((one["peak_frequency"].values, one["peak_amplitude"].values))

@@ -11,7 +11,8 @@ import xarray as xr
 from symhbm.balance import HarmonicBalance
 from symhbm.continuation import SolveError, Status
 from symhbm.design import tolerances
-from symhbm.design.cases import Cases
+from symhbm.design.cases import Cases, NamedPeak
+from symhbm.design.maxima import amplitudes
 from symhbm.design.outcome.influence import influence
 from symhbm.design.program import Program
 from symhbm.design.search import Design, SearchResult
@@ -48,16 +49,16 @@ def report(
         "design_lower": ("variable", np.exp(variables.lower)),
         "design_upper": ("variable", np.exp(variables.upper)),
         "design_bound_multiplier": ("variable", multipliers),
-        f"design_{what}": ((), np.exp(design.value)),
+        f"design_{what}": ((), amplitudes(design.value)),
         "design_optimality": ((), stationarity),
         "design_curvature": ((), curvature),
         "start_value": (("start", "variable"), values(starts)),
-        f"start_{what}": ("start", np.exp([start.value for start in starts])),
+        f"start_{what}": ("start", amplitudes([start.value for start in starts])),
         "n_surveys": ((), np.int32(cases.surveys)),
         "n_followed": ((), np.int32(cases.follows)),
         "n_failed": ((), np.int32(len(cases.failed))),
         "descent_value": (("descent", "variable"), values(ended)),
-        f"descent_{what}": ("descent", np.exp([end.value for end in ended])),
+        f"descent_{what}": ("descent", amplitudes([end.value for end in ended])),
         "descent_converged": ("descent", np.array([d.converged for d in descents], dtype=bool)),
     }
     if of_peak:
@@ -66,8 +67,8 @@ def report(
         sizes = (len(program.peaks), *shape.values())
         table |= {
             "named_peak": ("named_peak", np.array(program.peaks, dtype=object)),
-            "named_peak_amplitude": ("named_peak", np.exp(program.levels(heights))),
-            "case_amplitude": (("named_peak", *shape), np.exp(heights).reshape(sizes)),
+            "named_peak_amplitude": ("named_peak", amplitudes(program.levels(heights))),
+            "case_amplitude": (("named_peak", *shape), amplitudes(heights).reshape(sizes)),
         }
     table |= _active(search_result, len(heights) // len(program.peaks), of_peak)
     if active is not None and of_peak:
@@ -75,7 +76,18 @@ def report(
             table[f"design_amplitude_by_{name}"] = ((), slope)
             if name not in variables.names:  # whose nominal value has no influence
                 table[f"design_value_by_{name}"] = ("variable", moved)
-    return labelled(table, records_of_problem(cases.work.problem))
+    return in_units(labelled(table, records_of_problem(cases.work.problem)), cases.work.peaks)
+
+
+def in_units(result: xr.Dataset, peaks: Sequence[NamedPeak]) -> xr.Dataset:
+    """A dataset of named peaks, with their units beside them where some are of goals."""
+    if all(peak.goal is None for peak in peaks):
+        return result
+    units = np.array([peak.units for peak in peaks], dtype=object)
+    for name in ("named_peak_amplitude", "case_amplitude", "front_peak_amplitude"):
+        if name in result:
+            result[name].attrs["units"] = "named_peak_units"
+    return result.merge(labelled({"named_peak_units": ("named_peak", units)}))
 
 
 def report_of_fresh(

@@ -9,7 +9,8 @@ import xarray as xr
 from symhbm.continuation import Status
 from symhbm.design import tolerances
 from symhbm.design.cases import Cases
-from symhbm.design.outcome import labelled
+from symhbm.design.maxima import amplitudes
+from symhbm.design.outcome import in_units, labelled
 from symhbm.design.pareto.points import END, FLAT, FrontPoint
 from symhbm.design.program import Aim, Program
 from symhbm.design.variables import DesignVariables
@@ -48,7 +49,7 @@ def dataset_of(
         "front_n_active": ("front", n_active),
         "front_peak_amplitude": (
             ("front", "named_peak"),
-            np.exp(np.array(heights)).reshape(-1, len(program.peaks)),
+            amplitudes(np.array(heights)).reshape(-1, len(program.peaks)),
         ),
         "removed_aim": (("removed", "aim"), _aims(off)),
         "removed_value": (("removed", "variable"), _values(variables, off)),
@@ -58,7 +59,7 @@ def dataset_of(
         "n_followed": ((), np.int32(cases.follows)),
         "n_failed": ((), np.int32(len(cases.failed))),
     }
-    return labelled(table, records_of_problem(cases.work.problem))
+    return in_units(labelled(table, records_of_problem(cases.work.problem)), cases.work.peaks)
 
 
 def status_of_front(points: Sequence[FrontPoint]) -> Status:
@@ -116,7 +117,7 @@ def _both(aims: Sequence[Aim]) -> str:
 
 
 def _told(point: FrontPoint, aims: Sequence[Aim]) -> str:
-    pairs = zip(aims, np.exp(point.aims), strict=True)
+    pairs = zip(aims, amplitudes(point.aims), strict=True)
     return ", ".join(f"{aim.name} {value:.10g}" for aim, value in pairs)
 
 
@@ -125,7 +126,7 @@ def _texts(words: Sequence[str]) -> np.ndarray:
 
 
 def _aims(points: Sequence[FrontPoint]) -> np.ndarray:
-    return np.exp(np.array([point.aims for point in points])).reshape(-1, 2)
+    return amplitudes(np.array([point.aims for point in points])).reshape(-1, 2)
 
 
 def _values(variables: DesignVariables, points: Sequence[FrontPoint]) -> np.ndarray:

@@ -108,6 +108,11 @@ class LeadingBranches:
             if not result.complete:
                 self.incomplete.append(surveyed)
             self.statuses.add(result.status)
+            if result.complete and result.height == 0:
+                raise ValueError(
+                    f"problem: expected a goal that is above 0 in the whole band, "
+                    f"{self.parameter.problem.goal!r} is 0 at {self.parameter.name}={value:g}"
+                )
             if not result.unbounded:
                 floor = tolerances.CANDIDATE_SHARE * result.height
                 high_maxima = [s for s in result.maxima if s.amplitude >= floor]

@@ -10,7 +10,7 @@ from symhbm.continuation import FrequencyProblem, follow_branch, solve_point
 from symhbm.continuation.between import Peak, PeakKind
 from symhbm.numerics import FloatArray
 from symhbm.peaks.conditions import Conditions, solve
-from symhbm.peaks.maximum import Maximum, MaximumKind
+from symhbm.peaks.maximum import Maximum
 from symhbm.peaks.tracking import tolerances
 
 
@@ -86,9 +86,10 @@ def search(
 
     None if there is none whose amplitude differs by at most ``max_difference``, relatively.
     """
-    if start.kind == MaximumKind.EDGE:
+    if start.held:
         solved = solve_point(problem, start.frequency)
-        edge = Maximum.at_edge(problem, solved.unknowns, start.frequency, start.dof)
+        at = problem, solved.unknowns, start.frequency
+        edge = Maximum.at_edge(*at, start.dof, start.kind)
         return verified(second_order, edge) if solved.converged else None
     low, high = band_of(start.frequency, bands)
     below = above = tolerances.WINDOW * start.frequency
@@ -139,8 +140,14 @@ def polished(conditions: Conditions) -> Conditions:
 
 
 def relative_height(maximum: Maximum, reference: Maximum) -> float:
-    """Relative difference of the amplitude of a maximum from that of a reference."""
-    return maximum.amplitude / reference.amplitude - 1
+    """Relative difference of the amplitude of a maximum from that of a reference.
+
+    Of a goal, which may be 0, relative to what it is where its terms do not cancel.
+    """
+    if reference.problem.goal is None:
+        return maximum.amplitude / reference.amplitude - 1
+    size = reference.unit * float(np.linalg.norm(reference.unknowns))
+    return (maximum.amplitude - reference.amplitude) / (size or 1.0)
 
 
 def band_of(frequency: float, bands: Sequence[tuple[float, float]]) -> tuple[float, float]:

@@ -65,8 +65,10 @@ class Track:
         if len(self.steps) < 2:
             return np.inf
         (start, previous), (end, last) = self.steps[-2:]
-        previous, last = 1 / previous.maximum.amplitude, 1 / last.maximum.amplitude
-        return end + last * (end - start) / (previous - last) if previous > last else np.inf
+        previous, last = previous.maximum.amplitude, last.maximum.amplitude
+        if not last > previous > 0:
+            return np.inf
+        return end + previous * (end - start) / (last - previous)
 
     @property
     def grows(self) -> bool:
@@ -186,7 +188,7 @@ class _Tracker:
         margins = np.where(maximum.switches, contact_margins, -contact_margins)
         margins[maximum.on_limit] = np.inf
         margins[~np.isfinite(margins)] = 1.0
-        if maximum.kind == MaximumKind.EDGE:
+        if maximum.held:
             return margins
         margins = np.append(margins, self._in_band(maximum))
         if maximum.kind == MaximumKind.CORNER:
@@ -201,7 +203,7 @@ class _Tracker:
     def _leaves_band(self, conditions: Conditions) -> bool:
         maximum = conditions.maximum
         at_end = self._in_band(maximum).min(initial=np.inf) < tolerances.LIMIT_TOLERANCE
-        return maximum.kind != MaximumKind.EDGE and bool(at_end)
+        return not maximum.held and bool(at_end)
 
     def _steps_from_event(
         self, s: float, restart: tuple[float, Conditions]
@@ -279,11 +281,11 @@ def _successors(conditions: Conditions, expected: Maximum) -> list[Maximum]:
     for state in states:
         switches = conditions.maximum.switches.copy()
         switches[on_limit] = state
-        kind = expected.kind if expected.kind == MaximumKind.EDGE else MaximumKind.SMOOTH
+        kind = expected.kind if expected.held else MaximumKind.SMOOTH
         successors.append(
             replace(expected, kind=kind, switches=switches, contact=-1, further_contacts=())
         )
-        if kind == MaximumKind.EDGE:
+        if expected.held:
             continue
         stuck = [j for j, slips in zip(on_limit, state, strict=True) if not slips]
         together = tuple(stuck[1:]) if all_at_once else ()

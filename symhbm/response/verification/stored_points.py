@@ -7,7 +7,7 @@ from typing import Any, ClassVar
 import numpy as np
 import xarray as xr
 
-from symhbm.balance import HarmonicBalance
+from symhbm.balance import HarmonicBalance, ValueOf
 from symhbm.continuation import FrequencyProblem
 from symhbm.continuation.angles import AngleCorrector
 from symhbm.model.contacts import ContactLaw
@@ -240,7 +240,11 @@ class StoredPoints(StoredGroup):
         basis = problem.basis
         unknowns = unknowns_of(basis, basis.harmonics, stored["coefficient"])
         peaking = problem if self.prefix else problem.with_peaks_of(None)
-        largest = largest_displacement(basis, peaking.peaking(unknowns))[0]
+        if peaking.goal is None:
+            largest = largest_displacement(basis, peaking.peaking(unknowns))[0]
+        else:
+            states = problem.locate(unknowns, omega)
+            largest = np.array([ValueOf.at(peaking.goal, problem, unknowns, omega, states).value])
         each = [amplitude_difference(stored, largest)]
         for name in problem.model.outputs:
             if f"{name}_amplitude" in stored:

@@ -83,7 +83,7 @@ def merge(
     >>> problem, loads = sh.HarmonicBalance(blade, sh.forces.PointForce()), {"normal_load": [1, 3]}
     >>> for k in (1, 2):
     ...     part = sh.frf(problem, (10, 30), over=loads, archive=f"loads_{k}.nc", part=(k, 2))
-    >>> sh.merge(["loads_1.nc", "loads_2.nc"]).peak_frequency.values.ravel().round(2)
+    >>> sh.datasets.merge(["loads_1.nc", "loads_2.nc"]).peak_frequency.values.ravel().round(2)
     array([15.92, 19.37])
     """
     summary = merged(

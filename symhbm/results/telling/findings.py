@@ -145,7 +145,10 @@ def _peaks(words: Words) -> Rows:
             peaks_of = description.problem.get("peaks_of")
             if "peak_dof" in at:
                 number = int(at["peak_dof"])
-                told.append(f"{peaks_of} row {number}" if peaks_of else words.place(number))
+                if isinstance(peaks_of, str):
+                    told.append(f"{peaks_of} row {number}")
+                else:  # a goal tells it by itself
+                    told.append(words.place(number) if peaks_of is None else peaks_of["of"])
             told += [str(at["peak_kind"].values)] if "peak_kind" in at else []
             yield "highest peak", ", ".join([*told, *words.kept(), *words.set_words(index)])
     if "damping_ratio" in dataset.variables:

@@ -1,0 +1,7 @@
+"""Goals: what is asked of a solution and made small, or followed in the place of an amplitude."""
+
+from symhbm.balance.goals.dissipation import Dissipation
+from symhbm.balance.goals.goal import ContactSymbols, Goal, Solution
+from symhbm.balance.goals.slip_distance import SlipDistance
+
+__all__ = ["ContactSymbols", "Dissipation", "Goal", "SlipDistance", "Solution"]

@@ -1,0 +1,126 @@
+"""The protocol of goals: what is asked of a solution, as an expression of it."""
+
+from __future__ import annotations
+
+from abc import ABC, abstractmethod
+from collections.abc import Mapping
+from typing import Any, ClassVar, NamedTuple
+
+from symhbm.model import Structure
+from symhbm.model.contacts import ContactLaw, Motions
+from symhbm.model.records import Record
+from symhbm.numerics import FourierBasis
+
+
+class ContactSymbols(NamedTuple):
+    """One contact of a solution as CasADi symbols.
+
+    Attributes
+    ----------
+    law
+        Its law.
+    at
+        Its motion (m K) [m] with the frequency [rad/s] and the values of its parameters.
+    force : (m K)
+        Coefficients of its force [N].
+
+    Examples
+    --------
+    The mean square of all forces of a group over a period, where none has a mean:
+
+    >>> import casadi as ca
+    >>> import symhbm as sh
+    >>> class Push(sh.goals.Goal):
+    ...     units, meaning = "N2", "mean square of the forces of dampers"
+    ...     def value(self, at):
+    ...         return sum(ca.sumsqr(one.force) / 2 for one in at.contacts["friction"])
+    """
+
+    law: ContactLaw
+    at: Motions
+    force: Any
+
+
+class Solution(NamedTuple):
+    """A solution as CasADi expressions, which goals are expressions of.
+
+    Attributes
+    ----------
+    basis
+        The harmonic set, of ``K`` components.
+    coefficients : (K, n_dof)
+        Coefficients of displacements [m], a degree of freedom a column.
+    frequency
+        Angular frequency [rad/s].
+    parameters
+        Parameters of contacts and force by name, a column each.
+    contacts
+        The contacts of each group, by its name.
+
+    Examples
+    --------
+    The mean square of the velocity of the first degree of freedom, over a period:
+
+    >>> import casadi as ca
+    >>> import symhbm as sh
+    >>> class Velocity(sh.goals.Goal):
+    ...     units, meaning = "m2 s-2", "mean square of a velocity"
+    ...     def value(self, at):
+    ...         rate = ca.mtimes(ca.DM(at.basis.derivative_matrix), at.coefficients[:, 0])
+    ...         return at.frequency**2 * ca.sumsqr(rate) / 2
+    """
+
+    basis: FourierBasis
+    coefficients: Any
+    frequency: Any
+    parameters: Mapping[str, Any]
+    contacts: Mapping[str, list[ContactSymbols]]
+
+
+class Goal(Record, ABC):
+    """What a design makes small, or a peak is of; one of your own derives from this class.
+
+    It is no less than 0, and a smooth expression where the force of contacts is. Archives hold the
+    attributes of one of your own; whoever reads them defines its class.
+
+    Examples
+    --------
+    The mean square of all displacements, over a period:
+
+    >>> import casadi as ca
+    >>> import symhbm as sh
+    >>> class MeanSquare(sh.goals.Goal):
+    ...     units, meaning = "m2", "mean square of all displacements"
+    ...     def value(self, at):
+    ...         return ca.sumsqr(at.coefficients) / 2
+    >>> blade = sh.single_blade(
+    ...     mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+    ... )
+    >>> problem = sh.HarmonicBalance(blade, sh.forces.PointForce())
+    >>> best = sh.minimise_peak(
+    ...     problem, "normal_load", bounds=(0.1, 100), frequency_band=(5, 40),
+    ...     peaks={"square": {"goal": MeanSquare()}},
+    ...     objective=lambda peaks, parameters: peaks["square"], progress=False,
+    ... )
+    >>> best.design_value.values.round(6)  # the load that makes the amplitude smallest, too
+    array([3.088579])
+    """
+
+    units: ClassVar[str]
+    """Unit of the value."""
+    meaning: ClassVar[str]
+    """What it is, in a few words."""
+    additive: bool = False
+    """Whether it is a sum over the sectors of a disk, of what each sector has."""
+
+    @abstractmethod
+    def value(self, at: Solution) -> Any:
+        """The goal of a solution, as one CasADi expression."""
+
+    def check(self, model: Structure) -> None:
+        """Raise KeyError, TypeError or ValueError where a structure has no such goal."""
+        return
+
+    def __repr__(self) -> str:
+        return f"{type(self).__name__}({', '.join(f'{k}={v!r}' for k, v in vars(self).items())})"

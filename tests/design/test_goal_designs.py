@@ -1,0 +1,146 @@
+"""Designs of goals and of one frequency, beside minima of values that are solved for one by one."""
+
+import numpy as np
+import pytest
+from scipy.optimize import minimize_scalar
+from xarray import DataArray
+
+import symhbm as sh
+from symhbm.continuation.status import Status
+from tests.designs import BAND, any_status, blade, design, ring
+
+
+def minimum(value, low, high):
+    found = minimize_scalar(
+        lambda x: value(float(np.exp(x))), bounds=np.log([low, high]), method="bounded",
+        options={"xatol": 1e-8},
+    )  # fmt: skip
+    return float(np.exp(found.x)), found.fun
+
+
+def test_response_at_one_frequency():
+    """Between sticking and slipping freely neither end of the loads is best."""
+    problem, frequency = blade(), 20.2
+    optimum = design(problem, bounds=(0.5, 8.0), frequency_band=frequency, n_starts=5)
+
+    def amplitude(load):
+        return sh.solve(problem.with_parameters(normal_load=load), frequency).amplitude.item()
+
+    grid = [amplitude(load) for load in np.geomspace(0.5, 8.0, 200)]
+    assert optimum.design_amplitude.item() <= min(grid) * (1 + 1e-12)
+    at = optimum.design_value.item()
+    assert amplitude(at) == pytest.approx(optimum.design_amplitude.item(), rel=1e-12)
+    assert "at 20.2 Hz" in optimum.certificate.item()
+    assert "its 1 stored points" in optimum.certificate.item()
+
+
+def test_one_frequency_of_each_case():
+    """The weight of a load holds the optimum, which the band of the two frequencies does not."""
+    cases = DataArray([1.0, 1.2], dims="case")
+    frequency = DataArray([19.0, 19.6], dims="case")
+    optimum = design(
+        blade(), bounds=(0.5, 8.0), frequency_band=frequency, over={"force_amplitude": cases},
+        objective=lambda peaks, p: peaks["largest"] * (1 + p["normal_load"][0]),
+    )  # fmt: skip
+
+    def value(load):
+        pairs = zip(cases.values, frequency.values, strict=True)
+        found = [
+            sh.solve(
+                blade().with_parameters(normal_load=load, force_amplitude=force), at
+            ).amplitude.item()
+            for force, at in pairs
+        ]
+        return max(found) * (1 + load)
+
+    assert optimum.design_aim.item() == pytest.approx(value(optimum.design_value.item()), 1e-11)
+    assert optimum.case_amplitude.dims == ("named_peak", "case")
+
+
+@pytest.mark.parametrize(
+    ("goal", "weight"), [(sh.goals.SlipDistance(), 0.2), (sh.goals.Dissipation(), 0.05)]
+)
+def test_a_peak_and_wear(goal, weight):
+    problem = blade((1, 3))
+    optimum = design(
+        problem, bounds=(2.0, 8.0),
+        peaks={"tip": {}, "wear": {"goal": goal}},
+        objective=lambda peaks, _: peaks["tip"] + weight * peaks["wear"],
+    )  # fmt: skip
+
+    def value(load):
+        one = problem.with_parameters(normal_load=load)
+        response = sh.frf(one, BAND, progress=False)
+        peak = response.isel(peak=0)
+        at = sh.frf(one, BAND, at=[float(peak.peak_frequency)], progress=False)
+        worn = at.dissipation.max().item()
+        if isinstance(goal, sh.goals.SlipDistance):
+            worn /= 0.5 * load
+        return peak.peak_amplitude.item() + weight * worn
+
+    at, least = minimum(value, 2.0, 8.0)
+    # Of one contact both peak together.
+    assert optimum.design_aim.item() == pytest.approx(least, rel=1e-9)
+    assert optimum.design_value.item() == pytest.approx(at, rel=1e-5)
+    assert optimum.design_status.item() == Status.DESIGN_OPTIMAL
+    assert optimum.named_peak_units.values.tolist() == ["m", goal.units]
+    assert (
+        f"wear {optimum.named_peak_amplitude.values[1]:.10g} {goal.units}"
+        in optimum.certificate.item()
+    )
+
+
+@pytest.mark.slow
+def test_the_contact_of_a_ring_that_dissipates_most():
+    """Its energy is that of a dense grid, which tells all contacts apart."""
+    problem = ring(3, 1e5, 1, stiffness=np.array([1e4, 1.05e4, 0.95e4]))
+    band = (30.0, 70.0)
+    optimum = design(
+        problem, bounds=(1.0, 6.0), frequency_band=band,
+        peaks={"tip": {}, "wear": {"goal": sh.goals.Dissipation("friction", 2)}},
+        objective=lambda peaks, _: peaks["tip"] + 0.01 * peaks["wear"],
+    )  # fmt: skip
+    best = problem.with_parameters(normal_load=optimum.design_value.item())
+    grid = sh.frf(best, band, at=np.linspace(*band, 8001), progress=False)
+    told = optimum.named_peak_amplitude.values[1]
+    assert grid.dissipation.isel(contact=2).max().item() == pytest.approx(told, rel=1e-5)
+    assert grid.dissipation.isel(contact=2).max().item() <= told * (1 + 1e-12)
+
+
+def test_contacts_that_stick_wear_nothing():
+    optimum = design(
+        blade(), bounds=(0.5, 500.0), peaks={"wear": {"goal": sh.goals.SlipDistance()}},
+        objective=lambda peaks, _: peaks["wear"],
+    )  # fmt: skip
+    assert optimum.design_aim.item() == 0.0
+    assert optimum.named_peak_amplitude.item() == 0.0
+    assert optimum.design_status.item() == Status.DESIGN_ON_PLATEAU
+
+
+def test_front_of_peak_and_wear(tmp_path):
+    given = dict(
+        aims={"peak": lambda peaks, _: peaks["tip"], "wear": lambda peaks, _: peaks["wear"]},
+        peaks={"tip": {}, "wear": {"goal": sh.goals.SlipDistance()}},
+        n_points=3, progress=False,
+    )  # fmt: skip
+    with any_status():
+        front = sh.pareto_front(blade(), "normal_load", (1.0, 6.0), BAND, **given)
+    aims = front.front_aim.values
+    assert front.design_status.item() == Status.FRONT_FOUND
+    assert np.all(np.diff(aims, axis=0) * [1, -1] > 0)
+    for load, (_, worn) in zip(front.front_value.values[:, 0], aims, strict=True):
+        one = blade().with_parameters(normal_load=load)
+        peak = sh.frf(one, BAND, progress=False).peak_frequency.values
+        at = sh.frf(one, BAND, at=peak, progress=False).dissipation.max().item()
+        assert at / (0.5 * load) == pytest.approx(worn, rel=1e-9)
+    assert sh.load(sh.save(front, tmp_path / "front.nc")).identical(front)
+
+
+def test_a_negative_goal_is_refused():
+    class Fed(sh.goals.Dissipation):
+        def value(self, at):
+            return -super().value(at)
+
+    given = dict(peaks={"a": {"goal": Fed()}}, objective=lambda peaks, _: peaks["a"])
+    with pytest.raises(ValueError, match=r"Fed\(.*\): expected a goal of no less than 0, got -"):
+        design(blade(), bounds=(1, 6), **given)
