@@ -10,6 +10,11 @@ import xarray as xr
 import symhbm as sh
 from tests.problems import BAND, OWN_LAWS, cases, cell, cells, problem
 
+pytestmark = pytest.mark.filterwarnings(
+    "ignore:.*incomplete.*(other solutions|turned back at a fold):RuntimeWarning"
+)
+"""Where springs harden there are several responses at one frequency, as the status tells."""
+
 FEW = [
     "coulomb blade base 13", "stop rotor static 0123", "planar reduced-turning order 1",
     "varying air order 0123", "none blade static 0123",
@@ -26,18 +31,16 @@ def peaks(found):
     return found.peak_frequency.values[order], found.peak_amplitude.values[order]
 
 
-PASSED_OVER = {"pressed rotor point 0123"}
-"""Cells of which one sense finds a low peak next to another one that the other sense does not."""
+TWO_INSTANTS = "pressed rotor point 0123"
+"""Two peaks beside an onset of slip: the largest displacement passes to another instant there."""
 
 
-@pytest.mark.parametrize("name", cases(FEW, cells()))
+@pytest.mark.parametrize("name", cases([*FEW, TWO_INSTANTS], cells()))
 def test_down_as_up(name):
     given = problem(name)
     up, down = (curve(given, band) for band in (BAND, BAND[::-1]))
     if {up.status.item(), down.status.item()} != {str(sh.Status.REACHED_END)}:
         pytest.skip("several responses at one frequency, of which one sense finds some")
-    if name in PASSED_OVER:
-        pytest.xfail("a low peak at 17.071 Hz is found upwards alone")
     (at, high), (found, low) = peaks(up), peaks(down)
     np.testing.assert_allclose(found, at, rtol=1e-6)
     np.testing.assert_allclose(low, high, rtol=1e-8)

@@ -34,7 +34,9 @@ class SlopeEstimate(NamedTuple):
     points are needed to tell. Both are false for responses that are not examined: those that stay
     below the largest one, and those that equal one before them at both ends. ``slopes``
     (n, n_shares, n_dof) run from one end to the other, ``error`` (n, n_dof) bounds their errors,
-    per unit of length as of `Measure`. ``left`` and ``right`` are both ends.
+    per unit of length as of `Measure`. ``left`` and ``right`` are both ends. ``of_states``
+    (n, n_shares - 2, n_dof) are slopes by the share of interpolated states: less accurate beside an
+    onset or end of slip, but they tell where the largest displacement passes to another instant.
     """
 
     turns: NDArray[np.bool_]
@@ -43,14 +45,17 @@ class SlopeEstimate(NamedTuple):
     error: FloatArray
     left: Slopes
     right: Slopes
+    of_states: FloatArray
 
     def falls_from(self, segment: Any, dof: Any) -> NDArray[np.bool_]:
         """Whether an amplitude surely falls all along from the left end of a segment."""
-        return np.all(self._bound(segment, dof, 1.0) < 0, axis=-1)
+        falls = (self._bound(segment, dof, 1.0) < 0) & (self.of_states[segment, :, dof] < 0)
+        return np.all(falls, axis=-1)
 
     def rises_to(self, segment: Any, dof: Any) -> NDArray[np.bool_]:
         """Whether an amplitude surely rises all along to the right end of a segment."""
-        return np.all(self._bound(segment, dof, -1.0) > 0, axis=-1)
+        rises = (self._bound(segment, dof, -1.0) > 0) & (self.of_states[segment, :, dof] > 0)
+        return np.all(rises, axis=-1)
 
     def _bound(self, segment: Any, dof: Any, side: float) -> FloatArray:
         """Bound of the slopes of one amplitude inside a segment, above or below it."""
@@ -83,9 +88,9 @@ def estimate_slopes(
     tangents = left.direction, right.direction
     metric = measured.normal, measured.length, scale
     _write_slopes(*ends, tangents, *metric, inside, segments.switch_events, slopes)
-    given = ends[0], amplitudes, slopes, error, measured.length, segments.switch_events, per_dof
-    _judge(*given, turns, is_doubtful)
-    return SlopeEstimate(turns, is_doubtful, slopes, error, left, right)
+    given = ends[0], amplitudes, slopes, inside, error, measured.length
+    _judge(*given, segments.switch_events, per_dof, turns, is_doubtful)
+    return SlopeEstimate(turns, is_doubtful, slopes, error, left, right, inside)
 
 
 @Loop
@@ -131,6 +136,7 @@ def _judge(
     ends: tuple[Any, Any],
     amplitudes: Any,
     slopes: Any,
+    inside: Any,
     error: Any,
     length: Any,
     switch_events: Any,
@@ -165,18 +171,24 @@ def _judge(
                 continue
             constant = FLAT_SLOPE * max(begin, end)
             turns[i, j], is_doubtful[i, j] = _turn_of(
-                slopes[i, :, j], error[i, j], constant, switch_events[i]
+                slopes[i, :, j], inside[i, :, j], error[i, j], constant, switch_events[i]
             )
 
 
 @Loop
-def _turn_of(slopes: Any, error: float, constant: float, switch_events: Any) -> tuple[bool, bool]:
+def _turn_of(
+    slopes: Any, inside: Any, error: float, constant: float, switch_events: Any
+) -> tuple[bool, bool]:
     """Whether one amplitude turns, and whether further points are needed to tell."""
     last = len(slopes) - 1
-    largest, sign_changes = 0.0, 0
+    largest, sign_changes, of_states = 0.0, 0, 0
     for h in range(last + 1):
         largest = max(largest, abs(slopes[h]))
         sign_changes += h > 0 and (slopes[h] > 0) != (slopes[h - 1] > 0)
+        before = slopes[0] if h <= 1 else inside[h - 2]
+        at = slopes[h] if h in (0, last) else inside[h - 1]
+        of_states += h > 0 and (at > 0) != (before > 0)
+    sign_changes = max(sign_changes, of_states)
     if not largest > constant:
         return False, False
     turns = slopes[0] > constant and slopes[last] <= constant
