@@ -229,8 +229,8 @@ def mistuned_ring(
     beside the disk, ``s_j`` its ``stiffness_deviation``, ``f_j`` that of its frequency alone,
     ``m_j`` that of its mass. Mode k of the blade alone adds ``((1 + d_jk)^2 - 1) omega_k^2`` to
     the stiffness of its coordinate, ``d_jk`` the deviation of its frequency. They are parameters
-    of the result, per blade, for ``over=``, `sensitivity`, `follow` and draws, whose spreads are
-    those of the deviations themselves.
+    of the result, per blade, for ``over=``, `symhbm.datasets.sensitivity`, `follow` and draws,
+    whose spreads are those of the deviations themselves.
 
     Parameters
     ----------
