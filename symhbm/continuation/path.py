@@ -27,8 +27,10 @@ from symhbm.continuation.events import (
     LARGEST_PREDICTION_ERROR,
     SMALLEST_STEP,
     ResonanceFinder,
+    beside_limit,
     beyond_limits,
     brief_crossing,
+    end_of_slip,
     find_branch_point,
     find_folds,
     first_limit,
@@ -120,18 +122,20 @@ class Path:
             attempt = self._advance(point, step)
             folds = None if attempt is None else self._folds(point, *attempt)
             if attempt is None or folds is None:
-                attempt = None
+                attempt = self._end_of_slip(point, step)
+                folds = None if attempt is None else self._folds(point, *attempt)
+                attempt = None if folds is None else attempt
                 self.rejected += 1
                 step /= 4
                 stuck = step < max(SHRINKAGE * usual, SMALLEST_STEP)
                 may_cross = self._curve.single_valued and self._curve.angles is None
-                if stuck and may_cross:
+                if attempt is None and stuck and may_cross:
                     # A step that shrank from corner to corner does not suit the path beyond.
                     corner_step = max(usual, SMALLEST_CORNER_STEP)
                     attempt, length = self._cross_corner(point, corner_step)
                     # Where there is no corner, the path turns: only a shorter step follows it.
                     step, usual = (step, 0.0) if attempt is None else (length, usual)
-                elif stuck and not self._curve.single_valued:
+                elif attempt is None and stuck and not self._curve.single_valued:
                     attempt = self._acute_corner(point, 4 * step)
                     folds = None if attempt is None else self._folds(point, *attempt)
                     attempt, step = (None, step) if folds is None else (attempt, usual)
@@ -370,10 +374,29 @@ class Path:
         if beyond is None:
             return None
         far_side, switches = beyond
+        far_side = beside_limit(self.corrector, solution, far_side, scale, switches, limits)
+        return self._at_limit(base, solution, far_side, scale, switches)
+
+    def _end_of_slip(self, base: PathPoint, step: float) -> tuple[PathPoint, float] | None:
+        """The point within a step that failed at which a contact sticks again, None without one."""
+        found = end_of_slip(self.corrector, base, step, self._orientation)
+        if found is None or (found[0].point[-1] - self._end) * self._heading > 0:
+            return None
+        return self._at_limit(base, *found[:2], base.scale, found[2]), 0.0
+
+    def _at_limit(
+        self,
+        base: PathPoint,
+        near_side: Corrected,
+        far_side: Corrected,
+        scale: FloatArray,
+        switches: NDArray[np.bool_],
+    ) -> PathPoint:
+        """The point on a limit, from its solutions on both sides, in the states beyond it."""
         events = switched(self._curve.problem, base.switches, switches)
-        if solution.direction[-1] * far_side.direction[-1] < 0 and not self._curve.single_valued:
+        if near_side.direction[-1] * far_side.direction[-1] < 0 and not self._curve.single_valued:
             events += (Event(EventKind.FOLD),)
-        return self._accept(solution, scale, switches, events, far_side)
+        return self._accept(near_side, scale, switches, events, far_side)
 
     def _orient(self, solution: Corrected) -> Corrected:
         """The solution with the tangent for which ``det [J; t^T]`` keeps its sign at the start."""

@@ -21,6 +21,7 @@ from symhbm.continuation.events.crossing import (
 from symhbm.continuation.events.folds import find_folds, goes_between
 from symhbm.continuation.events.modes import Reduced, ResonanceFinder, reduced
 from symhbm.continuation.events.passed_pairs import passed_pairs
+from symhbm.continuation.events.sharp_onsets import beside_limit, end_of_slip
 
 __all__ = [
     "BEYOND_CORNER",
@@ -31,9 +32,11 @@ __all__ = [
     "Reduced",
     "ResonanceFinder",
     "at_crossing",
+    "beside_limit",
     "beyond_limits",
     "brief_crossing",
     "curvature_of",
+    "end_of_slip",
     "find_branch_point",
     "find_folds",
     "first_limit",

@@ -1,0 +1,103 @@
+"""Limits of slip beside which a path turns sharply.
+
+Where a motion has a mean, that of the force of planar friction grows like the square root of the
+margin of slip: its derivatives have no bound at the limit, which the path follows before it turns
+away. At the limit itself the equations of stick are regular, at a small margin those of slip.
+"""
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symhbm.continuation.correctors import AtLimit, Corrected, Corrector, Hyperplane
+from symhbm.continuation.point import PathPoint
+from symhbm.numerics import FloatArray, length_of
+
+_SHARP = 0.5
+"""Cosine of the angle between the tangents on both sides of a limit, at most."""
+_MARGIN = 1e-6
+"""Margin of slip at which the tangent beside a limit is told."""
+_PRECISION = 1e-8
+"""Last step to a limit, relative to the response."""
+_FARTHEST = 3.0
+"""Distance of a limit over that at which the margin would vanish along the tangent, at most: twice
+that, where the margin falls like a square."""
+_AHEAD = 0.5
+"""Cosine of the angle between the tangent and the way to a limit, at least."""
+
+
+def beside_limit(
+    corrector: Corrector,
+    limit: Corrected,
+    far_side: Corrected,
+    scale: FloatArray,
+    switches: NDArray[np.bool_],
+    limits: NDArray[np.bool_],
+) -> Corrected:
+    """The ``far_side`` of a limit; where one contact begins to slip there, that of a small slip.
+
+    ``switches`` are the states on the far side, ``limits`` the switches that changed.
+    """
+    places = np.flatnonzero(limits)
+    sharp = float(np.dot(limit.direction, far_side.direction)) < _SHARP
+    if corrector.curve.single_valued or not sharp or len(places) > 1 or not switches[places].all():
+        return far_side
+    return _beside(corrector, limit.point, scale, switches, int(places[0])) or far_side
+
+
+def _beside(
+    corrector: Corrector,
+    point: FloatArray,
+    scale: FloatArray,
+    slips: NDArray[np.bool_],
+    contact: int,
+) -> Corrected | None:
+    """The solution at a small margin beside a point on a limit, its tangent away from that."""
+    curve = corrector.curve
+    evaluation = curve.evaluate(point[:-1], point[-1], slips)
+    row = curve.margin_gradient(evaluation, contact) * scale
+    size = length_of(row)
+    anchor = point + scale * row * (_MARGIN / size**2)
+    found = corrector.correct(anchor, scale, Hyperplane(anchor, scale, row / size), slips)
+    if found is None or found.crosses or not found.margins[contact] > 0.1 * _MARGIN:
+        return None
+    return found
+
+
+def end_of_slip(
+    corrector: Corrector, base: PathPoint, step: float, orientation: int
+) -> tuple[Corrected, Corrected, NDArray[np.bool_]] | None:
+    """The limit within a step from a point at which a contact sticks again, solved for in stick.
+
+    Both sides of it, with tangents along the path, and the states of switches beyond it. None where
+    the path does not go to one; ``orientation`` is the sign of its tangents.
+    """
+    falls = base.switches & (base.margins > 0) & (base.rate < 0)
+    if corrector.curve.single_valued or not falls.any():
+        return None
+    distances = np.full(len(falls), np.inf)
+    distances[falls] = base.margins[falls] / -base.rate[falls]
+    contact = int(np.argmin(distances))
+    if distances[contact] > step:
+        return None
+    switches = base.switches.copy()
+    switches[contact] = False
+    guess = base.state + distances[contact] * base.after
+    at_limit = AtLimit(corrector.curve, contact, base.scale)
+    limit = corrector.correct(guess, base.scale, at_limit, switches, _PRECISION)
+    if limit is None or limit.crosses:
+        return None
+    limit.margins[contact] = 0.0
+    way, tangent = (limit.point - base.state) / base.scale, base.after / base.scale
+    length = length_of(way)
+    if length > _FARTHEST * distances[contact] or np.dot(way, tangent) < _AHEAD * length:
+        return None
+    far_side = limit if limit.sign == orientation else limit.turned()
+    if far_side.rate[contact] > 0:
+        return None
+    near_side = limit._replace(direction=tangent, rate=base.rate)
+    if base.margins[contact] > 2 * _MARGIN:
+        beside = _beside(corrector, limit.point, base.scale, base.switches, contact)
+        if beside is None:
+            return None
+        near_side = limit._replace(direction=-beside.direction, rate=-beside.rate)
+    return near_side, far_side, switches
