@@ -4,7 +4,7 @@ from symhbm.balance import goals
 from symhbm.balance.batch import check_each, compile_checks, locate_each, motions_at_each
 from symhbm.balance.contact_springs import by_row, contact_springs
 from symhbm.balance.contacts import BalancedContacts, BalancedGroup
-from symhbm.balance.dynamic_stiffness import DynamicStiffness
+from symhbm.balance.dynamic_stiffness import DynamicStiffness, losses
 from symhbm.balance.equations import Equations
 from symhbm.balance.evaluation import ContactStates, Evaluation, UnknownLayout
 from symhbm.balance.goal_values import GoalOrder, ValueOf
@@ -42,6 +42,7 @@ __all__ = [
     "goals",
     "is_held",
     "locate_each",
+    "losses",
     "matrices_in",
     "motions_at_each",
     "slip_angles",

@@ -179,16 +179,6 @@ class DynamicStiffness:
             by_parameter=contacts.by_parameter + slopes.ravel(),
         )
 
-    def losses(self, unknowns: FloatArray, frequency: float) -> FloatArray:
-        """Forces (n_dof, n_components) [N] of all that does work over a cycle."""
-        size = self._structure.n_dof
-        x = unknowns.reshape(size, -1)
-        result = np.zeros_like(x)
-        for n, at, *_ in self.parts:
-            stiffness = self._felt(n, frequency)[0][:, :size]
-            result[:, at] = _real((stiffness - stiffness.conj().T) / 2 @ _complex(x[:, at]), n)
-        return result
-
     def curvature(
         self, unknowns: FloatArray, frequency: float, amplitude: float, multipliers: FloatArray
     ) -> tuple[FloatArray, float, float]:
@@ -277,6 +267,26 @@ class DynamicStiffness:
             slope = self._felt(n, frequency)[1][:, : len(x)].real
             largest = max(largest, float(np.abs(slope @ _complex(x[:, at])).max()))
         return frequency / 2 * largest / force
+
+
+def losses(
+    structure: Structure, basis: FourierBasis, coefficients: FloatArray, frequency: float
+) -> FloatArray:
+    """Linear forces (n_dof, n_components) [N] of all that does work over a cycle.
+
+    ``coefficients`` (n_dof, n_components) [m] of the motion, ``frequency`` in rad/s.
+    """
+    result = np.zeros_like(coefficients)
+    for n in basis.harmonics:
+        first = basis.component(n)
+        at = slice(first, first + 1 + (n > 0))
+        if structure.is_polynomial:
+            stiffness: Any = sum(frequency**k * a for k, a in structure.powers(n).items())
+        else:
+            stiffness = structure.linear_forces(n, frequency)[0][:, : structure.n_dof]
+        lost = (stiffness.conj() - stiffness.T) / 2
+        result[:, at] = _real((lost @ _complex(coefficients[:, at])).astype(complex), n)
+    return result
 
 
 def _by_power(

@@ -10,6 +10,7 @@ from numpy.typing import NDArray
 
 from symhbm.balance.contacts import BalancedGroup
 from symhbm.balance.evaluation import ContactStates, UnknownLayout
+from symhbm.balance.linear_part import linear_part
 from symhbm.model import Structure, Symmetry
 from symhbm.model.contacts import FREE, Located, graph_of
 from symhbm.numerics import (
@@ -20,10 +21,8 @@ from symhbm.numerics import (
     check,
     constant,
     is_full,
-    sparsity_of,
 )
 
-MATRIX_INPUTS = ("mass", "damping", "stiffness")
 FORCE_INPUTS = ("force_amplitude", "force_shape", "static_force")
 
 
@@ -50,7 +49,7 @@ class Equations:
     unknowns, frequency, parameters and imposed states of switches to residual, magnitude, Jacobian,
     derivative by frequency and what `ContactLaw.event_graph` gives of each group, a contact a
     column; ``conservative`` maps the first three to the Jacobian of elastic less inertia forces and
-    the inertia forces (n_dof, n_components).
+    the inertia forces (n_unknowns,).
     """
 
     def __init__(
@@ -80,10 +79,10 @@ class Equations:
         self._sizes = (abs(displacements) @ abs(self.expansion)).tocsr()
         names = [name for group in self.groups for name in group.parameters.values()]
         terms = model.matrix_terms if model.has_matrices else {}
-        self.parameter_names = (*MATRIX_INPUTS, *terms, *names, *FORCE_INPUTS)
+        self.linear = linear_part(model, basis, dofs)
+        counts = dict(self.linear.counts)
+        self.parameter_names = (*counts, *terms, *names, *FORCE_INPUTS)
         n_dof = len(self.dofs)
-        sparsity = {name: sparsity_of(self.rows(model, name)) for name in MATRIX_INPUTS}
-        counts = {name: pattern.nnz() for name, pattern in sparsity.items()}
         counts |= {name: next(iter(by.values())).shape[1] for name, (_, by) in terms.items()}
         counts |= {name: g.n for g in self.groups for name in g.parameters.values()}
         n_static = n_dof if 0 in basis.harmonics else 0
@@ -99,46 +98,32 @@ class Equations:
         for group in self.located:
             symbol[group.events] = ca.SX.sym(group.events, group.law.n_events(basis), group.n)
         self._symbol = symbol
-        self._entries = {name: symbol[name] for name in MATRIX_INPUTS}
+        entries = {name: symbol[name] for name in self.linear.counts}
         for name, (of, by_power) in terms.items():
             for power, places in by_power.items():
-                self._entries[of] += ca.mtimes(constant(places), symbol[name] ** power)
-        matrix = {name: ca.SX(sparsity[name], self._entries[name]) for name in MATRIX_INPUTS}
-
-        def forces(x, matrices, omega, derivative):
-            """Inertia, damping and elastic terms, ``(n_dof, size)`` each."""
-            omega_n = omega * ca.DM(basis.order).T
-            inertia = ca.mtimes(matrices["mass"], x) * ca.repmat(omega_n**2, n_dof, 1)
-            viscous = omega * ca.mtimes([matrices["damping"], x, ca.DM(derivative).T])
-            return inertia, viscous, ca.mtimes(matrices["stiffness"], x)
-
-        spread_absolute = constant(self._sizes)
-        whole = ca.mtimes(constant(self.expansion), symbol["unknowns"])
-        x = ca.reshape(whole, size, model.n_dof).T
+                entries[of] += ca.mtimes(constant(places), symbol[name] ** power)
+        spread_absolute, expansion = constant(self._sizes), constant(self.expansion)
         shape = self.shape_at(symbol["force_shape"], symbol["frequency"])
         force = symbol["force_amplitude"] * ca.reshape(shape, size, n_dof).T
         if n_static:
             force[:, basis.component(0)] += symbol["static_force"]
         omega = symbol["frequency"]
-        inertia, viscous, elastic = forces(x, matrix, omega, basis.derivative_matrix)
         travel = ca.mtimes(spread_absolute, ca.fabs(symbol["unknowns"]))
-        absolute = {name: ca.fabs(value) for name, value in matrix.items()}
-        terms = forces(ca.fabs(x), absolute, omega, np.abs(basis.derivative_matrix))
+        whole = ca.mtimes(expansion, symbol["unknowns"])
+        self._balance, total = ca.SX(n_dof * size, 1), ca.vec(ca.fabs(force).T)
+        jacobian = conservative = ca.SX(n_dof * size, n_dof * size)
+        slope = inertia = ca.SX(n_dof * size, 1)
         # Derivatives of what is bilinear by rule: tracing it takes longer than factorising it.
-        turned = basis.derivative_matrix
-        stiffness, damping, mass = (
-            self._spread_out(model, name, factor)
-            for name, factor in (
-                ("stiffness", np.eye(size)),
-                ("damping", turned),
-                ("mass", -turned @ turned),
-            )
-        )
-        conservative = stiffness - omega**2 * mass
-        self._balance = ca.vec((elastic - inertia + viscous).T)
-        total = ca.vec((terms[0] + terms[1] + terms[2] + ca.fabs(force)).T)
-        jacobian = conservative + omega * damping
-        slope = ca.mtimes(damping - 2 * omega * mass, symbol["unknowns"])
+        for power, matrix in self.linear.matrices(entries).items():
+            factor, pushes = omega**power, ca.mtimes(matrix, whole)
+            own = factor * (matrix if symmetry is None else ca.mtimes(matrix, expansion))
+            self._balance += factor * pushes
+            total += factor * ca.mtimes(ca.fabs(matrix), ca.fabs(whole))
+            jacobian += own
+            slope += power * omega ** (power - 1) * pushes if power else 0
+            conservative += own if power in self.linear.conservative else 0
+            # Of springs and masses, -omega / 2 times the slope is the inertia.
+            inertia -= power / 2 * factor * pushes if power > 1 else 0
         largest_difference = ca.SX(0)
         for group in self.groups:
             spread, spread_absolute = (constant(part) for part in self.spreads(group))
@@ -172,6 +157,7 @@ class Equations:
             self._close(inputs, outputs)
         given = inputs[: len(inputs) - len(self.located)]
         self.conservative = ca.Function("conservative", given, [conservative, inertia])
+        self._inertia = Compiled(ca.Function("inertia", given, [ca.mmax(ca.fabs(inertia))]))
         self._derivatives: dict[str, ca.Function] = {}
 
     def shape_at(self, shapes: Any, frequency: Any) -> Any:
@@ -258,27 +244,6 @@ class Equations:
         self.closed_form = ca.Function("closed_form", self._closed_inputs, outputs)
         self._evaluate_closed = Compiled(self.closed_form)
 
-    def rows(self, model: Structure, name: str) -> Any:
-        """The rows of a matrix of the structure that are balanced here, by columns."""
-        if not model.has_matrices:
-            return sp.csc_array((model.n_dof, model.n_dof))  # `DynamicStiffness` has them
-        matrix = model.constant_part(name)
-        return matrix if len(self.dofs) == model.n_dof else matrix[self.dofs].tocsc()
-
-    def _spread_out(self, model: Structure, name: str, factor: FloatArray) -> Any:
-        """A matrix of the structure that acts on components as ``factor`` does, by the unknowns."""
-        rows = self.rows(model, name)
-        layout = sp.csc_array((np.arange(rows.nnz) + 1.0, rows.indices, rows.indptr), rows.shape)
-        one, other = sp.coo_array(factor), sp.coo_array(factor != 0)
-        place = sp.csc_array(sp.kron(layout, other))
-        stored = sp.csc_array((np.ones(rows.nnz), rows.indices, rows.indptr), rows.shape)
-        values = sp.csc_array(sp.kron(stored, one)).data
-        entries = ca.vec(self._entries[name][(place.data - 1).astype(int).tolist()])
-        whole = ca.SX(sparsity_of(place), entries * ca.DM(values))
-        if len(self.dofs) == model.n_dof:
-            return whole
-        return ca.mtimes(whole, constant(self.expansion))
-
     def derivative(self, name: str) -> ca.Function:
         """CasADi function of the sparse derivative of the residual by one of its inputs."""
         data = {"force_shape", "static_force", *(group.events for group in self.groups)}
@@ -307,6 +272,10 @@ class Equations:
         """Residual, magnitude, stored entries of the Jacobian, derivative by frequency."""
         events = [contacts.groups[group.name].events.ravel() for group in self.located]
         return self._evaluate(unknowns, frequency, *arguments, *events)
+
+    def inertia(self, unknowns: FloatArray, frequency: float, arguments: list[FloatArray]) -> float:
+        """The largest inertia force [N]."""
+        return float(self._inertia(unknowns, frequency, *arguments)[0][0])
 
     def in_closed_form(
         self,

@@ -13,9 +13,10 @@ from numpy.typing import NDArray
 
 from symhbm.balance.contacts import BalancedContacts, BalancedGroup, balanced_groups
 from symhbm.balance.dynamic_stiffness import DynamicStiffness
-from symhbm.balance.equations import MATRIX_INPUTS, Equations, identifier
+from symhbm.balance.equations import Equations, identifier
 from symhbm.balance.evaluation import ContactStates, Evaluation
 from symhbm.balance.goals import Goal
+from symhbm.balance.linear_part import MATRIX_INPUTS, is_symbolic
 from symhbm.model import (
     PARAMETERS,
     EngineOrder,
@@ -33,7 +34,7 @@ from symhbm.model import (
 )
 from symhbm.model.contacts import ContactLaw, NormalLaw, Parameter
 from symhbm.model.cyclic import check_speed
-from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics, compact
+from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics
 
 LARGE = 100_000
 """Entries of a stiffness matrix from which compiling it takes longer (5 s) than condensing it."""
@@ -162,7 +163,7 @@ class HarmonicBalance:
         self.groups: tuple[BalancedGroup, ...] = self._once(
             ("groups", symmetry, samples), lambda: balanced_groups(model, symmetry, samples)
         )
-        if linear is None and not model.has_matrices:
+        if linear is None and not is_symbolic(model, basis):
             linear = DynamicStiffness(model, excitation, basis)
         self.structure = linear
         # The switches of contacts that do nothing count, too.
@@ -208,7 +209,7 @@ class HarmonicBalance:
 
     def _set_arguments(self, shapes: list[FloatArray]) -> None:
         model, equations = self.model, self._equations
-        named = {name: equations.rows(model, name).data for name in MATRIX_INPUTS}
+        named = equations.linear.values(model)
         named |= {name: getattr(model, name) for name in model.matrix_terms}
         values = {}
         for group in model.groups:
@@ -432,9 +433,9 @@ class HarmonicBalance:
 
         None of a structure without matrices, or where those of the modes are large.
         """
-        if self.structure is None:
+        if self.model.has_matrices:
             return self
-        if self.model.modal is None:
+        if self.structure is None or self.model.modal is None:
             return None
         return self._copy(
             model=self.model.modal.model(self.model),
@@ -542,7 +543,8 @@ class HarmonicBalance:
     def _check_compiled(self, what: str) -> None:
         if self.structure is not None:
             raise TypeError(
-                f"{what}: a structure without matrices has no such CasADi function; use evaluate, "
+                f"{what}: a structure without matrices, or a large one whose matrices differ from "
+                "harmonic to harmonic, has no such CasADi function; use evaluate, "
                 "or of a condensed one a HarmonicBalance of the attribute structure of its model"
             )
 
@@ -660,19 +662,9 @@ class HarmonicBalance:
         if self.structure is not None:
             return self.structure.amplification(unknowns, frequency, self.excitation.amplitude)
         force = abs(self.excitation.amplitude) * np.abs(self._shape_at(frequency)).max()
-        inertia = self._inertia @ unknowns
-        return float(frequency**2 * np.abs(inertia).max() / force) if force > 0 else 0.0
-
-    @property
-    def _inertia(self) -> Any:
-        """Inertia forces of the balanced degrees of freedom at 1 rad/s, by the unknowns."""
-
-        def made() -> Any:
-            rows = self.model.mass_matrix[self._equations.dofs]
-            by_component = sp.kron(rows, sp.diags_array(self.basis.order.astype(float) ** 2))
-            return compact((by_component @ self.layout.expansion).tocsr())
-
-        return self.model.of_matrices(("inertia", self.symmetry, self.harmonics), made)
+        if force == 0:
+            return 0.0
+        return self._equations.inertia(unknowns, frequency, self._arguments) / float(force)
 
     def __reduce__(self):
         given = self.model, self.excitation, self.harmonics, self.samples, self.symmetry
@@ -706,7 +698,7 @@ def _check_peaks_of(peaks_of: Any, model: Structure) -> None:
 
 def nothing_on(model: Structure) -> Excitation:
     """An excitation of a structure that neither moves nor loads it."""
-    if model.nodal_diameters is not None and model.has_matrices:
+    if model.nodal_diameters is not None and model.is_polynomial:
         return EngineOrder(0, amplitude=0.0, pattern={1: {0: 1.0}})
     return StaticLoad({0: 0.0})
 

@@ -30,6 +30,8 @@ class PolynomialStructure(Structure):
     Models, what rotates, and sectors of both tell their `powers`.
     """
 
+    is_polynomial = True
+
     @abstractmethod
     def matrices_in(self, harmonic: int) -> Matrices:
         """Matrices of a harmonic, sparse, of motions ``Re(x exp(i n omega t))``."""

@@ -624,6 +624,13 @@ class Structure(Record, ABC):
         """Whether mass, damping and stiffness matrices are known."""
         return False
 
+    is_polynomial = False
+    """Whether `powers` tells its dynamic stiffness."""
+
+    def powers(self, harmonic: int) -> dict[int, Any]:
+        """Sparse ``A_k`` (n_dof, n_dof) of ``Z = sum_k omega^k A_k`` in a harmonic, by ``k``."""
+        raise TypeError(f"dynamic_stiffness: {self.WITHOUT_MATRICES}")
+
     @property
     def stored_matrices(self) -> Matrices | None:
         """Matrices as they are stored, without those of contacts; None where there are none."""

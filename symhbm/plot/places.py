@@ -61,7 +61,7 @@ def blades_of(dataset: xr.Dataset) -> list[int] | None:
     waves = [force for force in description.forces if force.get("type") == "EngineOrder"]
     if not waves:
         return None
-    return [*(range(size) if waves[0]["blades"] is None else waves[0]["blades"])]
+    return [*(range(size) if waves[0]["places"] is None else waves[0]["places"])]
 
 
 def position_of(dataset: xr.Dataset) -> dict[int, int]:

@@ -4,15 +4,17 @@ import casadi as ca
 import numpy as np
 import pytest
 
-from tests.problems import cases, cells, problem
+from tests.problems import STRUCTURES, cases, cells, problem
 
 OMEGA = 2 * np.pi * 24.0
 QUICK = [
     "coulomb blade point 13", "varying rotor point 0123", "stop chain base 0123",
     "planar mistuned order 13", "pressed ring order 0123", "cubic reduced-ring order 13",
     "own chain point 1", "coupled mistuned order 13", "driven ring order 1", "none blade point 1",
+    "coulomb sector static 0123", "pressed air order 0123", "cubic turning order 13",
+    "planar reduced order 1", "own reduced-turning order 13",
 ]  # fmt: skip
-WITH_MATRICES = ("blade", "rotor", "chain", "ring", "mistuned", "reduced-ring")
+WITH_MATRICES = [name for name in STRUCTURES if not name.startswith("condensed")]
 
 
 @pytest.mark.parametrize("name", cases(QUICK, cells(structures=WITH_MATRICES)))

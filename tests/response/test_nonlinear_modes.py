@@ -299,13 +299,13 @@ def test_bad_input_is_named():
         ("mode=1: .*nodal_diameter=", (ring,), dict(mode=1)),
         ("mode=0: expected a mode that stiffness holds", (free,), {}),
         (
-            "dof=1: expected a degree of freedom that moves in mode 0, .*; 0 moves",
+            "place=1: expected a degree of freedom that moves in mode 0, .*; 0 moves",
             (pair,),
             dict(place=1),
         ),
         ("degree of freedom=1: expected", (problem,), dict(place=1)),
         ("degree of freedom=-1", (problem,), dict(place=-1)),
-        ("dof=.*right interface", (sector,), dict(place=disk.n_whole - 1, nodal_diameter=1)),
+        ("place=.*right interface", (sector,), dict(place=disk.n_whole - 1, nodal_diameter=1)),
         ("nodal_diameter=7: expected an integer from -6 to 6", (ring,), dict(nodal_diameter=7)),
         ("nodal_diameter=1: expected None", (problem,), dict(nodal_diameter=1)),
         ("nodal_diameter=0.5", (ring,), dict(nodal_diameter=0.5)),
@@ -450,8 +450,10 @@ def test_reduced_structure_is_told_by_the_numbers_of_the_whole():
         np.testing.assert_allclose(found[1][name], found[0][name], rtol=1e-8)
     small = sh.HarmonicBalance(sh.craig_bampton(whole, 2, (1, 20)))
     gone = next(dof for dof in range(12) if dof not in small.model.kept)
-    with pytest.raises(ValueError, match=f"dof={gone}: expected a degree of freedom that is kept"):
-        modes(small, dof=gone)
+    with pytest.raises(
+        ValueError, match=f"place={gone}: expected a degree of freedom that is kept"
+    ):
+        modes(small, place=gone)
 
 
 def test_archives_of_a_reduced_sector_know_its_degree_of_freedom(tmp_path, monkeypatch):

@@ -84,7 +84,7 @@ def test_what_is_stored_is_verified(response, tmp_path):
 def test_the_whole_structure_is_given_again_to_recover(problem, response):
     point = response.isel({"normal_load": 0}).isel(point=2)
     again = sh.datasets.rebuild(point)
-    with pytest.raises(TypeError, match=r"structure= of symhbm\.recover"):
+    with pytest.raises(TypeError, match=r"structure= of symhbm\.datasets\.recover"):
         sh.datasets.recover(again, point)
     found = sh.datasets.recover(again, point, structure=chain())
     assert found.identical(sh.datasets.recover(problem, point))

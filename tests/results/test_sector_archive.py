@@ -146,7 +146,7 @@ def test_the_whole_sector_is_given_again_to_recover():
     problem = condensed()
     point = sh.solve(problem, 24.0)
     again = sh.datasets.rebuild(point)
-    with pytest.raises(TypeError, match=r"structure= of symhbm\.recover"):
+    with pytest.raises(TypeError, match=r"structure= of symhbm\.datasets\.recover"):
         sh.datasets.recover(again, point)
     disk = with_opening(random_disk(6, True, n_inner=4))
     assert sh.datasets.recover(again, point, structure=disk).identical(

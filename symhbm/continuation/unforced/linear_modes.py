@@ -97,8 +97,8 @@ def linear_mode(
     dof = largest if dof is None else dof
     if size[dof] < _STILL * size[largest]:
         raise NoModeError(
-            f"dof={numbers[dof]}: expected a degree of freedom that moves in mode {mode}, this one "
-            f"does not; {numbers[largest]} moves most"
+            f"place={numbers[dof]}: expected a degree of freedom that moves in mode {mode}, this "
+            f"one does not; {numbers[largest]} moves most"
         )
     return LinearMode(dof, frequency, np.asarray(shape / shape[dof], dtype=complex), rest)
 

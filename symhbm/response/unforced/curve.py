@@ -197,7 +197,7 @@ def free_problem(
         own %= alone.n_dof  # all sectors move alike
     if own is not None and own not in numbers:
         raise ValueError(
-            f"dof={own}: expected a degree of freedom that is kept; those at the right interface "
+            f"place={own}: expected a degree of freedom that is kept; those at the right interface "
             "of a sector are not, their twins at the left one move as much"
         )
     return alone, None if own is None else numbers.index(own), numbers

@@ -10,7 +10,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 
-from symhbm.balance import Evaluation, HarmonicBalance, matrices_in
+from symhbm.balance import Evaluation, HarmonicBalance, losses, matrices_in
 from symhbm.model.contacts import NormalLaw, marched
 from symhbm.numerics import (
     FloatArray,
@@ -197,12 +197,7 @@ def _energy_error(
     x = problem.layout.coefficients(unknowns)
     # Divided by the norm, products of coefficients are integrals over a period.
     rate = x @ basis.derivative_matrix.T / basis.norm
-    if problem.structure is not None:
-        viscous = problem.structure.losses(unknowns, omega)
-    else:
-        # Springs do work around a cycle where their matrix is not symmetric.
-        skew = (model.stiffness_matrix - model.stiffness_matrix.T) / 2
-        viscous = omega * (model.damping_matrix @ (x @ basis.derivative_matrix.T)) + skew @ x
+    viscous = losses(model, basis, x, omega)
     dissipated = float(np.sum(viscous * rate)) + dissipation.sum()
     largest = np.abs(force * rate).sum() + np.abs(viscous * rate).sum() + np.abs(dissipation).sum()
     largest += _FORCE_SHARE * magnitude * np.abs(rate).sum()

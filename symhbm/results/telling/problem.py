@@ -88,7 +88,7 @@ def _dofs_of(ends: Any) -> tuple[int, ...]:
 def _force(words: Words, force: dict[str, Any]) -> str:
     """Kind of a force, its harmonics unless that is the first alone, where it is largest."""
     kinds = {
-        "PointForce": f"point force on {_place_of_force(words, force.get('dof', 0))}",
+        "PointForce": f"point force on {_place_of_force(words, force.get('place', 0))}",
         "EngineOrder": "engine order, a travelling wave over the blades",
         "StaticLoad": "static load",
     }

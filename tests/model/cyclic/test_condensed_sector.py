@@ -156,7 +156,7 @@ def test_several_engine_orders_and_copies():
         sh.HarmonicBalance(small, sh.forces.EngineOrder(2, pattern={50: 1.0}), (0, 1))
     with pytest.raises(ValueError, match="not right"):
         sh.condense(disk, forces, (2000, 6000), places=[int(disk.interfaces.right[0])])
-    with pytest.raises(ValueError, match=r"expected symhbm\.EngineOrder"):
+    with pytest.raises(ValueError, match="expected an EngineOrder"):
         sh.condense(disk, sh.forces.PointForce(), (2000, 6000))
 
 

@@ -158,7 +158,7 @@ def test_bad_input_is_refused(chain, arguments, error, told):
 
 def test_a_sector_needs_places_to_compare_and_an_interface_to_reduce():
     still = chain_sector(6).with_contacts()
-    with pytest.raises(ValueError, match=r"dofs=\(\): expected at least one .* without contacts"):
+    with pytest.raises(ValueError, match=r"places=\(\): expected at least one .* without contacts"):
         sh.craig_bampton(still, 2, (1, 40))
     left = still.interfaces.left
     with pytest.raises(ValueError, match=r"interface_modes=1: .* places= keep all of the"):
@@ -183,7 +183,7 @@ def test_what_is_reduced_is_not_reduced_again(chain, reduce):
     ):
         arguments = (4, (1, 2)) if reduce is sh.craig_bampton else (force, (1, 2))
         with pytest.raises(ValueError, match="expected a whole structure, this one is reduced"):
-            reduce(given, *arguments, dofs=[9])
+            reduce(given, *arguments, places=[9])
 
 
 def test_all_waves_with_modes_in_the_band_are_compared():
