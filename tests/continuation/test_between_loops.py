@@ -125,7 +125,7 @@ def test_amplitudes_of_one_harmonic(seed):
         np.testing.assert_allclose(slope, slopes, rtol=1e-12, atol=1e-15)
 
 
-def judged(ends, amplitudes, slopes, error, length, switch_events, per_dof):
+def judged(ends, amplitudes, slopes, inside, error, length, switch_events, per_dof):
     """Which amplitudes turn, and of which that is in doubt."""
     levels = np.concatenate([ends[0][:, None], amplitudes, ends[1][:, None]], axis=1)
     reserve = np.zeros(levels.shape)
@@ -146,7 +146,9 @@ def judged(ends, amplitudes, slopes, error, length, switch_events, per_dof):
     doubtful = np.where(changes, span > 4, negative[:, 1:-1].any(axis=1))
     near = np.where(switch_events[..., None], signed[:, [0, -1]], np.inf).min(axis=1)
     doubtful |= ~changes & (near < 0.1 * largest)
-    doubtful |= np.count_nonzero(np.diff(slopes > 0, axis=1), axis=1) > changes
+    of_states = np.concatenate([slopes[:, :1], inside, slopes[:, -1:]], axis=1)
+    for each in (slopes, of_states):
+        doubtful |= np.count_nonzero(np.diff(each > 0, axis=1), axis=1) > changes
     leads &= largest > constant
     return leads & (first > constant) & (last <= constant), leads & doubtful
 
@@ -166,7 +168,8 @@ def test_what_turns_and_what_is_in_doubt(seed, per_dof):
     slopes[rng.random(n) < 0.2] = 0.0
     error = 10 ** rng.uniform(-3, 0.5, (n, n_dof))
     length, switch_events = 0.1 * rng.random((n, 1)), rng.random((n, 2)) < 0.3
-    case = ends, amplitudes, slopes, error, length, switch_events, per_dof
+    inside = slopes[:, 1:-1] + 0.1 * rng.normal(size=(n, 15, n_dof))
+    case = ends, amplitudes, slopes, inside, error, length, switch_events, per_dof
     expected = judged(*case)
     for loop in (slope_estimate._judge, plain(slope_estimate._judge)):
         turns, is_doubtful = np.empty((2, n, n_dof), dtype=bool)

@@ -16,9 +16,16 @@ from numpy.typing import NDArray
 from symhbm.balance import HarmonicBalance
 from symhbm.continuation.between.segments import Batch, Doubt, Segments
 from symhbm.continuation.between.slopes import FLAT_SLOPE, TIE, Slopes
-from symhbm.continuation.correctors import Corrector
+from symhbm.continuation.correctors import (
+    ON_LIMIT,
+    Corrector,
+    Hyperplane,
+    crossed,
+    unit_parameter,
+)
+from symhbm.continuation.newton import slope_of
 from symhbm.continuation.point import PathPoint
-from symhbm.continuation.segment import PathState, Segment
+from symhbm.continuation.segment import PathState, Segment, has_other_states, is_beyond
 from symhbm.numerics import FloatArray, largest_displacement
 from symhbm.numerics.loops import Loop, interpolation
 
@@ -74,7 +81,14 @@ class _Lines(Doubt):
                 self.solutions.setdefault(number, []).append(solution)
 
     def solution(self, segment: Segment, share: float) -> PathState | None:
-        """A solution at a value of the parameter between those of both ends."""
+        """A solution at a value of the parameter between those of both ends.
+
+        At a share of the parameter interval where that makes one: lines are drawn over it.
+        """
+        if segment.curve.single_valued:
+            solution, leaves = _solution_at_value(segment, share)
+            segment.other_states |= leaves
+            return solution
         solution = segment.solve_between(share)
         low, high = sorted(end.state[-1] for end in (segment.left, segment.right))
         return solution if solution is not None and low < solution.state[-1] < high else None
@@ -85,7 +99,8 @@ def _needed_shares(
 ) -> tuple[FloatArray, NDArray[np.bool_]]:
     """The share (n,) of each segment at which a solution is needed, 0 where none is.
 
-    Also whether slopes at both ends tell of a maximum in between (n,).
+    Where the response is single-valued, it is one of the parameter interval. Also whether slopes at
+    both ends tell of a maximum in between (n,).
     """
     problem, single_valued = corrector.curve.problem, corrector.curve.single_valued
     segments, measured = batch.segments, batch.measured
@@ -173,3 +188,38 @@ def _relative_error(drawn: Any, expected: Any, per_dof: bool) -> float:
             reference = max(expected[j], _SMALL_SHARE * scale)
             error = max(error, abs(drawn[j] - expected[j]) / (_TOLERANCE_PER_DOF * reference))
     return error
+
+
+def _solution_at_value(segment: Segment, share: float) -> tuple[PathState | None, bool]:
+    """The solution at a share of the parameter interval, contacts free where one changes.
+
+    It may be one of the arc length where the path bends too sharply for that.
+    """
+    corrector, switches = segment.corrector, segment.switches
+    curve, left, right = corrector.curve, segment.left, segment.right
+    width = right.state[-1] - left.state[-1]
+    value = float(left.state[-1] + share * width)
+    along, guess = segment.at_value(value)
+    scale = curve.scale(guess)
+    plane = Hyperplane(guess, scale, np.sign(width) * unit_parameter(len(scale)))
+    corrected = corrector.correct(guess, scale, plane, switches)
+    if corrected is None:
+        # Where the path bends sharply over the parameter, the solution across it is close.
+        near = segment.solve(along)
+        if near is not None:
+            start = near.state + (value - near.state[-1]) / near.direction[-1] * near.direction
+            corrected = corrector.correct(start, scale, plane, switches)
+            if corrected is None and 0 < (near.state[-1] - left.state[-1]) / width < 1:
+                return near, False
+    if corrected is not None and corrected.crosses:
+        flipped = switches ^ crossed(corrected.margins, switches)
+        corrected = corrector.correct(corrected.point, scale, plane, flipped)
+    if corrected is not None and not corrected.crosses:
+        leaves = is_beyond(corrected.margins, switches, ON_LIMIT)
+        return PathState(corrected.point, corrected.direction * scale), leaves
+    result = corrector.free(guess[:-1], value)
+    if not result.converged:
+        return None, False
+    direction = np.sign(width) * np.append(slope_of(result.evaluation), 1.0)
+    leaves = has_other_states(result, switches, ON_LIMIT)
+    return PathState(np.append(result.unknowns, value), direction), leaves
