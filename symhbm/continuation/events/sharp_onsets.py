@@ -12,7 +12,7 @@ from symhbm.continuation.correctors import AtLimit, Corrected, Corrector, Hyperp
 from symhbm.continuation.point import PathPoint
 from symhbm.numerics import FloatArray, length_of
 
-_SHARP = 0.5
+_SHARP = 0.0
 """Cosine of the angle between the tangents on both sides of a limit, at most."""
 _MARGIN = 1e-6
 """Margin of slip at which the tangent beside a limit is told."""
@@ -39,9 +39,19 @@ def beside_limit(
     """
     places = np.flatnonzero(limits)
     sharp = float(np.dot(limit.direction, far_side.direction)) < _SHARP
-    if corrector.curve.single_valued or not sharp or len(places) > 1 or not switches[places].all():
+    if not sharp or len(places) > 1 or not switches[places].all():
+        return far_side
+    if not _may_be_sharp(corrector, int(places[0])):
         return far_side
     return _beside(corrector, limit.point, scale, switches, int(places[0])) or far_side
+
+
+def _may_be_sharp(corrector: Corrector, switch: int) -> bool:
+    """Whether a switch is the slip of a contact in two directions, whose motion has a mean."""
+    problem = corrector.curve.problem
+    group = problem.contacts.switch(switch)[0]
+    planar = {"tangential", "across"} <= {*group.law.directions}
+    return planar and 0 in problem.harmonics and not corrector.curve.single_valued
 
 
 def _beside(
@@ -72,12 +82,12 @@ def end_of_slip(
     the path does not go to one; ``orientation`` is the sign of its tangents.
     """
     falls = base.switches & (base.margins > 0) & (base.rate < 0)
-    if corrector.curve.single_valued or not falls.any():
+    if not falls.any():
         return None
     distances = np.full(len(falls), np.inf)
     distances[falls] = base.margins[falls] / -base.rate[falls]
     contact = int(np.argmin(distances))
-    if distances[contact] > step:
+    if distances[contact] > step or not _may_be_sharp(corrector, contact):
         return None
     switches = base.switches.copy()
     switches[contact] = False

@@ -106,7 +106,7 @@ def test_round_off_of_a_stiff_contact_stops_no_path(harmonics):
         matrices = np.eye(2), np.diag([2.0, 3.0]), [[3e4, -1e4], [-1e4, 4e4]]
         model = sh.Model(*matrices, contacts={"joint": joint})
         problem = sh.HarmonicBalance(model, sh.forces.HarmonicForce({1: [10, 0]}), harmonics)
-        response = sh.frf(problem, (15, 45), max_points=150, progress=False)
+        response = sh.frf(problem, (15, 45), max_points=200, progress=False)
         assert response.status.item() == sh.Status.REACHED_END
         assert response.rejected_steps.item() < 80
         peaks.append(response.peak_amplitude.max().item())
