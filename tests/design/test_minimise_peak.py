@@ -150,7 +150,7 @@ class TestOneBlade:
 
     def test_a_divided_and_a_reversed_band(self):
         whole = [(40.0, 20.0), (20.0, 5.0)]
-        optimum = design(blade(), frequency=whole, bounds=(1.0, 10.0))
+        optimum = design(blade(), frequency_band=whole, bounds=(1.0, 10.0))
         assert value(optimum) == pytest.approx(BEST_LOAD, rel=LOAD)
 
     def test_a_cubic_spring_beside_the_contact(self):

@@ -136,11 +136,6 @@ BAD = {
         r"start=\[1, 2\]: expected one value, or one for each of the 1 variables, got shape \(2,\)",
     ),
     "negative start": (dict(start=-1), ValueError, "start=-1: expected values finite and > 0"),
-    "one frequency": (
-        dict(frequency_band=5.0),
-        ValueError,
-        "frequency_band=5.0: expected two different",
-    ),
     "three": (
         dict(frequency_band=(1, 2, 3)),
         ValueError,

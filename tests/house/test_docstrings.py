@@ -11,7 +11,7 @@ import symhbm as sh
 from symhbm.model import PARAMETERS
 from symhbm.results import VARIABLES
 
-PLACES = [sh, sh.goals, sh.mistuning, sh.statistics, sh.plot]
+PLACES = [sh, sh.laws, sh.forces, sh.datasets, sh.goals, sh.mistuning, sh.statistics, sh.plot]
 PUBLIC = {
     f"{place.__name__}.{name}": getattr(place, name)
     for place in PLACES

@@ -326,7 +326,7 @@ def test_problems_pickle_and_archives_tell_structures_apart(pair, tmp_path):
 @pytest.mark.parametrize(
     ("call", "error", "message"),
     [
-        (lambda p: sh.frf(p, (6, 9)), ValueError, r"frequency=.*7 to 12.5 Hz"),
+        (lambda p: sh.frf(p, (6, 9)), ValueError, r"band=.*7 to 12.5 Hz"),
         (lambda p: sh.solve(p, 20.0), ValueError, r"frequency=20.0: .* condense it"),
         (lambda p: sh.follow(p, "normal_load", (1, 2), frequency=3), ValueError, "7 to 12.5"),
         (lambda p: sh.frf(p, (8, 9), accuracy=1e-2), ValueError, r"harmonics=\(1, 3, 5\) at least"),

@@ -228,7 +228,7 @@ def test_states_change_at_the_events(band):
 def test_states_of_stops_and_folded_paths():
     curve = sh.frf(stopped(), (10, 35))
     (ax,) = sh.plot.states(curve).axes
-    closing = float(curve.event_frequency[0])
+    (closing,) = curve.event_frequency.values[curve.event_kind.values == "end of contact"]
     grey = [box for box, color in strips(ax)[3:] if color == "#d9d9d9"]
     assert min(box.x0 for box in grey) == pytest.approx(closing, abs=1e-12)
     # A stiffening blade that folds: up, back and up again.
