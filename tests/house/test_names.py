@@ -71,3 +71,11 @@ def test_what_is_named_exists(path):
         plain = [n for n in names if re.fullmatch(r"(?!symhbm\b)[A-Za-z_]\w*(\.\w+)*", n)]
         missing += [n for n in plain if not n.endswith(".py") and not is_word(n)]
     assert missing == []
+
+
+def test_verbs_are_where_their_page_says():
+    rows = (ROOT / "docs" / "guide" / "verbs.md").read_text(encoding="utf-8").splitlines()
+    columns = [row.split("|")[1] for row in rows if row.startswith("| `")]
+    names = [name for column in columns for name in IN_BACKTICKS.findall(column)]
+    assert len(names) > 30
+    assert [name for name in names if not is_public(f"symhbm.{name}")] == []

@@ -12,8 +12,6 @@ from symhbm.continuation.correctors import AtLimit, Corrected, Corrector, Hyperp
 from symhbm.continuation.point import PathPoint
 from symhbm.numerics import FloatArray, length_of
 
-_SHARP = 0.0
-"""Cosine of the angle between the tangents on both sides of a limit, at most."""
 _MARGIN = 1e-6
 """Margin of slip at which the tangent beside a limit is told."""
 _PRECISION = 1e-8
@@ -33,13 +31,13 @@ def beside_limit(
     switches: NDArray[np.bool_],
     limits: NDArray[np.bool_],
 ) -> Corrected:
-    """The ``far_side`` of a limit; where one contact begins to slip there, that of a small slip.
+    """The ``far_side`` of a limit, of a small slip where the path turns back as one begins to slip.
 
     ``switches`` are the states on the far side, ``limits`` the switches that changed.
     """
     places = np.flatnonzero(limits)
-    sharp = float(np.dot(limit.direction, far_side.direction)) < _SHARP
-    if not sharp or len(places) > 1 or not switches[places].all():
+    turns_back = float(np.dot(limit.direction, far_side.direction)) < 0
+    if not turns_back or len(places) > 1 or not switches[places].all():
         return far_side
     if not _may_be_sharp(corrector, int(places[0])):
         return far_side
