@@ -16,7 +16,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.continuation.correctors import (
-    Corrected,
     Corrector,
     Hyperplane,
     corrector_of,
@@ -50,7 +49,7 @@ from symhbm.continuation.point import (
     Predictor,
     switched,
 )
-from symhbm.continuation.problem import ContinuationProblem
+from symhbm.continuation.problem import ContinuationProblem, Corrected
 from symhbm.continuation.status import Status
 from symhbm.numerics import FloatArray
 from symhbm.numerics.loops import Loop

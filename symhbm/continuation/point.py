@@ -9,8 +9,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.balance import HarmonicBalance
-from symhbm.continuation.correctors import Corrected
-from symhbm.continuation.problem import ContinuationProblem
+from symhbm.continuation.problem import ContinuationProblem, Corrected
 from symhbm.numerics import FloatArray
 from symhbm.numerics.loops import Loop
 

@@ -1,10 +1,10 @@
-"""Continuation problems: the balance along one moving parameter."""
+"""Continuation problems: the balance along one moving parameter, and what a solution of it is."""
 
 import math
 from abc import ABC, abstractmethod
 from dataclasses import replace
 from functools import lru_cache
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -241,3 +241,35 @@ class ParameterProblem(ContinuationProblem):
             by_parameter=by_entry @ np.atleast_1d(chosen),
             margins_by_parameter=margins_by_parameter,
         )
+
+
+class Corrected(NamedTuple):
+    """A solution of the equations and a constraint.
+
+    ``point`` (n_unknowns + 1,), the unknowns [m] and the parameter; ``direction``
+    (n_unknowns + 1,), the unit tangent of the curve in scaled variables, along the gradient of
+    the constraint; ``sign``, that of ``det [J; direction^T]`` up to a factor constant along the
+    curve. ``error`` is the scaled distance from the guess; ``margins`` (n_switches,) the
+    margins of the switches and ``rate`` (n_switches,) their derivatives along the direction;
+    ``crosses`` tells whether one is beyond the limit of its held state;
+    ``amplification`` is the largest inertia force over the largest exciting one;
+    ``resonances_below`` counts the resonances below each harmonic of the frequency, None where they
+    were not counted; ``springs`` are those of the contacts in this motion where they are known, as
+    of `contact_springs`.
+    """
+
+    point: FloatArray
+    direction: FloatArray
+    sign: int
+    residual_norm: float
+    amplification: float
+    error: float
+    margins: FloatArray
+    rate: FloatArray
+    crosses: bool
+    resonances_below: tuple[int, ...] | None
+    springs: FloatArray | None = None
+
+    def turned(self) -> "Corrected":
+        """The same point with the opposite tangent."""
+        return self._replace(direction=-self.direction, sign=-self.sign, rate=-self.rate)

@@ -13,9 +13,10 @@ from typing import Any, NamedTuple, Self
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.continuation.correctors import Corrected, Corrector, Hyperplane, unit_parameter
+from symhbm.continuation.correctors import Corrector, Hyperplane, unit_parameter
 from symhbm.continuation.newton import NewtonResult
 from symhbm.continuation.point import PathPoint
+from symhbm.continuation.problem import Corrected
 from symhbm.numerics import FloatArray, bracketed_root, first_zero
 from symhbm.numerics.loops import Loop, interpolation
 

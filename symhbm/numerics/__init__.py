@@ -23,12 +23,8 @@ from symhbm.numerics.fourier import (
     FourierBasis,
     by_harmonic,
     check_harmonics,
-    check_turning,
     complete_harmonics,
     larger_set,
-    largest_displacement,
-    turning_hessian,
-    turning_points,
     unknowns_of,
 )
 from symhbm.numerics.interpolation import (
@@ -41,6 +37,12 @@ from symhbm.numerics.machine_code import to_machine_code
 from symhbm.numerics.refinement import refined
 from symhbm.numerics.roots import MACHINE, bracketed_root, monotone_root
 from symhbm.numerics.threads import on_one_thread
+from symhbm.numerics.turning_points import (
+    check_turning,
+    largest_displacement,
+    turning_hessian,
+    turning_points,
+)
 
 __all__ = [
     "DENSE_LIMIT",

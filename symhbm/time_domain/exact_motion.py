@@ -6,27 +6,29 @@ Newton's method with the exact derivative of the period map, or of the map over 
 the force is antiperiodic.
 """
 
-from collections.abc import Callable
+import contextlib
+from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
+from functools import partial
 from itertools import chain
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from symhbm.balance import HarmonicBalance
-from symhbm.continuation import Status
+from symhbm.continuation import NewtonResult, Status, linear_response, newton, solve_point
 from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics
 from symhbm.time_domain.cells import Cells
 from symhbm.time_domain.event_march import March, march
 from symhbm.time_domain.linear_motion import DEGREE, LinearMotion, extremes
-from symhbm.time_domain.normal_springs import APART
+from symhbm.time_domain.normal_springs import APART, STICK
 from symhbm.time_domain.normal_springs import slip as slip_of
 from symhbm.time_domain.periodic_orbit import (
     PERIODIC_TOLERANCE,
-    balanced_starts,
     energy_scale,
     is_rigid,
     periodic_state,
+    state_of,
 )
 
 _UNBOUNDED = 1e9
@@ -189,7 +191,7 @@ def exact_motion(
     """
     frequency = check.scalar("frequency", frequency, "positive")
     linear = LinearMotion(problem, frequency)
-    starts = balanced_starts(problem, linear)
+    starts = _balanced_starts(problem, linear)
     if start is not None:
         start_state = check.array("start", start)
         expected = (2 * linear.n_dof + linear.n_contacts,)
@@ -200,6 +202,54 @@ def exact_motion(
     with np.errstate(over="ignore", invalid="ignore"):
         state, iterations, status = periodic_state(linear, starts)
     return describe_motion(linear, state, iterations, status)
+
+
+def _balanced_starts(problem: HarmonicBalance, linear: LinearMotion) -> Iterator[FloatArray]:
+    """States (2 n_dof + n_active,) at ``tau = 0`` by harmonic balances, one after the other.
+
+    Just beyond the onset of slip Newton's method fails for the balance too, and from a motion
+    without slip for the exact one; the path along a growing force passes that corner. Contacts that
+    may open have more starts: the linear motions with all of them closed, and apart.
+    """
+    opens = len(linear.normal) > 0
+    solved = [(7, _from_stuck), *[(7, solve_point)] * opens, (1, solve_point)]
+    for highest, solve in solved:
+        harmonics = range(1, highest + 1, 2) if linear.antiperiodic else range(highest + opens)
+        harmonics = {1, *harmonics, *linear.orders.tolist()}
+        balance = HarmonicBalance(problem.model, problem.excitation, harmonics)
+        unknowns = np.zeros(balance.n_unknowns)
+        with contextlib.suppress(ArithmeticError):
+            unknowns = solve(balance, linear.frequency).unknowns
+        yield linear.of_active(state_of(balance, unknowns, linear.frequency))
+    if opens:
+        for state in (STICK, APART):
+            yield _linear_state(linear, np.full(len(linear.active), state))
+
+
+def _linear_state(linear: LinearMotion, of_contact: FloatArray) -> FloatArray:
+    """State at ``tau = 0`` of the motion whose contacts stay as they are."""
+    omega, normal = linear.frequency, linear.normal
+    directions, _, springs = linear.springs(of_contact)
+    stiffness = linear.stiffness + directions.T @ springs
+    force = normal.force(np.zeros(linear.n_dof), of_contact) - normal.offset
+    still = linear.static - normal.directions.T @ force
+    x, slope = np.linalg.lstsq(stiffness, still, rcond=None)[0], np.zeros(linear.n_dof)
+    for k, n in enumerate(linear.orders * omega):
+        dynamic = stiffness - n**2 * linear.mass + 1j * n * linear.damping
+        wave = linear.cosine[:, k] - 1j * linear.sine[:, k]
+        wave = np.linalg.lstsq(dynamic, wave, rcond=None)[0]
+        x, slope = x + wave.real, slope - linear.orders[k] * wave.imag
+    friction = np.where(of_contact == STICK, linear.contact_stiffness, 0.0) * (
+        linear.directions @ x
+    )
+    return np.concatenate([x, slope, friction])
+
+
+def _from_stuck(balance: HarmonicBalance, frequency: float) -> NewtonResult:
+    unknowns = linear_response(balance, frequency)
+    if unknowns is None:
+        unknowns = np.zeros(balance.n_unknowns)
+    return newton(partial(balance.evaluate, frequency=frequency), unknowns)
 
 
 def _spread(linear: LinearMotion, friction: FloatArray) -> FloatArray:

@@ -3,16 +3,16 @@
 import contextlib
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
-from functools import cached_property, partial
+from functools import cached_property
 
 import numpy as np
 
 from symhbm.balance import HarmonicBalance
-from symhbm.continuation import NewtonResult, Status, linear_response, newton, solve_point
+from symhbm.continuation import Status
 from symhbm.numerics import Factorisation, FloatArray
 from symhbm.time_domain.event_march import March, march
 from symhbm.time_domain.linear_motion import LinearMotion, extremes, in_plane
-from symhbm.time_domain.normal_springs import APART, STICK
+from symhbm.time_domain.normal_springs import APART
 
 PERIODIC_TOLERANCE = 1e-11
 """Largest residual of periodicity relative to the motion, in the norm of energy."""
@@ -28,54 +28,6 @@ _SAMPLES = 4096
 """Angles among which the extremes of a force are searched: its derivative there is zero."""
 _SMALLEST = 1e-12
 """Share of the largest singular value below which a direction is undetermined."""
-
-
-def balanced_starts(problem: HarmonicBalance, linear: LinearMotion) -> Iterator[FloatArray]:
-    """States (2 n_dof + n_active,) at ``tau = 0`` by harmonic balances, one after the other.
-
-    Just beyond the onset of slip Newton's method fails for the balance too, and from a motion
-    without slip for the exact one; the path along a growing force passes that corner. Contacts that
-    may open have more starts: the linear motions with all of them closed, and apart.
-    """
-    opens = len(linear.normal) > 0
-    solved = [(7, _from_stuck), *[(7, solve_point)] * opens, (1, solve_point)]
-    for highest, solve in solved:
-        harmonics = range(1, highest + 1, 2) if linear.antiperiodic else range(highest + opens)
-        harmonics = {1, *harmonics, *linear.orders.tolist()}
-        balance = HarmonicBalance(problem.model, problem.excitation, harmonics)
-        unknowns = np.zeros(balance.n_unknowns)
-        with contextlib.suppress(ArithmeticError):
-            unknowns = solve(balance, linear.frequency).unknowns
-        yield linear.of_active(state_of(balance, unknowns, linear.frequency))
-    if opens:
-        for state in (STICK, APART):
-            yield _linear_state(linear, np.full(len(linear.active), state))
-
-
-def _linear_state(linear: LinearMotion, of_contact: FloatArray) -> FloatArray:
-    """State at ``tau = 0`` of the motion whose contacts stay as they are."""
-    omega, normal = linear.frequency, linear.normal
-    directions, _, springs = linear.springs(of_contact)
-    stiffness = linear.stiffness + directions.T @ springs
-    force = normal.force(np.zeros(linear.n_dof), of_contact) - normal.offset
-    still = linear.static - normal.directions.T @ force
-    x, slope = np.linalg.lstsq(stiffness, still, rcond=None)[0], np.zeros(linear.n_dof)
-    for k, n in enumerate(linear.orders * omega):
-        dynamic = stiffness - n**2 * linear.mass + 1j * n * linear.damping
-        wave = linear.cosine[:, k] - 1j * linear.sine[:, k]
-        wave = np.linalg.lstsq(dynamic, wave, rcond=None)[0]
-        x, slope = x + wave.real, slope - linear.orders[k] * wave.imag
-    friction = np.where(of_contact == STICK, linear.contact_stiffness, 0.0) * (
-        linear.directions @ x
-    )
-    return np.concatenate([x, slope, friction])
-
-
-def _from_stuck(balance: HarmonicBalance, frequency: float) -> NewtonResult:
-    unknowns = linear_response(balance, frequency)
-    if unknowns is None:
-        unknowns = np.zeros(balance.n_unknowns)
-    return newton(partial(balance.evaluate, frequency=frequency), unknowns)
 
 
 def size_of(balance: HarmonicBalance, unknowns: FloatArray) -> float:

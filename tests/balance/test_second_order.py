@@ -8,7 +8,7 @@ from hypothesis import strategies as st
 import symhbm as sh
 from symhbm.balance.second_order import Expansion, SecondOrder
 from symhbm.model.contacts.coulomb.located import stick_intervals
-from symhbm.numerics.fourier import turning_hessian, turning_points
+from symhbm.numerics import turning_hessian, turning_points
 
 NAMES = ("mass", "damping", "stiffness", "contact_stiffness", "friction_coefficient")
 NAMES += ("normal_load", "force_amplitude")

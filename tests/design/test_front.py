@@ -14,7 +14,7 @@ from symhbm.continuation.status import Status
 from symhbm.design.cases import Work
 from symhbm.design.maxima import Maxima
 from symhbm.design.pareto import points as searched
-from symhbm.design.pareto.dataset import certificate_of
+from symhbm.design.pareto.front import certificate_of
 from symhbm.design.pareto.points import BETWEEN, END, on_front
 from symhbm.design.program import Aim
 

@@ -3,6 +3,7 @@
 import ast
 import subprocess
 import sys
+from functools import cache
 from graphlib import TopologicalSorter
 from pathlib import Path
 
@@ -44,6 +45,8 @@ SLOW = {"matplotlib", "plotly", "netCDF4", "dask", "numba", "scipy.stats"}
 SLOW |= {f"scipy.{name}" for name in ("optimize", "interpolate", "integrate")}
 """Packages that not every computation needs, and take longer to import than one of those."""
 MOST_FILES, MOST_NAMES, MOST_ROOMS = 14, 40, 16
+LONGEST_CHAIN, MOST_ARROWS = 32, 2110
+"""Files of which each imports the next, and imports of a file by another one, through doors."""
 
 FILES = {
     ".".join(path.relative_to(ROOT).with_suffix("").parts).removesuffix(".__init__"): path
@@ -58,6 +61,7 @@ def room_of(module: str) -> str:
     return room if room in ROOMS else "__init__"
 
 
+@cache
 def imports_of(module: str) -> set[tuple[str, str]]:
     """Every name imported anywhere in a file, with the module it is imported from."""
     found = set()
@@ -102,6 +106,27 @@ def test_nothing_is_imported_in_a_circle():
         for module in FILES
     }
     TopologicalSorter(arrows).prepare()
+
+
+def defined_in(source: str, name: str) -> str:
+    """The file that an imported name comes from, whatever doors it passes."""
+    if f"{source}.{name}" in FILES:
+        return f"{source}.{name}"
+    through = {pair for pair in inside(source) if pair[1] == name} if source in DOORS else ()
+    return defined_in(*next(iter(through))) if through else source
+
+
+def test_chains_of_imports_stay_short():
+    files = [module for module in FILES if module not in DOORS]
+    arrows = {
+        module: {defined_in(*pair) for pair in inside(module)}.intersection(files) - {module}
+        for module in files
+    }
+    length: dict[str, int] = {}
+    for module in TopologicalSorter(arrows).static_order():
+        length[module] = 1 + max((length[below] for below in arrows[module]), default=0)
+    assert max(length.values()) <= LONGEST_CHAIN
+    assert sum(len(below) for below in arrows.values()) <= MOST_ARROWS
 
 
 @pytest.mark.parametrize("door", DOORS)

@@ -9,7 +9,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.integrate import quad_vec
 
-from symhbm.numerics.fourier import FourierBasis, largest_displacement, turning_points
+from symhbm.numerics import FourierBasis, largest_displacement, turning_points
 
 HARMONICS = [(1,), (0, 1), (1, 3), (0, 1, 2, 3), (2, 5), (3,)]
 

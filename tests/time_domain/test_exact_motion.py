@@ -15,7 +15,7 @@ from studies import fig03_single_blade as fig03
 from studies import fig08_engine_orders as fig08
 from symhbm.continuation.newton import newton
 from symhbm.model import force_coefficients as coefficients_of
-from symhbm.numerics.fourier import FourierBasis, largest_displacement
+from symhbm.numerics import FourierBasis, largest_displacement
 from symhbm.numerics.loops.polynomials import crossings
 from symhbm.time_domain.event_march import march
 from symhbm.time_domain.exact_motion import exact_motion

@@ -21,7 +21,6 @@ from symhbm.continuation.angles.system import AngleSystem, angle_system
 from symhbm.continuation.branch import Branch
 from symhbm.continuation.correctors import (
     Constraint,
-    Corrected,
     Hyperplane,
     StepwiseCorrector,
     crossed,
@@ -30,7 +29,7 @@ from symhbm.continuation.correctors import (
 from symhbm.continuation.following import chained, follow_with
 from symhbm.continuation.newton import ACCEPTED, TOLERANCE, NewtonResult
 from symhbm.continuation.path import Path
-from symhbm.continuation.problem import ContinuationProblem, ParameterProblem
+from symhbm.continuation.problem import ContinuationProblem, Corrected, ParameterProblem
 from symhbm.continuation.start import linear_response, solve_point
 from symhbm.continuation.status import Status
 from symhbm.numerics import Factorisation, FloatArray

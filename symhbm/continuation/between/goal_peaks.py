@@ -13,7 +13,7 @@ import numpy as np
 
 from symhbm.balance import ValueOf
 from symhbm.balance.goals import Goal
-from symhbm.continuation.between.maxima import Peak, PeakKind
+from symhbm.continuation.between.slopes import Peak, PeakKind
 from symhbm.continuation.correctors import Corrector
 from symhbm.continuation.point import PathPoint
 from symhbm.continuation.segment import PathState, Segment

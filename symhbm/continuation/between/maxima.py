@@ -3,8 +3,6 @@
 A maximum is the zero of the slope along the path between two solutions.
 """
 
-from dataclasses import dataclass
-from enum import StrEnum
 from typing import NamedTuple
 
 import numpy as np
@@ -12,8 +10,9 @@ from numpy.typing import NDArray
 
 from symhbm.continuation.between.segments import Batch, Doubt, Segments
 from symhbm.continuation.between.slope_estimate import N_SLOPES, SlopeEstimate, estimate_slopes
-from symhbm.continuation.between.slopes import TIE, Slopes, amplitude_and_slope, leading
-from symhbm.continuation.correctors import Corrected, Corrector
+from symhbm.continuation.between.slopes import TIE, PeakKind, Slopes, amplitude_and_slope, leading
+from symhbm.continuation.correctors import Corrector
+from symhbm.continuation.problem import Corrected
 from symhbm.continuation.segment import PathState, Segment, measure
 from symhbm.numerics import FloatArray, bracketed_root
 
@@ -28,29 +27,6 @@ _MAX_RATIO = 1e4
 """Largest distance of two solutions over that of their planes along a continuous path."""
 _ROUND_OFF = 1e-10
 """Distance of two solutions, relative to the response, that round-off explains."""
-
-
-class PeakKind(StrEnum):
-    """Kinds of peaks; an unbounded one exceeds what the balance resolves in double precision."""
-
-    SMOOTH = "smooth"
-    CORNER = "corner"
-    UNBOUNDED = "unbounded"
-
-
-@dataclass(frozen=True)
-class Peak:
-    """A peak: parameter ``value``, ``amplitude`` [m] of ``dof`` and the solution there.
-
-    Of a goal, its value with ``dof`` -1.
-    """
-
-    value: float
-    amplitude: float
-    dof: int
-    kind: PeakKind
-    unknowns: FloatArray
-    residual_norm: float
 
 
 class LocatedMaximum(NamedTuple):

@@ -20,15 +20,21 @@ from symhbm.continuation.between.maxima import (
     CORNER_JUMP,
     LocatedMaximum,
     Maxima,
-    Peak,
-    PeakKind,
 )
 from symhbm.continuation.between.missed_events import MissedEvents
 from symhbm.continuation.between.segments import Segments
-from symhbm.continuation.between.slopes import FLAT_SLOPE, Slopes, amplitude_and_slope, leading
-from symhbm.continuation.correctors import Corrected, Corrector
+from symhbm.continuation.between.slopes import (
+    FLAT_SLOPE,
+    Peak,
+    PeakKind,
+    Slopes,
+    amplitude_and_slope,
+    leading,
+)
+from symhbm.continuation.correctors import Corrector
 from symhbm.continuation.newton import ACCEPTED
 from symhbm.continuation.point import PathPoint
+from symhbm.continuation.problem import Corrected
 from symhbm.continuation.segment import PathState
 from symhbm.numerics import FloatArray
 

@@ -1,7 +1,8 @@
-"""Largest displacements along a path, and their slopes."""
+"""Largest displacements along a path with their slopes, and what peaks of them are."""
 
 import math
 from dataclasses import dataclass
+from enum import StrEnum
 from typing import Any
 
 import numpy as np
@@ -15,6 +16,29 @@ TIE = 1e-9
 """Relative difference below which two responses are equal; the first of them is the leading one."""
 FLAT_SLOPE = 1e-9
 """Slope relative to the response below which the response is constant to round-off."""
+
+
+class PeakKind(StrEnum):
+    """Kinds of peaks; an unbounded one exceeds what the balance resolves in double precision."""
+
+    SMOOTH = "smooth"
+    CORNER = "corner"
+    UNBOUNDED = "unbounded"
+
+
+@dataclass(frozen=True)
+class Peak:
+    """A peak: parameter ``value``, ``amplitude`` [m] of ``dof`` and the solution there.
+
+    Of a goal, its value with ``dof`` -1.
+    """
+
+    value: float
+    amplitude: float
+    dof: int
+    kind: PeakKind
+    unknowns: FloatArray
+    residual_norm: float
 
 
 def leading(amplitude: FloatArray) -> int:

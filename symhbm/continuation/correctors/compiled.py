@@ -20,7 +20,6 @@ from symhbm.continuation.correctors.bordered_system import SCALARS, located_syst
 from symhbm.continuation.correctors.corrector import (
     AtLimit,
     Constraint,
-    Corrected,
     Corrector,
     Hyperplane,
     unit_parameter,
@@ -28,7 +27,7 @@ from symhbm.continuation.correctors.corrector import (
 from symhbm.continuation.correctors.newton_graph import DONE, correction, is_generated, tangent
 from symhbm.continuation.correctors.resonance_count import counted, resonances_below
 from symhbm.continuation.correctors.stepwise import StepwiseCorrector
-from symhbm.continuation.problem import ContinuationProblem, FrequencyProblem
+from symhbm.continuation.problem import ContinuationProblem, Corrected, FrequencyProblem
 from symhbm.numerics import (
     DENSE_LIMIT,
     Assembly,

@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from symhbm.balance import Evaluation
 from symhbm.continuation.newton import NewtonResult, newton
-from symhbm.continuation.problem import ContinuationProblem
+from symhbm.continuation.problem import ContinuationProblem, Corrected
 from symhbm.numerics import FloatArray
 from symhbm.numerics.loops import Loop
 
@@ -54,38 +54,6 @@ class AtLimit(NamedTuple):
         margin = float(evaluation.states.margins[self.contact])
         known = abs(margin) > ROUND_OFF * float(np.dot(np.abs(row), np.abs(point)))
         return margin if known else 0.0, row * self.scale
-
-
-class Corrected(NamedTuple):
-    """A solution of the equations and a constraint.
-
-    ``point`` (n_unknowns + 1,), the unknowns [m] and the parameter; ``direction``
-    (n_unknowns + 1,), the unit tangent of the curve in scaled variables, along the gradient of
-    the constraint; ``sign``, that of ``det [J; direction^T]`` up to a factor constant along the
-    curve. ``error`` is the scaled distance from the guess; ``margins`` (n_switches,) the
-    margins of the switches and ``rate`` (n_switches,) their derivatives along the direction;
-    ``crosses`` tells whether one is beyond the limit of its held state;
-    ``amplification`` is the largest inertia force over the largest exciting one;
-    ``resonances_below`` counts the resonances below each harmonic of the frequency, None where they
-    were not counted; ``springs`` are those of the contacts in this motion where they are known, as
-    of `contact_springs`.
-    """
-
-    point: FloatArray
-    direction: FloatArray
-    sign: int
-    residual_norm: float
-    amplification: float
-    error: float
-    margins: FloatArray
-    rate: FloatArray
-    crosses: bool
-    resonances_below: tuple[int, ...] | None
-    springs: FloatArray | None = None
-
-    def turned(self) -> "Corrected":
-        """The same point with the opposite tangent."""
-        return self._replace(direction=-self.direction, sign=-self.sign, rate=-self.rate)
 
 
 @Loop

@@ -7,7 +7,6 @@ from numpy.typing import NDArray
 
 from symhbm.continuation.correctors.corrector import (
     Constraint,
-    Corrected,
     Corrector,
     Hyperplane,
     crossed,
@@ -16,6 +15,7 @@ from symhbm.continuation.correctors.corrector import (
 from symhbm.continuation.correctors.newton_graph import MAX_CORRECTIONS, STAGNATION
 from symhbm.continuation.correctors.resonance_count import counted
 from symhbm.continuation.newton import TOLERANCE
+from symhbm.continuation.problem import Corrected
 from symhbm.numerics import Factorisation, FloatArray, bordered, length_of
 
 

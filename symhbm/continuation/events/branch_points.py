@@ -8,11 +8,11 @@ derivatives of the balance are known a system of equations has them exactly.
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.continuation.correctors import Corrected, Corrector
+from symhbm.continuation.correctors import Corrector
 from symhbm.continuation.events.corners import NO_TURN
 from symhbm.continuation.events.crossing import Crossing, curvature_of, solve_crossing
 from symhbm.continuation.point import PathPoint
-from symhbm.continuation.problem import ContinuationProblem
+from symhbm.continuation.problem import ContinuationProblem, Corrected
 from symhbm.continuation.segment import PathState, Segment
 from symhbm.numerics import FloatArray, length_of
 

@@ -10,12 +10,12 @@ from symhbm.continuation.correctors import (
     BEYOND,
     ON_LIMIT,
     AtLimit,
-    Corrected,
     Corrector,
     Hyperplane,
     crossed,
 )
 from symhbm.continuation.point import PathPoint
+from symhbm.continuation.problem import Corrected
 from symhbm.numerics import FloatArray, cubic_top, first_zero
 from symhbm.numerics.loops import Loop, interpolation
 

@@ -12,9 +12,10 @@ from typing import NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.continuation.correctors import ON_LIMIT, Corrected, Corrector, unit_parameter
+from symhbm.continuation.correctors import ON_LIMIT, Corrector, unit_parameter
 from symhbm.continuation.newton import NewtonResult
 from symhbm.continuation.point import PathPoint
+from symhbm.continuation.problem import Corrected
 from symhbm.numerics import bracketed_root, length_of
 
 SMALLEST_STEP = 1e-9

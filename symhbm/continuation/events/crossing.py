@@ -19,10 +19,15 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.balance import MANY, Equations, Evaluation, HarmonicBalance, SecondOrder
-from symhbm.continuation.correctors import Corrected, Corrector
+from symhbm.continuation.correctors import Corrector
 from symhbm.continuation.newton import TOLERANCE
 from symhbm.continuation.point import PathPoint
-from symhbm.continuation.problem import ContinuationProblem, FrequencyProblem, ParameterProblem
+from symhbm.continuation.problem import (
+    ContinuationProblem,
+    Corrected,
+    FrequencyProblem,
+    ParameterProblem,
+)
 from symhbm.continuation.segment import PathState, Segment
 from symhbm.numerics import FloatArray, full, length_of
 

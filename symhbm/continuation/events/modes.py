@@ -16,9 +16,9 @@ from numpy.typing import NDArray
 from scipy.linalg import cholesky, eigh
 
 from symhbm.balance import HarmonicBalance, by_row, contact_springs
-from symhbm.continuation.correctors import LARGEST_SIZE, Corrected, structure_matrices
+from symhbm.continuation.correctors import LARGEST_SIZE, structure_matrices
 from symhbm.continuation.point import PathPoint
-from symhbm.continuation.problem import ContinuationProblem
+from symhbm.continuation.problem import ContinuationProblem, Corrected
 from symhbm.model import weighted
 from symhbm.numerics import FloatArray, length_of
 from symhbm.numerics.loops import Loop

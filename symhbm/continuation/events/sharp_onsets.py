@@ -8,8 +8,9 @@ away. At the limit itself the equations of stick are regular, at a small margin 
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.continuation.correctors import AtLimit, Corrected, Corrector, Hyperplane
+from symhbm.continuation.correctors import AtLimit, Corrector, Hyperplane
 from symhbm.continuation.point import PathPoint
+from symhbm.continuation.problem import Corrected
 from symhbm.numerics import FloatArray, length_of
 
 _MARGIN = 1e-6

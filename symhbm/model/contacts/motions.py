@@ -14,6 +14,8 @@ from symhbm.model.records import record
 from symhbm.numerics import FloatArray, FourierBasis
 from symhbm.numerics.loops import Loop
 
+SMALLEST_MOTION = 1e-150
+"""Motion [m] below which there is none: its inverse has no square in double precision."""
 LEADING = 0.5
 """Share of a harmonic in the square of a motion from which it leads."""
 

@@ -11,7 +11,7 @@ from typing import Any
 
 import numpy as np
 
-from symhbm.model.contacts.coulomb.state import SMALLEST_MOTION
+from symhbm.model.contacts.motions import SMALLEST_MOTION
 from symhbm.numerics import FloatArray, FourierBasis
 from symhbm.numerics.loops import Loop, fourier, series
 

@@ -15,8 +15,8 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.model.contacts.coulomb.state import SMALLEST_MOTION, ContactState
-from symhbm.model.contacts.motions import Behaviour, History
+from symhbm.model.contacts.coulomb.state import ContactState
+from symhbm.model.contacts.motions import SMALLEST_MOTION, Behaviour, History
 from symhbm.numerics import FloatArray, FourierBasis, check
 
 

@@ -30,9 +30,6 @@ from numpy.typing import NDArray
 from symhbm.model.contacts.motions import Events, Located
 from symhbm.numerics import Compiled, FloatArray, FourierBasis, turning_points
 
-SMALLEST_MOTION = 1e-150
-"""Motion [m] below which there is none: its inverse has no square in double precision."""
-
 
 @dataclass(frozen=True)
 class ContactState:
