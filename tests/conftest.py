@@ -8,6 +8,7 @@ import pytest
 
 # Before NumPy is imported.
 os.environ.setdefault("OPENBLAS_NUM_THREADS", "1")
+os.environ.setdefault("MPLBACKEND", "Agg")  # pictures are files
 
 # No test depends on how busy the machine is.
 hypothesis.settings.register_profile("without deadlines", deadline=None)

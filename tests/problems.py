@@ -21,6 +21,31 @@ SKEW = np.array([[0, 1.0, 0.5], [-1.0, 0, 0.2], [-0.5, -0.2, 0]])
 FRICTION = dict(contact_stiffness=6e3, friction_coefficient=0.4, normal_load=1.5)
 PRESSES = dict(normal_stiffness=5e3)
 
+BLADE: dict[str, Any] = dict(
+    mass=1.0, stiffness=1e4, damping=0.5,
+    contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3.0,
+)  # fmt: skip
+"""Named parameters of the blade that most tests ask."""
+
+
+def one_blade(**changes: Any) -> Any:
+    """That blade, with other values of some parameters."""
+    return sh.single_blade(**BLADE | changes)
+
+
+def ring_of_blades(n_blades: int, **changes: Any) -> Any:
+    """A ring of such blades, each in contact with the next one."""
+    return sh.bladed_disk(n_blades, **BLADE | changes)
+
+
+def duffing(
+    harmonics: Iterable[int] = (1,), damping: float = 0.05, cubic: float = 0.1, force: float = 0.18
+) -> sh.HarmonicBalance:
+    """One mass of 1 kg on a spring of 1 N/m that stiffens, whose response folds by default."""
+    model = sh.Model([[1.0]], [[damping]], [[1.0]], contacts=[(0,)], cubic_stiffness=cubic)
+    return sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=force), tuple(harmonics))
+
+
 Directions = tuple[tuple[Any, ...], tuple[Any, ...], tuple[Any, ...]]
 """Along the contact, across it within the surface, and normal to it."""
 

@@ -57,6 +57,8 @@ def _computed(words: Words) -> Rows:
             text = f"{text}{dataset[along].attrs.get('units', '')}".rstrip() + f", {how}"
         if along != "frequency" and "frequency" in dataset.variables and kind is None:
             text += f", at {short(dataset['frequency'].values)} Hz"
+    elif "frequency" not in dataset.variables:
+        return  # at rest, or of numbers alone: the title says what it is
     else:
         values = dataset["frequency"].values
         at = f"{short(values)} Hz" if values.ndim == 0 else f"{values.size} frequencies"
