@@ -26,26 +26,17 @@ from symhbm.continuation import Status
 from symhbm.plot.viewer.ensemble import samples_of
 from symhbm.results.archive.working_files import Store
 from symhbm.results.reading import blocks
+from tests.problems import BLADE as VALUES
+from tests.problems import duffing, one_blade, ring_of_blades
 from tests.sectors_to_reduce import chain_sector
 
 ROOT = Path(__file__).parent.parent.parent
-VALUES = dict(
-    mass=1.0,
-    stiffness=1e4,
-    damping=0.5,
-    contact_stiffness=1e4,
-    friction_coefficient=0.5,
-    normal_load=3.0,
-)
 BLADE = sh.HarmonicBalance(sh.single_blade(**VALUES), sh.forces.PointForce(), harmonics=(1, 3))
 RING = sh.HarmonicBalance(
     sh.bladed_disk(5, **VALUES | {"contact_stiffness": 1e6, "normal_load": 10.0}),
     sh.forces.EngineOrder(1),
 )
-DUFFING = sh.HarmonicBalance(
-    sh.Model([[1.0]], [[0.05]], [[1.0]], contacts=[(0,)], cubic_stiffness=0.1),
-    sh.forces.PointForce(amplitude=0.18),
-)
+DUFFING = duffing()
 LOADS = xr.DataArray(
     np.random.default_rng(2013).uniform(7, 13, (3, 5)),
     dims=("sample", "contact"),
@@ -208,10 +199,7 @@ def interrupted(target, monkeypatch, at=GRID, **options):
 
 
 def test_info_of_a_flutter_limit(tmp_path):
-    blade = sh.single_blade(
-        mass=1, stiffness=1e4, damping=0.5,
-        contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
-    )  # fmt: skip
+    blade = one_blade()  # fmt: skip
     problem = sh.HarmonicBalance(blade, harmonics=(1,))
     given = "normal_load", (1, 2)
     held = sh.maximise_flutter_limit(problem, *given, (1e-6, 4e-4), progress=False)
@@ -291,15 +279,6 @@ def test_info_of_mistuned_blades_statistics_and_verifications(tmp_path):
     verified = sh.verify(dataset("point"), exact="none")
     said = told(sh.save(verified, tmp_path / "verified.nc"))
     assert said["verification"] == "passed, 1 points checked"
-
-
-@pytest.mark.parametrize("case", CASES)
-def test_large_archives_are_read_in_blocks(archive, monkeypatch, case):
-    path = archive(case)
-    whole = run("info", path), run("export", path, "--variables", "all")
-    assert whole[0][0] == whole[1][0] == 0
-    monkeypatch.setattr("symhbm.results.reading.blockwise._LARGEST_BLOCK", 97)
-    assert (run("info", path), run("export", path, "--variables", "all")) == whole
 
 
 @given(st.lists(st.integers(1, 6), max_size=4), st.integers(1, 9), st.integers(1, 40))
@@ -517,15 +496,7 @@ def test_info_of_draws(tmp_path):
 
 
 def test_info_of_sectors(tmp_path):
-    disk = sh.bladed_disk(
-        5,
-        mass=1,
-        stiffness=1e4,
-        damping=0.5,
-        contact_stiffness=1e5,
-        friction_coefficient=0.5,
-        normal_load=10,
-    )
+    disk = ring_of_blades(5, contact_stiffness=1e5, normal_load=10)
     problem = sh.HarmonicBalance(disk, sh.forces.EngineOrder(2))
     loads = xr.DataArray([[9.0] * 5, [9.0, 10.0, 9.0, 9.0, 9.0]], dims=("sample", "contact"))
     dataset = sh.frf(problem, (80, 90), at=[85.0], over={"normal_load": loads})

@@ -8,16 +8,8 @@ import pytest
 import xarray as xr
 
 import symhbm as sh
-from symhbm.results.archive import netcdf
+from tests.problems import BLADE as VALUES
 
-VALUES = dict(
-    mass=1.0,
-    stiffness=1e4,
-    damping=0.5,
-    contact_stiffness=1e4,
-    friction_coefficient=0.5,
-    normal_load=3.0,
-)
 BLADE = sh.HarmonicBalance(sh.single_blade(**VALUES), sh.forces.PointForce(phase=0.2))
 RING = sh.HarmonicBalance(sh.bladed_disk(3, **VALUES), sh.forces.EngineOrder(1), harmonics=(1, 3))
 GENERAL = sh.HarmonicBalance(
@@ -85,31 +77,6 @@ def assert_same_problem(problem, other):
         np.testing.assert_array_equal(value, other.parameters[name])
 
 
-@every_case
-def test_what_is_read_back_equals_what_was_written(tmp_path, case):
-    ds = dataset(case)
-    kept = ds.copy(deep=True)
-    path = sh.save(ds, tmp_path / "archive.nc")
-    loaded = sh.load(path)
-    xr.testing.assert_identical(loaded, ds)
-    xr.testing.assert_identical(ds, kept)
-    for name in ds.variables:
-        assert loaded[name].dtype == ds[name].dtype, name
-    again = sh.load(sh.save(loaded, tmp_path / "again.nc"))
-    xr.testing.assert_identical(again, ds)
-    assert sorted(p.name for p in tmp_path.iterdir()) == ["again.nc", "archive.nc"]
-
-
-@pytest.mark.parametrize("case", ["path", "ensemble", "engine orders", "general"])
-def test_a_part_is_saved_as_well(tmp_path, case):
-    ds = dataset(case)
-    for choice in (1, slice(1), [1, 0]):
-        part = ds.isel({swept_dims(ds)[0]: choice})
-        xr.testing.assert_identical(
-            sh.load(sh.save(part, tmp_path / "part.nc", overwrite=True)), part
-        )
-
-
 def test_save_replaces_an_archive_if_asked_and_returns_its_path(tmp_path):
     path = tmp_path / "archive.nc"
     assert sh.save(dataset("path"), str(path)) == path
@@ -122,25 +89,6 @@ def test_save_replaces_an_archive_if_asked_and_returns_its_path(tmp_path):
     xr.testing.assert_identical(sh.load(str(path)), dataset("point"))
     with pytest.raises(TypeError, match="overwrite='yes'"):
         sh.save(dataset("point"), path, overwrite="yes")
-
-
-@pytest.mark.parametrize("error", [OSError("disk full"), KeyboardInterrupt()])
-def test_a_save_that_fails_leaves_what_was_there(error, tmp_path, monkeypatch):
-    """Also where it is interrupted after the first bytes."""
-    path = sh.save(dataset("path"), tmp_path / "archive.nc")
-
-    def broken(dataset, draft):
-        draft.write_bytes(b"first bytes")
-        raise error
-
-    monkeypatch.setattr(netcdf, "write", broken)
-    kind = sh.datasets.ArchiveError if isinstance(error, OSError) else KeyboardInterrupt
-    with pytest.raises(kind):
-        sh.save(dataset("point"), path, overwrite=True)
-    with pytest.raises(kind):
-        sh.save(dataset("point"), tmp_path / "other.nc")
-    assert [file.name for file in tmp_path.iterdir()] == ["archive.nc"]
-    xr.testing.assert_identical(sh.load(path), dataset("path"))
 
 
 @pytest.mark.parametrize(
@@ -177,29 +125,6 @@ def test_the_file_is_open_to_others(tmp_path):
         xr.testing.assert_equal(plain.amplitude, dataset("path").amplitude)
 
 
-def unknowns(coefficient, harmonics):
-    """Vector of unknowns from (dof, harmonic, component): harmonic 0 has no sine."""
-    flat = coefficient.transpose("dof", "harmonic", "component").values
-    kept = [(n, s) for n, harmonic in enumerate(harmonics) for s in range(2 if harmonic else 1)]
-    return np.array([row[n, s] for row in flat for n, s in kept])
-
-
-@every_case
-def test_rebuilt_problem_has_the_stored_solution(tmp_path, case):
-    ds = sh.load(sh.save(dataset(case), tmp_path / "archive.nc"))
-    chosen = ds.isel(dict.fromkeys(swept_dims(ds), 1))
-    if "point" in ds.dims:
-        point = chosen.isel(point=int(chosen.n_points) // 2)
-    else:
-        point = chosen.isel(frequency=1) if "frequency" in ds.dims else chosen
-    assert point.converged
-    problem = sh.datasets.rebuild(chosen)
-    x = unknowns(point.coefficient, problem.harmonics)
-    assert problem.evaluate(x, 2 * np.pi * float(point.frequency)).norm < 1e-11
-    # The same equations elsewhere do not hold: the check can fail.
-    assert problem.evaluate(1.1 * x, 2 * np.pi * float(point.frequency)).norm > 1e-6
-
-
 @every_case
 def test_rebuilt_problem_is_the_original(tmp_path, case):
     originals = {"path": BLADE, "grid": BLADE, "general": GENERAL}
@@ -222,46 +147,6 @@ def test_rebuild_takes_the_values_that_were_selected(case):
         for name in names:
             expected = np.broadcast_to(chosen[name].values, np.shape(problem.parameters[name]))
             np.testing.assert_array_equal(problem.parameters[name], expected)
-
-
-def test_rebuilt_problem_gives_the_same_curve(tmp_path):
-    ds = sh.load(sh.save(dataset("general"), tmp_path / "archive.nc"))
-    again = sh.frf(
-        sh.datasets.rebuild(ds), (0.3, 0.7), over={"force_amplitude": ds.force_amplitude.values}
-    )
-    xr.testing.assert_identical(again, ds)
-
-
-@every_case
-def test_every_variable_explains_itself(case):
-    ds = dataset(case)
-    for name, variable in ds.variables.items():
-        assert variable.attrs.get("long_name"), name
-        # Rows and columns of the matrices are indices, not physical.
-        if variable.dtype.kind in "fib" and not str(name).endswith(("_row", "_column")):
-            assert variable.attrs.get("units"), name
-
-
-@every_case
-def test_only_what_netcdf_can_hold(case):
-    ds = dataset(case)
-    for name, variable in ds.variables.items():
-        assert variable.dtype.kind in "fibO", name
-        if variable.dtype.kind == "O":
-            assert all(isinstance(value, str) for value in variable.values.ravel()), name
-    for holder in (ds, *ds.variables.values()):
-        for name, value in holder.attrs.items():
-            plain = isinstance(value, (str, int, float, np.number, np.ndarray))
-            assert plain, name
-            assert not isinstance(value, bool), name
-
-
-@every_case
-def test_provenance(case):
-    attributes = dataset(case).attrs
-    for name in ("title", "references", "symhbm_version", "casadi_version", "problem", "swept"):
-        assert attributes[name], name
-    assert attributes["symhbm_schema"] == 1
 
 
 @pytest.mark.parametrize("case", ["path", "ensemble", "general"])

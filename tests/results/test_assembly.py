@@ -5,16 +5,10 @@ import pytest
 import xarray as xr
 
 import symhbm as sh
+from tests.problems import one_blade
 
 BLADE = sh.HarmonicBalance(
-    sh.single_blade(
-        mass=1,
-        stiffness=1e4,
-        damping=0.5,
-        contact_stiffness=1e4,
-        friction_coefficient=0.5,
-        normal_load=3,
-    ),
+    one_blade(),
     sh.forces.PointForce(),
 )
 NAMED = xr.DataArray(

@@ -7,7 +7,6 @@ from click.testing import CliRunner
 
 import symhbm as sh
 from symhbm.cli import main
-from symhbm.response import ensemble
 from symhbm.response.verification.verify import summary
 from symhbm.results.problem import record_of
 
@@ -118,24 +117,6 @@ def test_a_damaged_description_never_speaks(response):
             sh.datasets.rebuild(damaged)
     with pytest.raises(sh.datasets.ArchiveError, match="not in it"):
         sh.datasets.rebuild(response.drop_vars("problem_numbers"))
-
-
-def test_a_run_that_was_interrupted_is_resumed(problem, tmp_path, monkeypatch):
-    path, over = tmp_path / "resumed.nc", {"normal_load": [2.0, 3.0, 4.0]}
-    original, calls = ensemble.compute_curve, []
-
-    def interrupted(*arguments):
-        calls.append(1)
-        if len(calls) == 2:
-            raise KeyboardInterrupt
-        return original(*arguments)
-
-    monkeypatch.setattr(ensemble, "compute_curve", interrupted)
-    with pytest.raises(KeyboardInterrupt):
-        sh.frf(problem, (1.8, 2.2), over=over, archive=path, progress=False)
-    monkeypatch.undo()
-    with sh.resume(path, progress=False) as resumed:
-        assert resumed.identical(sh.frf(problem, (1.8, 2.2), over=over, progress=False))
 
 
 def test_statistics_and_texts_of_condensed_structures(problem, tmp_path):

@@ -13,29 +13,15 @@ import symhbm as sh
 from symhbm.cli import main
 from symhbm.response.verification.figures import FIGURES
 from symhbm.response.verification.verify import summary
+from tests.problems import one_blade, ring_of_blades
 
 RING = sh.HarmonicBalance(
-    sh.bladed_disk(
-        5,
-        mass=1,
-        stiffness=1e4,
-        damping=0.5,
-        contact_stiffness=1e6,
-        friction_coefficient=0.5,
-        normal_load=10,
-    ),
+    ring_of_blades(5, contact_stiffness=1e6, normal_load=10),
     sh.forces.EngineOrder(1),
     harmonics=(1, 3),
 )
 BLADE = sh.HarmonicBalance(
-    sh.single_blade(
-        mass=1,
-        stiffness=1e4,
-        damping=0.5,
-        contact_stiffness=1e4,
-        friction_coefficient=0.5,
-        normal_load=3,
-    ),
+    one_blade(),
     sh.forces.PointForce(),
     harmonics=(1, 3),
 )

@@ -5,15 +5,8 @@ import pytest
 import xarray as xr
 
 import symhbm as sh
+from tests.problems import BLADE as VALUES
 
-VALUES = dict(
-    mass=1.0,
-    stiffness=1e4,
-    damping=0.5,
-    contact_stiffness=1e4,
-    friction_coefficient=0.5,
-    normal_load=3.0,
-)
 BLADE = sh.HarmonicBalance(sh.single_blade(**VALUES), sh.forces.PointForce())
 RING = sh.HarmonicBalance(sh.bladed_disk(3, **VALUES), sh.forces.EngineOrder(1))
 BAND = (15.0, 24.0)

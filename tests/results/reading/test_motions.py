@@ -5,15 +5,13 @@ import pytest
 
 import symhbm as sh
 from symhbm.results.reading import HISTORIES, MOTIONS
+from tests.problems import one_blade
 
 MASS, DAMPING, STIFFNESS = 2.0, 3.0, 1e4
 LINEAR = sh.HarmonicBalance(
     sh.Model([[MASS]], [[DAMPING]], [[STIFFNESS]]), sh.forces.PointForce(amplitude=5.0)
 )
-BLADE = sh.single_blade(
-    mass=1, stiffness=1e4, damping=0.5,
-    contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
-)  # fmt: skip
+BLADE = one_blade()  # fmt: skip
 ANGLE = np.linspace(0, 2 * np.pi, 4001)
 
 

@@ -4,11 +4,9 @@ import numpy as np
 import pytest
 
 import symhbm as sh
+from tests.problems import ring_of_blades
 
-DISK = sh.bladed_disk(
-    3, mass=1, stiffness=1e4, damping=0.5,
-    contact_stiffness=1e4, friction_coefficient=0.5, normal_load=1,
-)  # fmt: skip
+DISK = ring_of_blades(3, normal_load=1)  # fmt: skip
 PROBLEM = sh.HarmonicBalance(DISK, sh.forces.EngineOrder(1))
 LOADS = [0.0, 2.0, 50.0]
 
