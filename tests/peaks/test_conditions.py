@@ -15,30 +15,22 @@ from symhbm.continuation.problem import FrequencyProblem
 from symhbm.numerics.arrays import RADIANS
 from symhbm.peaks.conditions import Conditions, solve
 from symhbm.peaks.maximum import Maximum, MaximumKind
+from tests.problems import one_blade, ring_of_blades
 
 NAMES = ("contact_stiffness", "friction_coefficient", "normal_load", "mass", "stiffness")
 NAMES += ("damping", "force_amplitude")
 
 
 def blade(harmonics=(1,), **values):
-    model = sh.single_blade(
-        mass=1,
-        stiffness=1e4,
-        damping=0.5,
-        contact_stiffness=1e4,
-        friction_coefficient=0.5,
-        normal_load=3,
-    )
+    model = one_blade()
     return sh.HarmonicBalance(model.with_parameters(**values), sh.forces.PointForce(), harmonics)
 
 
 def ring(harmonics, seed=3, n_blades=3):
     rng = np.random.default_rng(seed)
-    model = sh.bladed_disk(
+    model = ring_of_blades(
         n_blades,
-        mass=1,
         stiffness=1e4 * rng.uniform(0.99, 1.01, n_blades),
-        damping=0.5,
         contact_stiffness=1e5 * rng.uniform(0.8, 1.2, n_blades),
         friction_coefficient=0.5 * rng.uniform(0.8, 1.2, n_blades),
         normal_load=20 * rng.uniform(0.7, 1.3, n_blades),
@@ -47,14 +39,8 @@ def ring(harmonics, seed=3, n_blades=3):
 
 
 def duffing():
-    model = sh.single_blade(
-        mass=1,
-        stiffness=1,
-        damping=0.05,
-        contact_stiffness=0.2,
-        friction_coefficient=0.5,
-        normal_load=0.05,
-        cubic_stiffness=0.1,
+    model = one_blade(
+        stiffness=1, damping=0.05, contact_stiffness=0.2, normal_load=0.05, cubic_stiffness=0.1
     )
     return sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=0.18), (1, 3))
 
@@ -62,11 +48,9 @@ def duffing():
 def looping(harmonics=(1, 3), seed=3):
     """Four blades whose responses peak at corners where a small loop reaches its limit."""
     rng = np.random.default_rng(seed)
-    model = sh.bladed_disk(
+    model = ring_of_blades(
         4,
-        mass=1,
         stiffness=1e4 * rng.uniform(0.95, 1.05, 4),
-        damping=0.5,
         contact_stiffness=1e6 * rng.uniform(0.8, 1.2, 4),
         friction_coefficient=0.5 * rng.uniform(0.6, 1.4, 4),
         normal_load=2.0 * rng.uniform(0.7, 1.3, 4),

@@ -13,6 +13,7 @@ import symhbm as sh
 from studies.closed_form import EXACT_DIGITS, one_blade
 from symhbm.continuation.status import Status
 from symhbm.model.linear import natural_band
+from tests.problems import duffing
 
 BLADE = dict(mass=1, stiffness=1e4, damping=0.5, friction_coefficient=0.5)
 SINGLE = sh.HarmonicBalance(
@@ -271,9 +272,7 @@ def test_an_executor_that_fails_loses_nothing():
     assert dataset.identical(curve(band=(3.0, 3.2)))
 
 
-def test_archive(single, tmp_path):
-    path = sh.save(single, tmp_path / "curve.nc")
-    assert sh.load(path).identical(single)
+def test_problems_of_points(single):
     chosen = sh.datasets.rebuild(single.isel(normal_load=3))
     assert chosen.parameters["normal_load"] == single.normal_load.values[3]
     assert sh.datasets.rebuild(single).parameters["normal_load"] == 10
@@ -281,8 +280,7 @@ def test_archive(single, tmp_path):
 
 def test_peaks_of_responses_that_fold():
     """A spring that stiffens: over the force, the peak is that of the branch with its folds."""
-    blade = sh.Model([[1.0]], [[0.05]], [[1.0]], [(0,)], cubic_stiffness=0.1)
-    problem, band = sh.HarmonicBalance(blade, sh.forces.PointForce(amplitude=0.18)), (0.08, 0.4)
+    problem, band = duffing(), (0.08, 0.4)
     result = sh.peak_curve(
         problem, "force_amplitude", (0.05, 0.25), at=[0.05, 0.18, 0.25], frequency_band=band
     )

@@ -10,6 +10,7 @@ from symhbm.cli import main
 from symhbm.model import PARAMETERS
 from symhbm.peaks.sensitivity import AT_REST, EXACT, NOT_VERIFIED, UNBOUNDED
 from symhbm.results.variables import derivative
+from tests.problems import duffing, ring_of_blades
 
 COMMON = dict(mass=1, stiffness=1e4, damping=0.5, friction_coefficient=0.5)
 BLADE = sh.HarmonicBalance(
@@ -242,16 +243,12 @@ def test_peaks_have_their_own_harmonics():
 
 
 def test_cubic_springs():
-    duffing = sh.HarmonicBalance(
-        sh.Model([[1.0]], [[0.05]], [[1.0]], contacts=[(0,)], cubic_stiffness=0.1),
-        sh.forces.PointForce(amplitude=0.18),
-    )
-    band = 0.08, 0.32
-    derivatives = sh.datasets.sensitivity(frf(duffing, band)).squeeze()
+    problem, band = duffing(), (0.08, 0.32)
+    derivatives = sh.datasets.sensitivity(frf(problem, band)).squeeze()
     assert derivatives.sensitivity_status == EXACT
     assert "peak_amplitude_by_mass" not in derivatives
     for name in ("cubic_stiffness", "force_amplitude"):
-        low, high, size = both_sides(duffing, name, 1e-4, band=band)
+        low, high, size = both_sides(problem, name, 1e-4, band=band)
         for of in ("peak_amplitude", "peak_frequency"):
             difference = (high[of] - low[of]).item() / size
             # The square of the step; a top of a backbone is located to 1e-9.
@@ -259,7 +256,7 @@ def test_cubic_springs():
     # There is no friction element, so nothing that its parameters change.
     assert derivatives.peak_amplitude_by_normal_load == 0
     swept = sh.datasets.sensitivity(
-        frf(duffing.with_parameters(cubic_stiffness=0), band, over={"cubic_stiffness": [0.0, 0.1]})
+        frf(problem.with_parameters(cubic_stiffness=0), band, over={"cubic_stiffness": [0.0, 0.1]})
     )
     by_spring = swept.peak_amplitude_by_cubic_stiffness
     assert by_spring.sel(cubic_stiffness=0.1).item() == pytest.approx(
@@ -368,7 +365,7 @@ def test_corners_of_small_loops():
 
 def folding_ring():
     """Seven blades with cubic springs whose response folds where a contact ends to slip."""
-    disk = sh.bladed_disk(
+    disk = ring_of_blades(
         7,
         mass=[0.98, 1.02, 1.02, 0.98, 0.98, 1.02, 1.02],
         stiffness=[10600, 9400, 10600, 9400, 9400, 9400, 10600],

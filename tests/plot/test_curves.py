@@ -1,23 +1,14 @@
 """Figures from datasets."""
 
 import matplotlib as mpl
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray as xr
 
-mpl.use("Agg")
-
-import matplotlib.pyplot as plt
-
 import symhbm as sh
 from studies import fig03_single_blade as fig03
 from symhbm.plot import drawing
-
-
-@pytest.fixture(autouse=True)
-def _close():
-    yield
-    plt.close("all")
 
 
 @pytest.fixture(scope="module")

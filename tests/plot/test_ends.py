@@ -1,6 +1,5 @@
 """Marks where curves end that are not complete."""
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 
@@ -11,12 +10,6 @@ PROBLEM = sh.HarmonicBalance(
     sh.single_blade(**BLADE, damping=0.5, normal_load=3), sh.forces.PointForce()
 )
 FREE = sh.HarmonicBalance(sh.single_blade(**BLADE, damping=-0.5, normal_load=3), harmonics=(1, 3))
-
-
-@pytest.fixture(autouse=True)
-def close():
-    yield
-    plt.close("all")
 
 
 def crosses(ax):

@@ -5,13 +5,10 @@ import sys
 import types
 
 import matplotlib as mpl
+import matplotlib.pyplot as plt
 import pytest
 from matplotlib.backends import backend_agg
 from matplotlib.figure import Figure
-
-mpl.use("Agg")
-
-import matplotlib.pyplot as plt
 
 import symhbm as sh
 from studies import fig03_single_blade as fig03

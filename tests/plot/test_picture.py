@@ -2,13 +2,9 @@
 
 import json
 
-import matplotlib as mpl
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-
-mpl.use("Agg")
-
-import matplotlib.pyplot as plt
 
 import symhbm as sh
 from symhbm.cli.selection import kinds
@@ -26,12 +22,6 @@ def square(values: np.ndarray, *, ax: plt.Axes | None = None) -> Picture:
     panel.line(values, values**2, "squares", color="#0072b2", linestyle="--")
     panel.bar = Colours("viridis", 0.0, 1.0, label="nothing")
     return Picture([panel])
-
-
-@pytest.fixture(autouse=True)
-def _close():
-    yield
-    plt.close("all")
 
 
 def test_a_new_kind_is_drawn_by_matplotlib():

@@ -1,15 +1,12 @@
 """What ``place=`` shows: any degree of freedom, blade or node, or the largest of several."""
 
-import matplotlib as mpl
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray as xr
 
-mpl.use("Agg")
-
-import matplotlib.pyplot as plt
-
 import symhbm as sh
+from tests.problems import ring_of_blades
 
 GRID = np.linspace(60, 95, 15)
 NODES = sh.Places(
@@ -19,22 +16,10 @@ NODES = sh.Places(
 )
 
 
-@pytest.fixture(autouse=True)
-def _close():
-    yield
-    plt.close("all")
-
-
 @pytest.fixture(scope="module")
 def ring():
-    disk = sh.bladed_disk(
-        5,
-        mass=1,
-        stiffness=[1e4, 1.02e4, 0.99e4, 1.01e4, 0.97e4],
-        damping=0.5,
-        contact_stiffness=1e5,
-        friction_coefficient=0.5,
-        normal_load=10,
+    disk = ring_of_blades(
+        5, stiffness=[1e4, 1.02e4, 0.99e4, 1.01e4, 0.97e4], contact_stiffness=1e5, normal_load=10
     )
     return sh.frf(sh.HarmonicBalance(disk, sh.forces.EngineOrder(2)), (60, 95), at=GRID)
 
@@ -152,15 +137,7 @@ def test_errors_name_other_numbers(nodes):
 
 def test_peaks_of_a_place_are_where_it_is_largest():
     """Of two blades, those peaks at which one of them is the larger."""
-    disk = sh.bladed_disk(
-        5,
-        mass=1,
-        stiffness=[1e4, 1.3e4, 1e4, 0.8e4, 1e4],
-        damping=0.5,
-        contact_stiffness=1e4,
-        friction_coefficient=0.5,
-        normal_load=1e4,
-    )
+    disk = ring_of_blades(5, stiffness=[1e4, 1.3e4, 1e4, 0.8e4, 1e4], normal_load=1e4)
     problem = sh.HarmonicBalance(disk, sh.forces.PointForce(place=1))
     curve = sh.frf(problem, (12, 40), peaks="each", progress=False)
     (ax,) = sh.plot.response(curve, place=["blade 1", "blade 3"]).axes

@@ -5,18 +5,10 @@ import numpy as np
 import pytest
 
 import symhbm as sh
+from tests.problems import one_blade
 
-BLADE = sh.single_blade(
-    mass=1, stiffness=1e4, damping=-0.5,
-    contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
-)  # fmt: skip
+BLADE = one_blade(damping=-0.5)  # fmt: skip
 PROBLEM = sh.HarmonicBalance(BLADE, harmonics=(1, 3))
-
-
-@pytest.fixture(autouse=True)
-def close():
-    yield
-    plt.close("all")
 
 
 def cycles(*given, **options):
@@ -57,13 +49,3 @@ def test_other_datasets_are_refused():
         nothing = cycles("damping", (-50, -40))
     with pytest.raises(ValueError, match="no limit cycle"):
         sh.plot.limit_cycles(nothing)
-
-
-def test_command_line_draws_cycles(tmp_path):
-    from symhbm.cli import main
-
-    sh.save(cycles("damping", (-30, 0)), tmp_path / "cycles.nc")
-    with pytest.raises(SystemExit) as ended:
-        main(["plot", str(tmp_path / "cycles.nc")])
-    assert not ended.value.code
-    assert (tmp_path / "cycles_limit-cycles.png").exists()

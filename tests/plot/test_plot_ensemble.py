@@ -1,36 +1,19 @@
 """Figures of ensembles: what is drawn is what is stored, and what is left out is told."""
 
-import matplotlib as mpl
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray as xr
 
-mpl.use("Agg")
-
-import matplotlib.pyplot as plt
-
 import symhbm as sh
 from symhbm.continuation import Status
+from tests.problems import duffing, ring_of_blades
 
 GRID = np.linspace(60, 95, 29)
 
 
-@pytest.fixture(autouse=True)
-def _close():
-    yield
-    plt.close("all")
-
-
 def problem():
-    disk = sh.bladed_disk(
-        5,
-        mass=1,
-        stiffness=1e4,
-        damping=0.5,
-        contact_stiffness=1e5,
-        friction_coefficient=0.5,
-        normal_load=10,
-    )
+    disk = ring_of_blades(5, contact_stiffness=1e5, normal_load=10)
     return sh.HarmonicBalance(disk, sh.forces.EngineOrder(2, amplitude=1.0))
 
 
@@ -201,10 +184,8 @@ def test_further_dimensions(ensemble):
 @pytest.fixture(scope="module")
 def folded():
     """Three stiffening springs: each response folds."""
-    duffing = sh.Model([[1.0]], [[0.05]], [[1.0]], contacts=[(0,)], cubic_stiffness=0.1)
     springs = {"cubic_stiffness": xr.DataArray([0.08, 0.1, 0.13], dims="sample")}
-    balance = sh.HarmonicBalance(duffing, sh.forces.PointForce(amplitude=0.18))
-    return sh.frf(balance, (0.08, 0.32), over=springs, throw=True, progress=False)
+    return sh.frf(duffing(), (0.08, 0.32), over=springs, throw=True, progress=False)
 
 
 def crossings(curve, at):

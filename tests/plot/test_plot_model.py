@@ -2,7 +2,7 @@
 
 from typing import Any
 
-import matplotlib as mpl
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import scipy.sparse as sp
@@ -13,33 +13,14 @@ from matplotlib.collections import LineCollection
 from matplotlib.colors import to_hex
 from matplotlib.patches import FancyBboxPatch
 
-mpl.use("Agg")
-
-import matplotlib.pyplot as plt
-
 import symhbm as sh
 from symhbm.cli import main
 from symhbm.cli.selection import draw
 from symhbm.plot.structure.masses import COLORS
 from symhbm.plot.structure.network import HALF, links, spread
+from tests.problems import one_blade, ring_of_blades
 
 FRICTION: Any = dict(contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3)
-
-
-@pytest.fixture(autouse=True)
-def _close():
-    yield
-    plt.close("all")
-
-
-def blade(**options):
-    values = dict(mass=1, stiffness=1e4, damping=0.5)
-    return sh.single_blade(**values, **FRICTION | options)
-
-
-def ring(n=13, **options):
-    values = dict(mass=1, stiffness=1e4, damping=0.5)
-    return sh.bladed_disk(n, **values | FRICTION | options)
 
 
 def second_difference(n):
@@ -145,7 +126,7 @@ def test_matrices_that_are_no_network(matrix, reason):
 
 def test_one_blade():
     """Fig. 1 of the source: spring and damper to one wall, friction damper to the other."""
-    figure = sh.plot.model(blade(), force=sh.forces.PointForce(amplitude=2))
+    figure = sh.plot.model(one_blade(), force=sh.forces.PointForce(amplitude=2))
     assert len(masses(figure)) == 1
     assert len(elements(figure, "friction")) == 1
     assert len(elements(figure, "cubic")) == len(elements(figure, "opened")) == 0
@@ -161,7 +142,7 @@ def test_one_blade():
 
 
 def test_cubic_springs():
-    figure = sh.plot.model(blade(cubic_stiffness=1e9))
+    figure = sh.plot.model(one_blade(cubic_stiffness=1e9))
     assert len(elements(figure, "friction")) == len(elements(figure, "cubic")) == 1
     assert r"$\gamma$ = 1e9 N/m³" in words(figure)
     alone = sh.Model([[1]], [[0.1]], [[1]], contacts=[(0,)], cubic_stiffness=0.1)
@@ -172,7 +153,7 @@ def test_cubic_springs():
 
 def test_ring():
     """Fig. 5 of the source: each contact ends at the two blades that it joins."""
-    model = ring()
+    model = ring_of_blades(13)
     figure = sh.plot.model(sh.HarmonicBalance(model, sh.forces.EngineOrder(3)))
     centres, symbols = masses(figure), elements(figure, "friction")
     assert len(centres) == len(symbols) == 13
@@ -200,7 +181,7 @@ def test_a_contact_without_force_is_open(change):
     each = np.full(13, FRICTION[name], dtype=float)
     each[4] = value
     others: Any = {name: each}
-    figure = sh.plot.model(ring(**others))
+    figure = sh.plot.model(ring_of_blades(13, **others))
     assert len(elements(figure, "friction")) == 12
     (symbol,) = elements(figure, "opened")
     centres = masses(figure)
@@ -213,7 +194,7 @@ def test_a_contact_without_force_is_open(change):
 
 def test_values_that_differ_stand_beside_their_elements():
     stiffness = 1e4 + np.arange(13)
-    figure = sh.plot.model(ring(stiffness=stiffness, normal_load=np.arange(1, 14)))
+    figure = sh.plot.model(ring_of_blades(13, stiffness=stiffness, normal_load=np.arange(1, 14)))
     texts = beside(figure)
     for i in range(13):
         assert f"$k$ {10000 + i}" in texts
@@ -340,16 +321,16 @@ def test_unconnected_parts_stand_apart():
 @pytest.mark.parametrize(
     "model",
     [
-        ring(40),
+        ring_of_blades(40),
         chain(40),
         sh.Model(np.eye(30), np.eye(30), np.eye(30)),
         sh.Model(np.eye(12), np.eye(12), 20 * np.eye(12) - np.ones((12, 12))),
         sh.Model([[1]], [[1]], [[1]], contacts=[(0,)] * 30, **FRICTION),
         sh.Model(np.eye(2), np.eye(2), np.eye(2), contacts=[(0, 1)] * 9, **FRICTION),
         sh.Model(np.eye(3), np.zeros((3, 3)), np.zeros((3, 3)), contacts=[(0, 2)], **FRICTION),
-        ring(3, cubic_stiffness=1e8),
+        ring_of_blades(3, cubic_stiffness=1e8),
         chain(5, damping=np.eye(5) + 1e-4 * second_difference(5), contacts=[(0, 3), (1, 2)]),
-        ring(13, normal_load=np.arange(13), stiffness=np.arange(1, 14)),
+        ring_of_blades(13, normal_load=np.arange(13), stiffness=np.arange(1, 14)),
         plate(),
     ],
     ids=[
@@ -396,7 +377,7 @@ def test_arrows_are_as_long_as_the_force_is_large():
 
 
 def test_force_of_a_problem_or_an_excitation():
-    problem = sh.HarmonicBalance(ring(), sh.forces.PointForce(2, harmonic=3), (1, 3))
+    problem = sh.HarmonicBalance(ring_of_blades(13), sh.forces.PointForce(2, harmonic=3), (1, 3))
     assert len(lengths(sh.plot.model(problem))) == 1
     assert len(lengths(sh.plot.model(problem, force=sh.forces.EngineOrder(1)))) == 13
     assert len(lengths(sh.plot.model(problem.model, force=problem))) == 1
@@ -406,7 +387,7 @@ def test_force_of_a_problem_or_an_excitation():
 
 def test_own_axes_are_drawn_into():
     own, (left, right) = plt.subplots(1, 2)
-    assert sh.plot.model(blade(), ax=right) is own
+    assert sh.plot.model(one_blade(), ax=right) is own
     assert right.get_title()
     assert not left.get_title()
 
@@ -416,11 +397,11 @@ def test_own_axes_are_drawn_into():
     [
         (3, {}, TypeError, "structure=3: expected a Model"),
         (sh.forces.PointForce(), {}, TypeError, "expected a Model, or a HarmonicBalance"),
-        (blade(), dict(force=3), TypeError, "force=3: expected an excitation"),
-        (blade(), dict(force=sh.forces.PointForce), TypeError, "expected an excitation"),
-        (blade(), dict(force=blade()), TypeError, "expected an excitation"),
-        (blade(), dict(force=sh.forces.PointForce(4)), ValueError, "place=4"),
-        (blade(), dict(ax=3), TypeError, "ax=3"),
+        (one_blade(), dict(force=3), TypeError, "force=3: expected an excitation"),
+        (one_blade(), dict(force=sh.forces.PointForce), TypeError, "expected an excitation"),
+        (one_blade(), dict(force=one_blade()), TypeError, "expected an excitation"),
+        (one_blade(), dict(force=sh.forces.PointForce(4)), ValueError, "place=4"),
+        (one_blade(), dict(ax=3), TypeError, "ax=3"),
     ],
 )
 def test_bad_input(structure, options, error, message):
@@ -433,7 +414,7 @@ def test_bad_input(structure, options, error, message):
 
 
 def test_structure_of_an_archive(tmp_path):
-    problem = sh.HarmonicBalance(blade(), sh.forces.PointForce())
+    problem = sh.HarmonicBalance(one_blade(), sh.forces.PointForce())
     loads = sh.frf(problem, (15, 25), over={"normal_load": [1.0, 2.0]}, progress=False)
     path = sh.follow(problem, "normal_load", (1, 9), frequency=19.0, progress=False)
     sh.save(loads, tmp_path / "loads.nc")

@@ -5,18 +5,10 @@ import numpy as np
 import pytest
 
 import symhbm as sh
+from tests.problems import one_blade
 
-BLADE = sh.single_blade(
-    mass=1, stiffness=1e4, damping=0.5,
-    contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
-)  # fmt: skip
+BLADE = one_blade()  # fmt: skip
 PROBLEM = sh.HarmonicBalance(BLADE)
-
-
-@pytest.fixture(autouse=True)
-def close():
-    yield
-    plt.close("all")
 
 
 def modes(**options):
@@ -67,13 +59,3 @@ def test_other_datasets_are_refused():
         sh.plot.nonlinear_modes(response)
     with pytest.raises(TypeError, match="dataset="):
         sh.plot.nonlinear_modes(PROBLEM)
-
-
-def test_command_line_draws_modes(tmp_path):
-    from symhbm.cli import main
-
-    sh.save(modes(), tmp_path / "modes.nc")
-    with pytest.raises(SystemExit) as ended:
-        main(["plot", str(tmp_path / "modes.nc")])
-    assert not ended.value.code
-    assert (tmp_path / "modes_nonlinear-modes.png").exists()

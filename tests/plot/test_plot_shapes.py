@@ -1,24 +1,15 @@
 """Operating deflection shapes: the offsets of the tips, the instant and the nodal diameter."""
 
-import matplotlib as mpl
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray as xr
 from hypothesis import given
 from hypothesis import strategies as st
 
-mpl.use("Agg")
-
-import matplotlib.pyplot as plt
-
 import symhbm as sh
 from symhbm.plot.disks.shapes import HUB, OFFSET, TIP, nodal_shares
-
-
-@pytest.fixture(autouse=True)
-def _close():
-    yield
-    plt.close("all")
+from tests.problems import one_blade
 
 
 def ring(engine_order=1, harmonics=(1, 3), **options):
@@ -275,13 +266,6 @@ def test_unknown_blades():
 def test_blades_of_a_lumped_model_are_known_without_an_engine_order():
     disk = sh.HarmonicBalance(ring().model, sh.forces.PointForce(2, amplitude=1.0))
     assert names(sh.plot.disk(sh.solve(disk, 60.0))) == [str(i) for i in range(7)]
-    one = sh.single_blade(
-        mass=1,
-        stiffness=1e4,
-        damping=0.5,
-        contact_stiffness=1e4,
-        friction_coefficient=0.5,
-        normal_load=3,
-    )
+    one = one_blade()
     with pytest.raises(ValueError, match="a structure of 1 blade: expected at least three"):
         sh.plot.disk(sh.solve(sh.HarmonicBalance(one, sh.forces.PointForce()), 20.0))

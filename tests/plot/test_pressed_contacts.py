@@ -1,12 +1,9 @@
 """Pictures of contacts whose load varies: loops, normal forces, states over the band."""
 
 import matplotlib as mpl
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-
-mpl.use("Agg")
-
-import matplotlib.pyplot as plt
 import xarray as xr
 from click.testing import CliRunner
 
@@ -46,12 +43,6 @@ POINTS = {
     "pressed stop": (stopped(gap=-1e-3), 17.0),
     "never touches": (stopped(gap=1.0), 17.0),
 }
-
-
-@pytest.fixture(autouse=True)
-def _close():
-    yield
-    plt.close("all")
 
 
 def history_of(dataset, contact=0):

@@ -1,20 +1,15 @@
 """Responses in decibels, on linear and on logarithmic axes, and their phases."""
 
-import matplotlib as mpl
 import numpy as np
 import pytest
-
-mpl.use("Agg")
 
 import symhbm as sh
 from symhbm.plot.curves import drawn
 from symhbm.plot.drawing import Scale
 from symhbm.plot.lines import Line
+from tests.problems import one_blade, ring_of_blades
 
-BLADE = sh.single_blade(
-    mass=1, stiffness=1e4, damping=0.5,
-    contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
-)  # fmt: skip
+BLADE = one_blade()  # fmt: skip
 PROBLEM = sh.HarmonicBalance(BLADE, sh.forces.PointForce(), (1, 3))
 LINEAR = sh.HarmonicBalance(sh.Model([[1.0]], [[2.0]], [[1e4]]), sh.forces.PointForce())
 FACTOR = {"m": 1.0, "mm": 1e3, "um": 1e6}
@@ -135,10 +130,7 @@ def test_lines_on_a_grid_invent_no_peaks():
 
 def test_a_coarse_grid_of_a_ring_is_drawn_below_its_peaks():
     """13 blades at steps of 5 Hz: slopes beside two resonances promise 0.7 dB too much."""
-    disk = sh.bladed_disk(
-        13, mass=1, stiffness=1e4, damping=0.5,
-        contact_stiffness=1e6, friction_coefficient=0.5, normal_load=10,
-    )  # fmt: skip
+    disk = ring_of_blades(13, contact_stiffness=1e6, normal_load=10)  # fmt: skip
     draws = sh.mistuning.uniform(disk, 4, seed=1, contact_stiffness=0.1).isel(sample=[3])
     problem = sh.HarmonicBalance(disk, sh.forces.EngineOrder(3))
     grid = np.arange(50.0, 351, 5)

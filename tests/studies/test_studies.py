@@ -14,17 +14,13 @@ from pathlib import Path
 from types import ModuleType
 from typing import Any
 
-import matplotlib as mpl
+import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray as xr
 from hypothesis import given, settings
 from hypothesis import strategies as st
 from scipy.optimize import minimize_scalar
-
-mpl.use("Agg")
-
-import matplotlib.pyplot as plt
 
 import symhbm as sh
 from studies import (

@@ -3,11 +3,8 @@
 import json
 from pathlib import Path
 
-import matplotlib as mpl
 import numpy as np
 import pytest
-
-mpl.use("Agg")
 
 import symhbm as sh
 from studies import fig03_single_blade as fig03

@@ -1,10 +1,7 @@
 """Studies of contacts that open, against motions marched in time and against other digits."""
 
-import matplotlib as mpl
 import numpy as np
 import pytest
-
-mpl.use("Agg")
 
 import symhbm as sh
 from studies import gap_stop, shroud_opening

@@ -1,13 +1,10 @@
 """Studies of a disk by finite elements, against other waves, all equations and whole rings."""
 
-import matplotlib as mpl
 import numpy as np
 import pytest
 from rings import assembled
 from skfem import BilinearForm, asm
 from skfem.helpers import dot
-
-mpl.use("Agg")
 
 import symhbm as sh
 from studies import open_sector_contacts as contacts

@@ -2,12 +2,9 @@
 
 from itertools import pairwise
 
-import matplotlib as mpl
 import numpy as np
 import pytest
 from scipy.integrate import quad
-
-mpl.use("Agg")
 
 import symhbm as sh
 from studies import damping_of_modes as damping

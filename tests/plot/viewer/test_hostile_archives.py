@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import symhbm as sh
+from tests.problems import ring_of_blades
 
 SCRIPT = "<script>window.hacked = 1</script><img src=x onerror='window.hacked = 2'>"
 ATTACKS = (
@@ -16,10 +17,7 @@ ATTACKS = (
     "<!-- peaks --> %{x} ${window.hacked = 7} {{constructor}} \u202e\u0000 $\\frac{1}{2}$",
 )
 PROBLEM = sh.HarmonicBalance(
-    sh.bladed_disk(
-        3, mass=1, stiffness=1e4, damping=0.5,
-        contact_stiffness=1e6, friction_coefficient=0.5, normal_load=10,
-    ),
+    ring_of_blades(3, contact_stiffness=1e6, normal_load=10),
     sh.forces.EngineOrder(1),
 )  # fmt: skip
 ALL = "".join(ATTACKS)

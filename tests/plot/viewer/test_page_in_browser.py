@@ -9,6 +9,7 @@ import xarray as xr
 
 import symhbm as sh
 from tests.pages import check
+from tests.problems import duffing
 
 BLADE = dict(mass=1, stiffness=1e4, damping=0.5, contact_stiffness=1e4, friction_coefficient=0.5)
 PROBLEM = sh.HarmonicBalance(
@@ -17,24 +18,10 @@ PROBLEM = sh.HarmonicBalance(
 DISK = sh.bladed_disk(5, **BLADE | dict(contact_stiffness=1e6, normal_load=10))
 WAVE = sh.forces.EngineOrder(1)
 RING = sh.HarmonicBalance(DISK, WAVE)
-DUFFING = sh.HarmonicBalance(
-    sh.Model([[1.0]], [[0.05]], [[1.0]], contacts=[(0,)], cubic_stiffness=0.1),
-    sh.forces.PointForce(amplitude=0.18),
-)
+DUFFING = duffing()
 SELF_EXCITED = sh.HarmonicBalance(
     sh.single_blade(**BLADE | dict(damping=-0.5), normal_load=3), harmonics=(1, 3)
 )
-SPRINGS = 1e4 * (2 * np.eye(6) - np.eye(6, k=1) - np.eye(6, k=-1))
-CHAIN = sh.Model(
-    np.eye(6),
-    1e-4 * SPRINGS,
-    SPRINGS,
-    contacts=[(5,)],
-    contact_stiffness=1e4,
-    friction_coefficient=0.5,
-    normal_load=1.0,
-)
-PUSH = sh.forces.PointForce(place=0)
 CLAMPED = sh.single_blade(**BLADE, normal_load=3)
 
 
@@ -47,10 +34,6 @@ def mistuned(n_samples, n_values, **options):
 CASES = {
     "loads": lambda: sh.frf(
         PROBLEM, (10, 30), over={"normal_load": [1, 3]}, accuracy=1e-3, progress=False
-    ),
-    # As Fig. 8: engine orders of a tuned disk.
-    "engine orders": lambda: sh.frf(
-        RING.with_by_sector(False), (50, 350), over={"engine_order": [1, 2]}, progress=False
     ),
     # As Fig. 12: paths of mistuned disks.
     "mistuned": lambda: sh.frf(
@@ -72,12 +55,6 @@ CASES = {
     ),
     "motion": lambda: sh.periodic_motion(PROBLEM, 19.5, n_angles=32),
     "point": lambda: sh.solve(RING, 200.0),
-    "solutions": lambda: sh.frf(DUFFING, (0.32, 0.08), at=[0.15, 0.19, 0.21], progress=False),
-    "condensed": lambda: sh.frf(
-        sh.HarmonicBalance(sh.condense(CHAIN, PUSH, (1, 40), progress=False), PUSH),
-        (1, 40),
-        progress=False,
-    ),
 }
 
 
@@ -372,18 +349,6 @@ def test_archives_with_failed_sets(look, tmp_path):
     assert "2 of 2 curves are not complete" in body
     assert body.count(str(sh.Status.MAXIMUM_POINTS)) >= 2
     assert seen.run("document.getElementById('status').classList.contains('warn')")
-
-
-def test_archives_of_the_first_schema(look, tmp_path):
-    curve = dataset("loads")
-    description = curve.attrs["problem"].replace('"samples": null, ', "")
-    old = curve.drop_vars("cubic_stiffness").assign_attrs(symhbm_schema=1, problem=description)
-    del old.attrs["followed"]
-    path = sh.save(old, tmp_path / "old.nc")
-    seen = look(sh.view(sh.load(path, lazy=True), tmp_path / "old.html"))
-    point = old.isel(normal_load=0, point=4)
-    lines = seen.hover(float(point.frequency), decibel(point.amplitude.item()))
-    assert number_of(lines, "amplitude") == digits(point.amplitude)
 
 
 @pytest.mark.slow
