@@ -64,7 +64,7 @@ def best():
 
 
 class TestOneBlade:
-    @pytest.mark.parametrize("start", [0.05, 0.3, 3, 30, 200, 285, 400, 500])
+    @pytest.mark.parametrize("start", [0.05, 30, 400])
     def test_the_optimum_of_the_closed_form_from_any_start(self, start):
         optimum = design(blade(), start=start)
         # Not from the middle of the bounds alone; stuck ones have no way to go.
@@ -479,9 +479,6 @@ class TestEnds:
 
 
 class TestArchive:
-    def test_saved_and_loaded_it_is_identical(self, best, tmp_path):
-        assert sh.load(sh.save(best, tmp_path / "best.nc")).identical(best)
-
     def test_with_cases_as_well(self, both, tmp_path):
         assert sh.load(sh.save(both, tmp_path / "both.nc")).identical(both)
 

@@ -16,6 +16,7 @@ from symhbm.numerics.fourier import FourierBasis
 from symhbm.time_domain import floquet
 from symhbm.time_domain.exact_motion import exact_motion
 from symhbm.time_domain.floquet import multipliers
+from tests.problems import one_blade, ring_of_blades
 
 TURN = 2 * np.pi
 ODD = tuple(range(1, 32, 2))
@@ -40,27 +41,12 @@ def solution(problem, omega, start=None):
 
 
 def ring(order, normal_load, harmonics=ODD):
-    disk = sh.bladed_disk(
-        13,
-        mass=1,
-        stiffness=1e4,
-        damping=0.5,
-        contact_stiffness=1e6,
-        friction_coefficient=0.5,
-        normal_load=normal_load,
-    )
+    disk = ring_of_blades(13, contact_stiffness=1e6, normal_load=normal_load)
     return sh.HarmonicBalance(disk, sh.forces.EngineOrder(order, amplitude=1.0), harmonics)
 
 
 def blade(harmonics=ODD, harmonic=1):
-    model = sh.single_blade(
-        mass=1,
-        stiffness=1e4,
-        damping=0.5,
-        contact_stiffness=1e4,
-        friction_coefficient=0.5,
-        normal_load=1.5,
-    )
+    model = one_blade(normal_load=1.5)
     return sh.HarmonicBalance(
         model, sh.forces.PointForce(amplitude=1.0, harmonic=harmonic), harmonics
     )
@@ -68,13 +54,12 @@ def blade(harmonics=ODD, harmonic=1):
 
 def mistuned(force, harmonics):
     rng = np.random.default_rng(5)
-    disk = sh.bladed_disk(
+    disk = ring_of_blades(
         5,
         mass=rng.uniform(0.95, 1.05, 5),
         stiffness=rng.uniform(0.9e4, 1.1e4, 5),
         damping=rng.uniform(0.4, 0.6, 5),
         contact_stiffness=rng.uniform(1e4, 2e4, 5),
-        friction_coefficient=0.5,
         normal_load=rng.uniform(0.5, 1.0, 5),
     )
     return sh.HarmonicBalance(disk, force, harmonics)

@@ -163,7 +163,7 @@ def test_a_contact_that_never_slips_is_in_the_middle():
     assert error < 1e-5 * np.abs(balance).max()
 
 
-def test_dataset(tmp_path):
+def test_dataset():
     problem = problem_of(dict(pad=pressed(3.0)))
     motion = sh.periodic_motion(problem, 24)
     circle = np.hypot(motion.friction_force, motion.friction_force_across)
@@ -171,8 +171,6 @@ def test_dataset(tmp_path):
     assert motion.least_normal_force.item() == 0
     assert set(motion.event_kind.values) == {"opening", "closing"}
     assert motion.integration_tolerance == 1e-12
-    sh.save(motion, tmp_path / "motion.nc")
-    assert sh.load(tmp_path / "motion.nc").identical(motion)
 
 
 def test_verify_compares_with_it():

@@ -7,16 +7,11 @@ from scipy.integrate import solve_ivp
 import symhbm as sh
 from symhbm.time_domain.floquet import multipliers
 from symhbm.time_domain.stability import NEUTRAL, verdict
+from tests.problems import duffing, one_blade
 
 TURN = 2 * np.pi
 UPPER_FOLD = 1.26753695951261
 """Of the Duffing oscillator below with one harmonic [rad/s], from its closed form."""
-
-
-def duffing(harmonics=(1,), **changes):
-    model = sh.Model([[1.0]], [[0.05]], [[1.0]], contacts=[(0,)], cubic_stiffness=0.1)
-    problem = sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=0.18), harmonics)
-    return problem.with_parameters(**changes)
 
 
 def check_folds(curve):
@@ -198,7 +193,9 @@ def test_singular_mass_is_unknown():
 
 
 def test_too_stiff_is_unknown():
-    problem = duffing(contact_stiffness=1e15, friction_coefficient=0.5, normal_load=0.01)
+    problem = duffing().with_parameters(
+        contact_stiffness=1e15, friction_coefficient=0.5, normal_load=0.01
+    )
     point = sh.solve(problem, 0.2, throw=True)
     assert int(point.contact_state[0]) == 1
     assert int(point.stability) == -1
@@ -206,14 +203,7 @@ def test_too_stiff_is_unknown():
 
 def test_friction_responses_are_stable_where_it_is_asked():
     """Unique responses are stable; the rate is that of the exact motion's largest multiplier."""
-    blade = sh.single_blade(
-        mass=1,
-        stiffness=1e4,
-        damping=0.5,
-        contact_stiffness=1e4,
-        friction_coefficient=0.5,
-        normal_load=3,
-    )
+    blade = one_blade()
     problem = sh.HarmonicBalance(blade, sh.forces.PointForce(amplitude=1.0), (1, 3, 5))
     curve = sh.frf(problem, (15, 25), stability=True)
     assert curve.stability.values.tolist() == [1] * curve.sizes["point"]

@@ -9,6 +9,7 @@ from scipy.optimize import brentq
 
 import symhbm as sh
 from tests.continuation.test_branch_points import DAMPING, GAMMA, TURN, pair, pitchforks
+from tests.problems import duffing
 
 CHANGES = ("period doubling", "Neimark-Sacker", "symmetry breaking", "change of stability")
 
@@ -89,14 +90,13 @@ def followed(problem, band, **options):
         return sh.frf(problem, tuple(edge / TURN for edge in band), **options)
 
 
-def duffing(force, damping, harmonics):
-    model = sh.Model([[1.0]], [[damping]], [[1.0]], contacts=[(0,)], cubic_stiffness=1.0)
-    return sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=force), harmonics)
+def stiffening(force, damping, harmonics):
+    return duffing(harmonics, damping, 1.0, force)
 
 
 def test_period_doubling():
     """On the motions of a Duffing oscillator with a mean, which branch off the odd ones."""
-    path = followed(duffing(25.0, 0.2, range(16)), (2.5, 1.3))
+    path = followed(stiffening(25.0, 0.2, range(16)), (2.5, 1.3))
     assert not changes_of(path)
     branch = sh.other_branches(path).isel(branch=1)
     motion = Motion(
@@ -159,8 +159,8 @@ def test_a_law_of_velocity():
 
 def test_odd_motions_lose_their_symmetry_where_even_harmonics_branch_off():
     """A multiplier of the half period that odd harmonics alone do not balance."""
-    odd = followed(duffing(10.0, 0.1, range(1, 20, 2)), (2.5, 1.0))
-    whole = followed(duffing(10.0, 0.1, range(20)), (2.5, 1.0))
+    odd = followed(stiffening(10.0, 0.1, range(1, 20, 2)), (2.5, 1.0))
+    whole = followed(stiffening(10.0, 0.1, range(20)), (2.5, 1.0))
     found = changes_of(odd)
     assert [kind for kind, _ in found] == ["symmetry breaking"]
     at = odd.frequency.values[found[0][1]]
@@ -216,7 +216,7 @@ def test_friction_that_ends_flutter():
 
 @pytest.mark.parametrize("options", [dict(keep=["event_kind"]), dict(at=[0.2, 0.21])])
 def test_changes_are_of_paths_whose_stability_is_told(options):
-    problem = duffing(10.0, 0.1, (1, 3, 5))
+    problem = stiffening(10.0, 0.1, (1, 3, 5))
     assert not {*followed(problem, (2.5, 1.0), **options).event_kind.values} & {*CHANGES}
     assert changes_of(followed(problem, (2.5, 1.0)))
 

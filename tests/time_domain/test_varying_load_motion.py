@@ -13,7 +13,6 @@ import symhbm as sh
 from studies import fig03_single_blade as fig03
 from symhbm.numerics import FourierBasis
 from symhbm.time_domain.event_march import march
-from symhbm.time_domain.exact_motion import exact_motion
 from symhbm.time_domain.linear_motion import LinearMotion
 from symhbm.time_domain.motion import shoot
 from symhbm.time_domain.normal_springs import APART, STICK
@@ -490,15 +489,3 @@ def test_dataset():
     again = sh.periodic_motion(problem, 18.0, start=data, throw=True)
     np.testing.assert_allclose(again.amplitude, data.amplitude, rtol=1e-12)
     assert "normal_force" not in sh.periodic_motion(fig03.problem(), 18.0)
-
-
-@pytest.mark.slow
-def test_a_start_far_away():
-    """Newton's method comes to the only motion at this frequency from random states."""
-    problem, motion = found("two-way, 18 Hz")
-    rng = np.random.default_rng(2)
-    for _ in range(4):
-        start = np.concatenate([1e-2 * rng.normal(size=4), rng.normal(size=1)])
-        other = exact_motion(problem, motion.frequency, start)
-        assert other.converged
-        np.testing.assert_allclose(other.amplitude, motion.amplitude, rtol=1e-9)
