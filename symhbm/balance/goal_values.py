@@ -69,7 +69,7 @@ class _Expression:
                 found.append(kernel(motions[:, j], travel, at.frequency, packed, events[:, j])[0])
         n_dof = len(equations.dofs)
         coefficients = ca.reshape(symbol["unknowns"], basis.n_components, n_dof)
-        at = Solution(basis, coefficients, symbol["frequency"], parameters, contacts)
+        at = Solution(problem.model, basis, coefficients, symbol["frequency"], parameters, contacts)
         value = ca.SX(goal.value(at))
         symmetry = problem.symmetry if goal.additive else None
         value *= 1 if symmetry is None else symmetry.n_sectors

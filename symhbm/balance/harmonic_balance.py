@@ -131,7 +131,7 @@ class HarmonicBalance:
         if (stored := model.stored_matrices) is not None:
             _check_entries(model, stored)
             _advise(model, stored)
-        _check_peaks_of(peaks_of, model)
+        _check_peaks_of(peaks_of, model, basis.harmonics)
         given = model, excitation, basis, samples, symmetry
         by_sector = check.flag("by_sector", by_sector)
         self._set(*given, {}, None, frozenset(), peaks_of, by_sector)
@@ -365,7 +365,7 @@ class HarmonicBalance:
         Raises KeyError for another name; TypeError, ValueError or KeyError for a goal that the
         model does not have.
         """
-        _check_peaks_of(peaks_of, self.model)
+        _check_peaks_of(peaks_of, self.model, self.harmonics)
         return self._copy(peaks_of=peaks_of)
 
     def with_by_sector(self, by_sector: bool) -> "HarmonicBalance":
@@ -685,11 +685,11 @@ class HarmonicBalance:
         return as_table("HarmonicBalance", rows + rows_of(self.model))
 
 
-def _check_peaks_of(peaks_of: Any, model: Structure) -> None:
+def _check_peaks_of(peaks_of: Any, model: Structure, harmonics: tuple[int, ...]) -> None:
     """Raise TypeError, ValueError or KeyError for what peaks are not of, naming it."""
     if isinstance(peaks_of, Goal):
         try:
-            peaks_of.check(model)
+            peaks_of.check(model, harmonics)
         except (KeyError, TypeError, ValueError) as error:
             raise type(error)(f"peaks_of: {error.args[0]}") from None
     elif peaks_of is not None:

@@ -5,13 +5,12 @@ from typing import Any, ClassVar
 
 import casadi as ca
 
-from symhbm.balance.goals.goal import ContactSymbols, Goal, Solution
-from symhbm.model import Structure
-from symhbm.numerics import check
+from symhbm.balance.goals.goal import ContactSymbols
+from symhbm.balance.goals.of_contacts import OfContacts
 
 
 @dataclass(frozen=True, repr=False)
-class Dissipation(Goal):
+class Dissipation(OfContacts):
     """Energy that contacts dissipate per cycle [J]: of a group, of all, or of one of a group.
 
     Attributes
@@ -37,33 +36,8 @@ class Dissipation(Goal):
     array([0.000951, 0.001636])
     """
 
-    group: str | None = None
-    contact: int | None = None
     units: ClassVar[str] = "J"
     meaning: ClassVar[str] = "energy dissipated by contacts per cycle"
-
-    @property
-    def additive(self) -> bool:  # type: ignore[override]
-        """That of all contacts is a sum over sectors."""
-        return self.contact is None
-
-    def check(self, model: Structure) -> None:
-        """Raise KeyError, TypeError or ValueError for contacts that there are not."""
-        sizes = {group.name: group.n for group in model.groups}
-        if self.group is not None:
-            check.known(self.group, sizes, "group of contacts")
-        elif self.contact is not None:
-            raise ValueError(f"{self!r}: expected the group that the contact is one of")
-        if self.group is not None and self.contact is not None:
-            check.integer("contact", self.contact, 0, sizes[self.group] - 1)
-
-    def value(self, at: Solution) -> Any:
-        """The sum of what each contact dissipates."""
-        chosen = [self.group] if self.group is not None else [*at.contacts]
-        contacts = [one for name in chosen for one in at.contacts[name]]
-        if self.contact is not None and contacts:
-            contacts = [contacts[self.contact]]
-        return sum((self.of(one) for one in contacts), ca.SX(0))
 
     def of(self, contact: ContactSymbols) -> Any:
         """What one contact adds: the work of its force, the integral of ``f dy`` over a period."""

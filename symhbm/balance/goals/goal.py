@@ -46,6 +46,8 @@ class Solution(NamedTuple):
 
     Attributes
     ----------
+    model
+        The structure.
     basis
         The harmonic set, of ``K`` components.
     coefficients : (K, n_dof)
@@ -70,6 +72,7 @@ class Solution(NamedTuple):
     ...         return at.frequency**2 * ca.sumsqr(rate) / 2
     """
 
+    model: Structure
     basis: FourierBasis
     coefficients: Any
     frequency: Any
@@ -118,7 +121,7 @@ class Goal(Record, ABC):
     def value(self, at: Solution) -> Any:
         """The goal of a solution, as one CasADi expression."""
 
-    def check(self, model: Structure) -> None:
+    def check(self, model: Structure, harmonics: tuple[int, ...]) -> None:
         """Raise KeyError, TypeError or ValueError where a structure has no such goal."""
         return
 

@@ -43,9 +43,9 @@ class SlipDistance(Dissipation):
     units: ClassVar[str] = "m"
     meaning: ClassVar[str] = "path that contacts slip per cycle"
 
-    def check(self, model: Structure) -> None:
+    def check(self, model: Structure, harmonics: tuple[int, ...]) -> None:
         """As of the energy, and TypeError for contacts without a constant limit."""
-        super().check(model)
+        super().check(model, harmonics)
         chosen = [group for group in model.groups if self.group in (None, group.name)]
         slip = [
             group
