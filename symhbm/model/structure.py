@@ -259,9 +259,9 @@ class Structure(Record, ABC):
 
     def with_contacts(self, **groups: Any) -> Self:
         """Return a copy with these groups of contacts, as `symhbm.Contacts`, and no others."""
-        stored = {n: v for n, v in vars(self).items() if n not in self.contact_parameters}
+        apart = {*CACHED, *self.contact_parameters}
         other = object.__new__(type(self))
-        other._store(**{name: value for name, value in stored.items() if name not in CACHED})
+        other._store(**{name: value for name, value in vars(self).items() if name not in apart})
         other._set_contacts(groups)
         return other
 
@@ -346,7 +346,7 @@ class Structure(Record, ABC):
         """What a parameter of a structure or an excitation is."""
         return self.records.get(name) or PARAMETERS[name]
 
-    @property
+    @cached_property
     def contact_parameters(self) -> tuple[str, ...]:
         """Names of the parameters of the contacts."""
         return tuple(name for group in self.groups for name in group.parameters.values())
@@ -840,7 +840,7 @@ class PlacesAlone(Structure):
 
 DENSE = "_of_matrices"
 """Where a structure keeps what is made of its matrices."""
-CACHED = {"contact_rows", "directions", "records", DENSE}
+CACHED = {"contact_parameters", "contact_rows", "directions", "records", DENSE}
 """Attributes that are computed from the others."""
 _BESIDE = {"contacts", "row_ends", "groups", "outputs"}
 """What archives hold of a structure beside its record."""
