@@ -27,7 +27,7 @@ from symhbm.model.parameters import (
 )
 from symhbm.model.places import Place, Places, next_sector, number_of
 from symhbm.model.plausibility import DOUBT, warn_of_doubts
-from symhbm.model.sectors import Symmetry, find_symmetry
+from symhbm.model.sectors import find_symmetry
 from symhbm.model.shown import as_table, rows_of
 from symhbm.model.structure import (
     Matrices,
@@ -35,6 +35,7 @@ from symhbm.model.structure import (
     Structure,
     weighted,
 )
+from symhbm.model.symmetry import Symmetry
 
 __all__ = [
     "BLADE_PARAMETERS",

@@ -1,125 +1,22 @@
 """What an engine order tells of structures: sectors that move alike, and the speed of rotation.
 
-A tuned disk under an engine order answers with a travelling wave: each sector repeats the motion of
-the one before it a share of the period later, so that one of them tells all. The response with
-constant normal loads is unique, hence as symmetric as structure and force are, for any harmonics.
 The speed is ``Omega = omega / order``.
 """
 
 from collections import defaultdict
-from dataclasses import dataclass
-from functools import cached_property, partial
+from functools import partial
 from typing import Any
 
 import numpy as np
-import scipy.sparse as sp
-from numpy.typing import NDArray
 
 from symhbm.model.contacts import renumbered
 from symhbm.model.excitation import Excitation
 from symhbm.model.structure import Structure
+from symhbm.model.symmetry import Symmetry
 from symhbm.numerics import FloatArray, FourierBasis
 
 _ROUND_OFF = 1e-14
 """Of the cosines and sines of a travelling wave, relative to its amplitude."""
-
-
-@dataclass(frozen=True)
-class Symmetry:
-    """Sectors of a structure, the first of which holds the degrees of freedom 0 to ``n_dof - 1``.
-
-    Each of the ``n_sectors`` lags the one before it by ``lag`` turns over their number.
-    ``contact_sector`` (n_contacts,) tells in which sector each contact of the whole structure is,
-    ``contact_place`` (n_contacts,) which of that sector's it is.
-    """
-
-    n_sectors: int
-    n_dof: int
-    lag: int
-    contact_sector: tuple[int, ...]
-    contact_place: tuple[int, ...]
-
-    @property
-    def dof_sector(self) -> NDArray[np.intp]:
-        """The sector of each degree of freedom of the whole structure, (n_dof of all,)."""
-        return np.repeat(np.arange(self.n_sectors), self.n_dof)
-
-    @cached_property
-    def contacts(self) -> NDArray[np.intp]:
-        """The contacts of the first sector."""
-        first = np.flatnonzero(np.array(self.contact_sector, dtype=int) == 0)
-        return first[np.argsort(np.array(self.contact_place, dtype=int)[first])]
-
-    def images(self, contact: int) -> NDArray[np.intp]:
-        """The contacts of all sectors that are alike to one of the first."""
-        return np.flatnonzero(np.array(self.contact_place) == contact)
-
-    def wave(self, harmonic: int) -> int:
-        """Turns over the number of sectors by which each lags in one harmonic."""
-        return self.lag * harmonic % self.n_sectors
-
-    def expansion(self, basis: FourierBasis) -> sp.csr_array:
-        """Coefficients of all degrees of freedom from those of the first sector, all flattened."""
-        size, sector = basis.n_components, self.dof_sector
-        rows, columns, values = [], [], []
-        for harmonic in basis.harmonics:
-            turns = self.wave(harmonic) * sector % self.n_sectors / self.n_sectors
-            cosine, sine = np.cos(2 * np.pi * turns), np.sin(2 * np.pi * turns)
-            at = [basis.component(harmonic)]
-            entries = [(0, 0, cosine)]
-            if harmonic:
-                at.append(basis.component(harmonic, sine=True))
-                entries += [(0, 1, -sine), (1, 0, sine), (1, 1, cosine)]
-            for row, column, value in entries:
-                rows.append(np.arange(len(sector)) * size + at[row])
-                columns.append(np.arange(len(sector)) % self.n_dof * size + at[column])
-                values.append(value)
-        entry = np.concatenate(rows), np.concatenate(columns)
-        shape = len(sector) * size, self.n_dof * size
-        result = sp.csr_array((np.concatenate(values), entry), shape=shape)
-        result.eliminate_zeros()
-        return result
-
-    def phases(self, wave: int) -> sp.csr_array:
-        """``a - i b`` of all degrees of freedom from that of the first sector, in a `wave`."""
-        sector = self.dof_sector
-        turns = wave * sector % self.n_sectors / self.n_sectors
-        entry = np.arange(len(sector)), np.arange(len(sector)) % self.n_dof
-        shape = len(sector), self.n_dof
-        return sp.csr_array((np.exp(-2j * np.pi * turns), entry), shape=shape)
-
-    def spread_contacts(self, values: np.ndarray) -> np.ndarray:
-        """Values (n_contacts of one sector, ...) of all contacts."""
-        return values[np.array(self.contact_place, dtype=int)]
-
-    def contact_lags(self) -> FloatArray:
-        """Angle by which each contact of the whole structure lags that of the first sector."""
-        sector = np.array(self.contact_sector, dtype=int)
-        return 2 * np.pi * (self.lag * sector % self.n_sectors) / self.n_sectors
-
-    def own_of_dofs(self, name: str, values: FloatArray) -> FloatArray:
-        """The first sector's values of a parameter of all dofs; ValueError where they differ."""
-        chosen = values[: self.n_dof]
-        return self._checked(name, values, chosen, np.tile(chosen, self.n_sectors))
-
-    def own_of_contacts(
-        self, name: str, values: FloatArray, contacts: NDArray[np.intp]
-    ) -> FloatArray:
-        """The first sector's values of a parameter of some ``contacts``; ValueError as above."""
-        everywhere = np.full(len(self.contact_place), np.nan)
-        everywhere[contacts] = values
-        chosen = everywhere[self.contacts]
-        spread = self.spread_contacts(chosen)[contacts]
-        return self._checked(name, values, chosen[np.isin(self.contacts, contacts)], spread)
-
-    def _checked(
-        self, name: str, values: FloatArray, chosen: FloatArray, spread: FloatArray
-    ) -> FloatArray:
-        if not np.array_equal(spread, values):
-            raise ValueError(
-                f"{name}: expected the same values in each of {self.n_sectors} sectors"
-            )
-        return chosen
 
 
 def find_symmetry(model: Structure, excitation: Excitation, basis: FourierBasis) -> Symmetry | None:
