@@ -82,6 +82,15 @@ class Driven(sh.laws.Coulomb):
 OWN_LAWS = [Coupled(), Driven()]
 
 
+def rub(contact_stiffness: Any, friction_coefficient: Any, normal_load: Any) -> dict[str, Any]:
+    """Values of friction under a constant load."""
+    return {
+        "contact_stiffness": contact_stiffness,
+        "friction_coefficient": friction_coefficient,
+        "normal_load": normal_load,
+    }
+
+
 def _friction(along: Any, **more: Any) -> sh.Contacts:
     return sh.Friction(tangential=along, **FRICTION | more)
 

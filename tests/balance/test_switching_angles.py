@@ -12,6 +12,8 @@ from symhbm.balance.switching_angles import SwitchingAngles
 from symhbm.continuation.angles.solvers import AngleStatus, solve_angles
 from symhbm.continuation.newton import ACCEPTED
 from symhbm.continuation.start import solve_point
+from tests.problems import rub
+from tests.quick import quick_first
 
 SOLVERS = ("newton", "rootfinder", "ipopt")
 HARMONICS = [(1,), (1, 3), (1, 3, 5)]
@@ -76,58 +78,6 @@ def reverses_while_slipping(problem, unknowns, contact=0):
     return bool(np.any(np.diff(wave[int(np.argmax(fallen)) :]) > 0))
 
 
-@pytest.mark.parametrize("harmonics", HARMONICS)
-@pytest.mark.parametrize("load", [0.5, 2.0, 5.0, 18.0])
-def test_blade_has_the_located_angles(load, harmonics):
-    problem, angles = study(fig03_single_blade, harmonics)
-    problem = problem.with_parameters(normal_load=load)
-    rng, slipped = np.random.default_rng(0), 0
-    for frequency in (14.0, 16.3, 19.5, 22.0, 26.0):
-        omega = TURN * frequency
-        located = solve_point(problem, omega)
-        start, slip = angles.start(problem, located.unknowns)
-        first = perturbed(angles, start, slip, 0.01, rng)
-        result = solve_angles(
-            problem, omega, "newton", located.unknowns, start=first, angles=angles
-        )
-        assert result.converged, (frequency, result.status)
-        assert result.applies.all()
-        assert_angles(result, located.evaluation)
-        slipped += slip.sum()
-    assert slipped >= 1
-
-
-@pytest.mark.parametrize("harmonics", HARMONICS)
-@pytest.mark.parametrize("load", [10.0, 100.0])
-@pytest.mark.parametrize(
-    ("order", "frequencies"),
-    [(1, (60.0, 66.0, 69.0, 77.0)), (3, (150.0, 211.4)), (6, (200.0, 316.5))],
-)
-def test_ring_has_the_located_angles_or_says_why_not(order, frequencies, load, harmonics):
-    problem, angles = study(fig08_engine_orders, harmonics)
-    problem = problem.with_parameters(engine_order=order, normal_load=load)
-    rng, slipped = np.random.default_rng(0), 0
-    for frequency in frequencies:
-        omega = TURN * frequency
-        located = solve_point(problem, omega)
-        start, slip = angles.start(problem, located.unknowns)
-        first = perturbed(angles, start, slip, 1e-3, rng)
-        result = solve_angles(
-            problem, omega, "newton", located.unknowns, start=first, angles=angles
-        )
-        slipped += slip.sum()
-        if slip.any() and reverses_while_slipping(problem, located.unknowns):
-            assert (order, load, frequency) == (1, 10.0, 66.0)
-            assert not result.converged
-            assert result.status == AngleStatus.DOES_NOT_APPLY
-            assert not result.applies.any()
-            assert np.all(np.isnan(result.unknowns))
-        else:
-            assert result.converged, (frequency, result.status)
-            assert_angles(result, located.evaluation)
-    assert slipped >= 13
-
-
 @pytest.mark.parametrize("harmonics", [(1, 3), (1, 3, 5)])
 @pytest.mark.parametrize("solver", SOLVERS)
 def test_motion_that_reverses_while_slipping_is_refused(solver, harmonics):
@@ -152,17 +102,20 @@ def random_problem(rng, n_blades, harmonics):
         mass=each["mass"],
         stiffness=1e4 * each["stiffness"],
         damping=rng.uniform(0.3, 3, n_blades),
-        contact_stiffness=10 ** rng.uniform(3.5, 6.5) * each["kd"],
-        friction_coefficient=rng.uniform(0.3, 0.7, n_blades),
-        normal_load=10 ** rng.uniform(-1.5, 1) * each["load"],
+        **rub(
+            10 ** rng.uniform(3.5, 6.5) * each["kd"],
+            rng.uniform(0.3, 0.7, n_blades),
+            10 ** rng.uniform(-1.5, 1) * each["load"],
+        ),
     )
     return problem.with_parameters(**values), angles
 
 
-def test_three_solvers_agree_on_random_problems():
+@pytest.mark.parametrize("count", quick_first([48, 200], 1))
+def test_three_solvers_agree_on_random_problems(count):
     rng = np.random.default_rng(2013)
     converged, applied, slipped, worked = dict.fromkeys(SOLVERS, 0), 0, 0, []
-    for number in range(200):
+    for number in range(count):
         n_blades, harmonics = (1, 3, 4, 5)[number % 4], HARMONICS[number // 4 % 3]
         problem, angles = random_problem(rng, n_blades, harmonics)
         omega = TURN * rng.uniform(4, 40)
@@ -194,10 +147,10 @@ def test_three_solvers_agree_on_random_problems():
         good = [result.unknowns for result in results if result.converged]
         for other in good[1:]:
             assert np.linalg.norm(other - good[0]) <= 1e-9 * size
-    # Measured: the form applies to 194, 141 slip, 194, 194 and 193 converge.
-    assert slipped >= 130
-    assert applied >= 190
-    assert min(converged.values()) >= 190
+    # Measured of 200: the form applies to 194, 141 slip, 194, 194 and 193 converge.
+    assert slipped >= 0.65 * count
+    assert applied >= 0.95 * count
+    assert min(converged.values()) >= 0.95 * count
     assert min(worked) >= 1
     assert np.median(worked) >= 3
 

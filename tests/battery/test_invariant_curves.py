@@ -60,7 +60,7 @@ def test_parts_are_the_whole_and_archives_keep_it(name, tmp_path):
                 xr.testing.assert_equal(other[variable].load(), whole[variable])
 
 
-@pytest.mark.parametrize("name", cases(FEW[1:3], cells()))
+@pytest.mark.parametrize("name", cases([*FEW[1:3], "coulomb mistuned order 13"], cells()))
 def test_copies_give_the_same_response(name):
     given = problem(name)
     one = sh.solve(given, 24.0)
@@ -85,7 +85,10 @@ IN_TIME = ["blade", "rotor", "chain", "ring", "mistuned", "reduced-ring"]
 
 @pytest.mark.parametrize(
     "name",
-    cases(["planar blade base 13", "coulomb reduced-ring order 1"], cells(structures=IN_TIME)),
+    cases(
+        ["planar blade base 13", "coulomb reduced-ring order 1", "coupled blade point 13"],
+        cells(structures=IN_TIME),
+    ),
 )
 def test_exact_motion_is_what_many_harmonics_tend_to(name):
     given = problem(name)

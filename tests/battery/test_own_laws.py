@@ -1,4 +1,4 @@
-"""Laws of users under random motions: their forces by sums over samples of the period."""
+"""Polynomials and laws of users: forces of random motions by sums over samples of the period."""
 
 import numpy as np
 import pytest
@@ -28,16 +28,23 @@ def own(values, u, v, rates):
     return [values["hardening"] * u**3 + values["loss"] * rates, np.zeros(len(v))]
 
 
-@pytest.mark.parametrize(("law", "error"), [("coupled", 1e-12), ("own", 1e-12), ("driven", 1e-5)])
+@pytest.mark.parametrize(
+    ("law", "error"), [("cubic", 1e-12), ("coupled", 1e-12), ("own", 1e-12), ("driven", 1e-5)]
+)
+@pytest.mark.parametrize("harmonics", ["1", "13", "0123"])
 @pytest.mark.parametrize("size", [1e-4, 1e-3])
-def test_forces_of_random_motions(law, error, size):
-    given = problem(f"{law} blade point 13")
+def test_forces_of_random_motions(law, error, harmonics, size):
+    given = problem(f"{law} blade point {harmonics}")
     basis = given.basis
     motion = size * np.random.default_rng(5).normal(size=(3, basis.n_components))
     angle = 2 * np.pi * np.arange(SAMPLES) / SAMPLES
     shapes, rates = np.zeros((2, basis.n_components, SAMPLES))
+    share = np.full(basis.n_components, 2 / SAMPLES)
     for n in basis.harmonics:
         shapes[basis.component(n)] = np.cos(n * angle)
+        if n == 0:
+            share[basis.component(n)] /= 2
+            continue
         shapes[basis.component(n, sine=True)] = np.sin(n * angle)
         rates[basis.component(n)] = -n * OMEGA * np.sin(n * angle)
         rates[basis.component(n, sine=True)] = n * OMEGA * np.cos(n * angle)
@@ -45,9 +52,11 @@ def test_forces_of_random_motions(law, error, size):
     u, v = motion[:2] @ shapes
     if law == "own":
         forces = own(values, u, v, motion[0] @ rates)
+    elif law == "cubic":
+        forces = [values["cubic_stiffness"] * u**3, np.zeros(SAMPLES)]
     else:
         forces = {"coupled": coupled, "driven": driven}[law](values, u, v)
-    expected = np.array(forces) @ shapes.T * 2 / SAMPLES
+    expected = np.array(forces) @ shapes.T * share
     without = sh.HarmonicBalance(blade("none"), given.excitation, given.harmonics)
     with_law, alone = (p.evaluate(motion.ravel(), OMEGA).residual for p in (given, without))
     found = (with_law - alone).reshape(motion.shape)

@@ -25,7 +25,8 @@ SAME = {
 """Structures whose motion is that of another one, at the places they keep."""
 QUICK = [
     "varying ring static 0123", "planar ring order 13", "pressed reduced static 0123",
-    "planar reduced-ring order 13", "own condensed base 13", "stop condensed-sector order 0123",
+    "planar reduced-ring order 13", "own condensed base 13", "coulomb condensed static 0123",
+    "stop condensed-sector order 0123",
 ]  # fmt: skip
 
 
@@ -40,11 +41,22 @@ def test_structures_that_move_alike(name):
         own = reduced(law, 300.0) if structure == "reduced-ring" else given.model
         kept = own.kept if structure.startswith("reduced") else given.model.dofs
         found, expected = found[: len(kept)], expected[np.asarray(kept)]
-    np.testing.assert_allclose(found, expected, atol=2e-8 * np.abs(expected).max())
+    size = np.abs(expected).max()
+    np.testing.assert_allclose(found, expected, atol=2e-8 * size)
+    if structure.startswith("condensed"):
+        everywhere = sh.datasets.recover(given, sh.solve(given, 24.0))
+        assert everywhere.residual_norm < 1e-10
+        kept = other.model.kept if structure == "condensed-sector" else slice(None)
+        whole = everywhere.coefficient.values[kept]
+        np.testing.assert_allclose(whole, solved(other), atol=1e-8 * size)
 
 
 @pytest.mark.parametrize(
-    "name", cases(["pressed sector static 0123"], cells(structures=["sector", "turning"]))
+    "name",
+    cases(
+        ["pressed sector static 0123", "coulomb turning order 13"],
+        cells(structures=["sector", "turning"]),
+    ),
 )
 def test_sector_and_the_ring_assembled_from_all(name):
     """All matrices and forces of the ring from those of the sector, by the test itself."""

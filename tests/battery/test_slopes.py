@@ -1,4 +1,4 @@
-"""The Jacobian of every cell is the difference of its residuals."""
+"""Slopes of every cell, by unknowns, frequency and parameters, are differences of its residuals."""
 
 import numpy as np
 import pytest
@@ -35,3 +35,23 @@ def test_jacobian_is_the_slope_of_the_residual(name):
     np.testing.assert_allclose(
         turned, by_frequency, rtol=1e-4, atol=2e-5 * np.abs(by_frequency).max()
     )
+
+
+@pytest.mark.parametrize("name", cases(QUICK, cells()))
+def test_slopes_by_parameters(name):
+    given, omega = problem(name), 2 * np.pi * 24.0
+    rng = np.random.default_rng(8)
+    at = 3e-4 * rng.normal(size=given.n_unknowns)
+    inputs, level = given.arguments(at, omega), given.evaluate(at, omega).magnitude
+    for parameter in given.differentiable:
+        value = np.array(given.parameters[parameter], dtype=float)
+        direction = rng.uniform(0.5, 1.0, value.shape)
+        step = 1e-6 * (np.abs(value).max() or 1.0)
+        up, down = (
+            given.with_parameters(**{parameter: value + way * step * direction}) for way in (1, -1)
+        )
+        change = up.evaluate(at, omega).residual - down.evaluate(at, omega).residual
+        slope = given.derivative(parameter)(**inputs)["jacobian"].full() @ direction.ravel()
+        np.testing.assert_allclose(
+            change, 2 * step * slope, rtol=1e-4, atol=1e-14 * level, err_msg=parameter
+        )

@@ -17,6 +17,8 @@ from symhbm.continuation.newton import ACCEPTED
 from symhbm.continuation.problem import FrequencyProblem, ParameterProblem
 from symhbm.continuation.start import solve_point
 from symhbm.continuation.status import Status
+from tests.problems import rub
+from tests.quick import quick_first
 
 SOLVERS = ("newton", "rootfinder", "ipopt")
 TURN = 2 * np.pi
@@ -88,27 +90,13 @@ def test_blade_of_figure_3(harmonics, solver):
     assert not np.isnan(path.theta_star.where(slips, 0)).any()
 
 
-@pytest.mark.parametrize("solver", SOLVERS)
+@pytest.mark.parametrize("solver", quick_first(SOLVERS, 1))
 def test_ring_where_every_false_point_converges(solver):
     path, reference, grid, distance = compared(ring((1, 3)), (60, 90), solver)
     assert_same(path, reference)
     assert int(path.n_sectors) == 13
     assert grid.converged.all()
     assert float(distance.max()) <= AGREEMENT
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("solver", SOLVERS)
-@pytest.mark.parametrize("harmonics", [(1,), (1, 3, 5)])
-def test_all_of_figures_3_and_8(harmonics, solver):
-    for problem, band, over in (
-        (blade(harmonics), (10, 30), {"normal_load": fig03_single_blade.NORMAL_LOADS}),
-        (ring(harmonics), (50, 350), {"engine_order": [1, 3, 6]}),
-    ):
-        path, reference, grid, distance = compared(problem, band, solver, over, n=201)
-        assert_same(path, reference)
-        assert grid.converged.all()
-        assert float(distance.max()) <= AGREEMENT
 
 
 @pytest.mark.parametrize(
@@ -279,9 +267,7 @@ def test_problems_that_the_form_cannot_be_written_for():
         1e-4 * chain,
         chain,
         contacts=[(0,)],
-        contact_stiffness=1e4,
-        friction_coefficient=0.5,
-        normal_load=1,
+        **rub(1e4, 0.5, 1),
     )
     force = sh.forces.PointForce(place=0)
     small = sh.HarmonicBalance(sh.condense(model, force, (5, 20)), force)

@@ -5,6 +5,7 @@ one such oscillator, whose responses are roots of a cubic. Motions that differ b
 equations of a small difference are singular. Beside that all solutions are looked for at random.
 """
 
+from functools import cache
 from types import SimpleNamespace
 
 import numpy as np
@@ -63,6 +64,7 @@ def pitchforks(force, coupling):
     return np.sort(frequencies)
 
 
+@cache
 def all_solutions(omega, force, coupling, difference=0.0, harmonics=1, n_starts=400):
     """All amplitudes (n, 2) that random starts lead to, by equations of its own."""
     stiffness = np.array([[1 + coupling, -coupling], [-coupling, 1 + coupling + difference]])

@@ -1,5 +1,7 @@
 """The compiled corrector: the same solutions as step by step, in few linear solves."""
 
+from itertools import pairwise
+
 import casadi as ca
 import numpy as np
 import pytest
@@ -19,21 +21,10 @@ from symhbm.continuation.segment import measure
 from symhbm.numerics import machine_code
 from symhbm.numerics.compiled import Compiled
 from symhbm.peaks.survey import sector_of
+from tests.designs import blade, ring
+from tests.problems import rub
 
 TURN = 2 * np.pi
-
-
-def ring(load=10.0, harmonics=(1,)):
-    disk = sh.bladed_disk(
-        13,
-        mass=1,
-        stiffness=1e4,
-        damping=0.5,
-        contact_stiffness=1e6,
-        friction_coefficient=0.5,
-        normal_load=load,
-    )
-    return sh.HarmonicBalance(disk, sh.forces.EngineOrder(3, amplitude=1.0), harmonics)
 
 
 def mistuned(seed=1):
@@ -69,9 +60,7 @@ def condensed(harmonics=(1,)):
         damping,
         1e3 * chain,
         contacts=[(5,), (12, 13), (30,)],
-        contact_stiffness=2e3,
-        friction_coefficient=0.5,
-        normal_load=[1.0, 0.5, 2.0],
+        **rub(2e3, 0.5, [1.0, 0.5, 2.0]),
     )
     cosine = {1: np.where(np.arange(size) == 20, 30.0, 0.0)}
     if 0 in harmonics:
@@ -81,6 +70,35 @@ def condensed(harmonics=(1,)):
     return sh.HarmonicBalance(small, force, harmonics)
 
 
+def rubbing():
+    """Friction with the mean, odd and even harmonics."""
+    base = blade(normal_load=200)
+    force = sh.forces.PointForce(amplitude=100.0) + sh.forces.StaticLoad((20.0,))
+    return sh.HarmonicBalance(base.model, force, (0, 1, 2, 3))
+
+
+def several_harmonics():
+    stiffness = np.array([1.0, 1.1, 0.9, 1.05]) * 1e4
+    return ring(4, 1e5, 1, (1, 3), stiffness=stiffness, normal_load=3.0)
+
+
+def stiffening():
+    """Closed forms of contacts, and several responses at one frequency."""
+    return blade(force=20.0, cubic_stiffness=1e6, contact_stiffness=1e3)
+
+
+def opening():
+    """Contacts that open, and two displacements of one contact."""
+    law = sh.Friction(
+        tangential=[(0,)], normal=[(1,)], contact_stiffness=1e4, normal_stiffness=2e4,
+        friction_coefficient=0.4, normal_load=4.0, centrifugal_load=1e-3, engine_order=2,
+    )  # fmt: skip
+    matrices = np.eye(2), np.diag([2.0, 3.0]), np.array([[1e4, 1e3], [1e3, 2.25e4]])
+    model = sh.Model(*matrices, contacts={"shroud": law})
+    force = sh.forces.HarmonicForce(cosine={1: [1.0, 1.0]}, amplitude=15.0)
+    return sh.HarmonicBalance(model, force, (0, 1, 2, 3))
+
+
 PROBLEMS = {
     "blade": (fig03.problem, (10, 30)),
     "ring": (ring, (150, 280)),
@@ -88,7 +106,13 @@ PROBLEMS = {
     "mistuned": (mistuned, (150, 280)),
     "condensed": (condensed, (4, 8)),
     "condensed with a mean": (lambda: condensed((0, 1)), (4, 8)),
+    "rubbing": (rubbing, (12, 30)),
+    "several harmonics": (several_harmonics, (14, 60)),
+    "stiffening": (stiffening, (6, 40)),
+    "opening": (opening, (15, 45)),
 }
+LOCATED = "rubbing", "several harmonics", "stiffening", "opening"
+"""Whose events are located before the equations are evaluated."""
 
 
 def branch_of(name):
@@ -96,15 +120,37 @@ def branch_of(name):
     return follow_branch(FrequencyProblem(build()), (TURN * band[0], TURN * band[1]), 5000, False)
 
 
+def alike(one, other, scale, rough=1e-9):
+    """Whether both found the same solution, or none of them one."""
+    assert (one is None) == (other is None)
+    if one is None:
+        return 0
+    # Two iterations that differ by round-off end within the tolerance of the residual.
+    assert np.abs((one.point - other.point) / scale).max() < 1e-9
+    assert one.direction == pytest.approx(other.direction, abs=1e-7)
+    np.testing.assert_allclose(one.margins, other.margins, rtol=1e-8, atol=1e-8)
+    np.testing.assert_allclose(one.rate, other.rate, rtol=1e-5, atol=1e-6)
+    assert one.error == pytest.approx(other.error, rel=1e-6, abs=1e-10)
+    assert one.amplification == pytest.approx(other.amplification, rel=rough)
+    assert (one.sign, one.crosses) == (other.sign, other.crosses)
+    assert one.resonances_below == other.resonances_below
+    assert max(one.residual_norm, other.residual_norm) <= 1e-12
+    return 1
+
+
 @pytest.mark.parametrize("name", PROBLEMS)
-def test_a_compiled_correction_is_the_one_step_by_step(name):
+def test_corrections_are_those_step_by_step(name):
     """From guesses off the path and onto limits; both end on the curve to its tolerance."""
     branch = branch_of(name)
     curve = branch.curve
     fast, slow = corrector_of(curve), StepwiseCorrector(curve)
-    assert isinstance(fast, compiled.CompiledCorrector)
-    rng = np.random.default_rng(0)
-    compared = 0
+    if name == "stiffening":
+        fast = compiled.LocatedCorrector(curve)
+    kind = compiled.LocatedCorrector if name in LOCATED else compiled.CompiledCorrector
+    assert isinstance(fast, kind)
+    # The force of one blade of a sector, or the largest of all as they turn.
+    rough = 0.3 if name == "sector" else 1e-8
+    rng, compared, limits = np.random.default_rng(0), 0, 0
     for point in branch.points:
         scale = point.scale
         guess = point.state + scale * 1e-3 * rng.normal(size=len(scale))
@@ -116,50 +162,27 @@ def test_a_compiled_correction_is_the_one_step_by_step(name):
         if abs(point.margins[near]) < 0.1:
             constraints.append(AtLimit(curve, near, scale))
         for constraint in constraints:
-            one, other = (c.correct(guess, scale, constraint, point.switches) for c in (fast, slow))
-            assert (one is None) == (other is None)
-            if one is None or other is None:
-                continue
-            compared += 1
-            # Two iterations that differ by round-off end within the tolerance of the residual.
-            assert np.abs((one.point - other.point) / scale).max() < 1e-9
-            assert one.direction == pytest.approx(other.direction, abs=1e-5)
-            assert one.margins == pytest.approx(other.margins, abs=1e-8)
-            assert one.rate == pytest.approx(other.rate, rel=1e-4, abs=1e-4)
-            assert one.error == pytest.approx(other.error, rel=1e-6)
-            # The force of one blade of a sector, or the largest of all as they turn.
-            rough = 0.3 if name == "sector" else 1e-9
-            assert one.amplification == pytest.approx(other.amplification, rel=rough)
-            assert one.crosses == other.crosses
-            assert one.resonances_below == other.resonances_below
-            assert max(one.residual_norm, other.residual_norm) <= 1e-12
-        tangents = [
-            c.tangent(point.state, scale, point.after / scale, point.switches) for c in (fast, slow)
-        ]
-        assert tangents[0].direction == pytest.approx(tangents[1].direction, abs=1e-9)
-        assert tangents[0].rate == pytest.approx(tangents[1].rate, rel=1e-7, abs=1e-7)
+            both = [c.correct(guess, scale, constraint, point.switches) for c in (fast, slow)]
+            compared += alike(*both, scale, rough)
+        given = point.state, scale, point.after / scale, point.switches
+        alike(*(c.tangent(*given) for c in (fast, slow)), scale, rough)
+    for left, right in pairwise(branch.points):
+        for contact in np.flatnonzero(left.switches != right.switches).tolist():
+            guess = right.state + 1e-3 * right.scale * rng.normal(size=len(right.scale))
+            limit = AtLimit(curve, contact, right.scale)
+            given = guess, right.scale, limit, left.switches, 1e-8
+            limits += alike(*(c.correct(*given) for c in (fast, slow)), right.scale, rough)
     assert compared > len(branch.points)
+    assert limits > 0
     assert fast.solves == pytest.approx(slow.solves, rel=0.02)
 
 
-@pytest.mark.parametrize("name", ["blade", "ring", "sector", "mistuned"])
+@pytest.mark.parametrize("name", ["mistuned", "condensed", "condensed with a mean"])
 def test_resonances_below_are_counted(name):
-    """Sylvester's count of negative pivots against the modes themselves, cosine and sine."""
+    """The count alone against the modes themselves, computed one by one."""
     branch = branch_of(name)
     for point in branch.points:
         friction = branch.curve.problem.locate(point.unknowns, point.value, point.switches)
-        natural_modes = modes(branch.curve, point.unknowns, point.value, friction.switches)
-        assert natural_modes is not None
-        assert point.resonances_below == (np.count_nonzero(natural_modes.detuning < 0),)
-
-
-@pytest.mark.parametrize("harmonics", [(1,), (0, 1)])
-def test_modes_of_a_condensed_structure_are_counted(harmonics):
-    """The count alone against that of the modes, computed one by one."""
-    problem = condensed(harmonics)
-    branch = follow_branch(FrequencyProblem(problem), (4 * TURN, 8 * TURN), 5000, False)
-    for point in branch.points:
-        friction = problem.locate(point.unknowns, point.value, point.switches)
         natural_modes = modes(branch.curve, point.unknowns, point.value, friction.switches)
         assert natural_modes is not None
         assert point.resonances_below == (np.count_nonzero(natural_modes.detuning < 0),)
@@ -185,9 +208,7 @@ def test_large_rings_are_compiled_in_an_order_that_stays_sparse():
     for numbers in (np.arange(n), order):
         contact = sh.Friction(
             tangential=list(zip(numbers, np.roll(numbers, -1), strict=True)),
-            contact_stiffness=1e6,
-            friction_coefficient=0.5,
-            normal_load=loads,
+            **rub(1e6, 0.5, loads),
         )
         parts = (factor * sp.eye_array(n) for factor in (1.0, 0.5, 1e4))
         model = sh.Model(*parts, contacts={"friction": contact})
@@ -349,3 +370,14 @@ def test_slopes_of_many_segments_are_those_of_each():
         alone = estimated(segments.take([k]))
         for single, many in zip(alone[:4], together[:4], strict=True):
             np.testing.assert_array_equal(single[0], many[k])
+
+
+def test_a_force_that_is_no_number_is_told():
+    problem = rubbing()
+    curve = FrequencyProblem(problem)
+    corrector = corrector_of(curve)
+    assert isinstance(corrector, compiled.LocatedCorrector)
+    guess = np.full(problem.n_unknowns + 1, np.nan)
+    scale = np.ones(len(guess))
+    held = np.zeros(problem.n_contacts, dtype=bool)
+    assert corrector.correct(guess, scale, Hyperplane(guess, scale, scale), held) is None

@@ -3,6 +3,7 @@
 import numpy as np
 
 import symhbm as sh
+from tests.designs import ring
 
 
 def test_of_contacts_that_reach_their_limits_together_one_may_relieve_the_other():
@@ -10,16 +11,7 @@ def test_of_contacts_that_reach_their_limits_together_one_may_relieve_the_other(
 
     With a third contact of another load the ring is not symmetric beyond.
     """
-    ring = sh.bladed_disk(
-        3,
-        mass=1,
-        stiffness=1e4,
-        damping=0.5,
-        contact_stiffness=1e4,
-        friction_coefficient=0.5,
-        normal_load=[5, 5, 6],
-    )
-    problem = sh.HarmonicBalance(ring, sh.forces.EngineOrder(1))
+    problem = ring(3, 1e4, 1, normal_load=[5, 5, 6])
     up, down = (sh.frf(problem, band, throw=True) for band in [(10, 40), (40, 10)])
     told = [*zip(up.event_kind.values, up.event_contact.values, strict=True)]
     begins, ends = "onset of slip", "end of slip"

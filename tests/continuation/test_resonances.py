@@ -13,6 +13,8 @@ from symhbm.continuation.following import follow_branch
 from symhbm.continuation.problem import ContinuationProblem, FrequencyProblem, ParameterProblem
 from symhbm.numerics.arrays import negative_eigenvalues
 from symhbm.peaks.survey import sector_of
+from tests.designs import ring
+from tests.problems import rub
 
 TURN = 2 * np.pi
 SETS = [(1,), (0, 1), (1, 3), (2, 6), (0, 1, 2, 3), (1, 3, 5, 7, 9)]
@@ -74,9 +76,7 @@ def structure(rng, size, massless=False):
         10.0 ** rng.uniform(-3, 1) * damping,
         10.0 ** rng.uniform(2, 4) * stiffness,
         contacts=contacts,
-        contact_stiffness=10.0 ** rng.uniform(2, 5, 3),
-        friction_coefficient=rng.uniform(0, 1, 3),
-        normal_load=rng.choice([0.0, 1.0, 30.0], 3),
+        **rub(10.0 ** rng.uniform(2, 5, 3), rng.uniform(0, 1, 3), rng.choice([0.0, 1.0, 30.0], 3)),
         cubic_stiffness=0.0 if rng.random() < 0.7 else 1e6,
     )
 
@@ -132,9 +132,7 @@ def test_motions_without_inertia_add_none():
         np.zeros((2, 2)),
         np.array([[2e4, -1e4], [-1e4, 1e4]]),
         contacts=[(0,)],
-        contact_stiffness=1e4,
-        friction_coefficient=0.5,
-        normal_load=1e9,
+        **rub(1e4, 0.5, 1e9),
     )
     curve = FrequencyProblem(sh.HarmonicBalance(model, sh.forces.PointForce(), (1, 3)))
     unknowns = np.full(8, 1e-3)
@@ -144,23 +142,10 @@ def test_motions_without_inertia_add_none():
         assert counted(curve, np.append(unknowns, share * natural), friction)[0] == expected
 
 
-def ring(harmonics, load=10.0):
-    disk = sh.bladed_disk(
-        13,
-        mass=1,
-        stiffness=1e4,
-        damping=0.5,
-        contact_stiffness=1e6,
-        friction_coefficient=0.5,
-        normal_load=load,
-    )
-    return sh.HarmonicBalance(disk, sh.forces.EngineOrder(3, amplitude=1.0), harmonics)
-
-
 @pytest.mark.parametrize("harmonics", [(1,), (1, 3), (1, 3, 5, 7, 9)])
 def test_of_a_sector_the_waves_of_its_harmonics_are_counted(harmonics):
     """Of all motions of the whole ring those that turn as the harmonic does."""
-    problem = sector_of(ring(harmonics))
+    problem = sector_of(ring(harmonics=harmonics))
     symmetry = problem.symmetry
     assert symmetry is not None
     model, omegas = problem.model, TURN * np.linspace(5, 400, 60)
@@ -183,8 +168,11 @@ def test_of_a_sector_the_waves_of_its_harmonics_are_counted(harmonics):
 
 CURVES = {
     "blade": lambda: (FrequencyProblem(fig03.problem((1, 3, 5))), (10, 30)),
-    "sector": lambda: (FrequencyProblem(sector_of(ring((1, 3)))), (150, 280)),
-    "ring": lambda: (FrequencyProblem(ring((1, 3)).with_parameters(mass=MASSES)), (150, 220)),
+    "sector": lambda: (FrequencyProblem(sector_of(ring(harmonics=(1, 3)))), (150, 280)),
+    "ring": lambda: (
+        FrequencyProblem(ring(harmonics=(1, 3)).with_parameters(mass=MASSES)),
+        (150, 220),
+    ),
     "sampled": lambda: (
         FrequencyProblem(
             sh.HarmonicBalance(fig03.problem().model, sh.forces.PointForce(), (1, 3), 64)

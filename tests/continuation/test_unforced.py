@@ -4,6 +4,7 @@ from dataclasses import replace
 
 import numpy as np
 import pytest
+from closed_forms import OneBlade
 from scipy.optimize import minimize_scalar
 
 import symhbm as sh
@@ -113,14 +114,7 @@ def test_path_of_a_mode_follows_the_closed_form():
     points, n = mode_path((1,))
     assert len(points) < 50
     for point in points:
-        amplitude, limit = 10**point.value, 1.5
-        in_phase, quadrature = 1e4 * amplitude, 0.0
-        if amplitude > limit / 1e4:
-            angle = np.arccos(1 - 2 * limit / (1e4 * amplitude))
-            in_phase *= (angle - np.sin(2 * angle) / 2) / np.pi
-            quadrature = 4 * limit / np.pi * (1 - limit / (1e4 * amplitude))
-        frequency = np.sqrt(1e4 + in_phase / amplitude)
-        ratio = 0.5 / (2 * frequency) + quadrature / (2 * frequency**2 * amplitude)
+        frequency, ratio = OneBlade(1, 0.5, 1e4, 1e4, slip_limit=1.5).mode(10**point.value)
         np.testing.assert_allclose(point.state[n : n + 2], [frequency, ratio], rtol=1e-11)
     (onset,) = [point for point in points if point.events]
     assert onset.events[0].kind == "onset of slip"
@@ -186,9 +180,8 @@ def test_path_of_limit_cycles_goes_through_their_fold(damping, harmonics, low, h
 
 def closed_damping(amplitude):
     """Negative damping that friction balances under one harmonic [N s/m]."""
-    angle = np.arccos(1 - 2 * 1.5 / (1e4 * amplitude))
-    stiffness = 1e4 * (1 + (angle - np.sin(2 * angle) / 2) / np.pi)
-    return 4 * 1.5 * (amplitude - 1.5e-4) / (np.pi * np.sqrt(stiffness) * amplitude**2)
+    frequency, ratio = OneBlade(1, 0.0, 1e4, 1e4, slip_limit=1.5).mode(amplitude)
+    return 2 * ratio * frequency
 
 
 def test_phase_by_all_harmonics_gives_the_same_cycle():

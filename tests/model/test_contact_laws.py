@@ -4,7 +4,6 @@ import pickle
 from pathlib import Path
 
 import casadi as ca
-import matplotlib as mpl
 import numpy as np
 import pytest
 
@@ -12,6 +11,7 @@ import symhbm as sh
 from symhbm.model.contacts import Motions, graph_of
 from symhbm.numerics import RADIANS, FourierBasis
 from symhbm.results.archive import ArchiveError
+from tests.problems import rub
 
 
 class SoftStop(sh.laws.PolynomialLaw):
@@ -58,17 +58,13 @@ def pressed(harmonics=(1, 3), mass=4e-3, load=1.0):
     damper = sh.Contacts(
         PressedDamper(),
         [(0, 1)],
-        contact_stiffness=1e4,
-        friction_coefficient=0.3,
-        normal_load=load,
+        **rub(1e4, 0.3, load),
         damper_mass=mass,
     )
     root = sh.Contacts(
         sh.laws.Coulomb(),
         [(0,), (1,)],
-        contact_stiffness=4e3,
-        friction_coefficient=0.4,
-        normal_load=[30.0, 35.0],
+        **rub(4e3, 0.4, [30.0, 35.0]),
     )
     model = sh.Model(
         np.eye(2),
@@ -77,110 +73,6 @@ def pressed(harmonics=(1, 3), mass=4e-3, load=1.0):
         contacts={"damper": damper, "root": root},
     )
     return sh.HarmonicBalance(model, sh.forces.PointForce(), harmonics)
-
-
-PROBLEMS = {"stop": stopped, "damper": pressed}
-
-
-@pytest.mark.parametrize("harmonics", [(1,), (1, 3, 5), (0, 1, 2)])
-def test_coupled_force_against_samples(harmonics):
-    problem, rng = stopped(harmonics), np.random.default_rng(0)
-    unknowns = 1e-2 * rng.normal(size=problem.n_unknowns)
-    without = problem.with_parameters(stop_stiffness=0.0)
-    omega = 90.0
-    force = problem.evaluate(unknowns, omega).residual - without.evaluate(unknowns, omega).residual
-    tau = 2 * np.pi * np.arange(512) / 512
-    functions = problem.basis.values(tau)
-    x = functions @ problem.layout.coefficients(unknowns).T
-    sampled = 1e7 * (x**2).sum(axis=1, keepdims=True) * x
-    expected = 2 * np.pi / 512 * (functions * problem.basis.norm).T @ sampled
-    np.testing.assert_allclose(
-        problem.layout.coefficients(force), expected.T, rtol=1e-12, atol=1e-9
-    )
-
-
-@pytest.mark.parametrize("harmonics", [(1,), (1, 3, 5)])
-@pytest.mark.parametrize("kind", PROBLEMS)
-@pytest.mark.parametrize("size", [1e-4, 3e-3], ids=["stick", "slip"])
-def test_derivatives_against_differences(kind, harmonics, size):
-    problem, rng = PROBLEMS[kind](harmonics), np.random.default_rng(1)
-    unknowns, omega = size * rng.normal(size=problem.n_unknowns), 100.0
-    exact = problem.evaluate(unknowns, omega)
-
-    def residual(change, name):
-        if name == "unknowns":
-            return problem.evaluate(unknowns + change, omega).residual
-        if name == "frequency":
-            return problem.evaluate(unknowns, omega + change).residual
-        values = problem.with_parameters(**{name: problem.parameters[name] + change})
-        return values.evaluate(unknowns, omega).residual
-
-    def difference(name, step):
-        return (residual(step, name) - residual(-step, name)) / (2 * np.max(np.abs(step)))
-
-    along = rng.normal(size=problem.n_unknowns)
-    along /= np.abs(along).max()
-    level = np.abs(exact.residual).max()
-    np.testing.assert_allclose(
-        difference("unknowns", 1e-7 * along), exact.jacobian @ along, atol=1e-3 * level, rtol=1e-5
-    )
-    np.testing.assert_allclose(
-        difference("frequency", 1e-3), exact.by_parameter, atol=1e-7 * level, rtol=1e-6
-    )
-    for name in problem.differentiable:
-        inputs = problem.arguments(unknowns, omega)
-        slopes = np.asarray(problem.derivative(name)(**inputs)["jacobian"].full())
-        value = problem.parameters[name]
-        step = 1e-5 * float(np.max(np.abs(value)))
-        expected = slopes @ np.ones(np.size(value))
-        scale = level / float(np.max(np.abs(value)))
-        np.testing.assert_allclose(difference(name, step), expected, atol=1e-5 * scale, rtol=1e-5)
-
-
-@pytest.mark.parametrize("harmonics", [(1,), (1, 3)])
-@pytest.mark.parametrize("kind", PROBLEMS)
-def test_from_response_to_picture(kind, harmonics, tmp_path):
-    """Through every step without a line of the library that knows the law."""
-    problem = PROBLEMS[kind](harmonics)
-    swept, values = {
-        "stop": ("stop_stiffness", [1e6, 1e7]),
-        "damper": ("root.normal_load", [20.0, 40.0]),
-    }[kind]
-    laws = [SoftStop(), PressedDamper()]
-    response = sh.frf(problem, (10, 30), over={swept: values}, progress=False)
-    assert {str(status) for status in response.status.values} == {"the end of the band was reached"}
-    sh.save(response, tmp_path / "law.nc")
-    loaded = sh.load(tmp_path / "law.nc")
-    again = sh.datasets.rebuild(loaded.isel({swept: 0}), laws=laws)
-    assert again.parameters[swept] == pytest.approx(values[0])
-    point = loaded.isel({swept: 0, "peak": 0})
-    solved = sh.solve(again, float(point.peak_frequency))
-    amplitude = solved.amplitude.values[int(point.peak_dof)]
-    assert amplitude == pytest.approx(float(point.peak_amplitude), rel=1e-8)
-    verified = sh.verify(loaded, laws=laws, exact="none", progress=False)
-    assert verified.residual_stored.max() < 1e-9
-    assert verified.energy_error.max() < 1e-9
-    assert float(verified.contact_mismatch.max()) < 1e-9
-    slopes = sh.datasets.sensitivity(loaded, laws=laws)
-    name = {"stop": "stop_stiffness", "damper": "damper_mass"}[kind]
-    value = values[0] if name == swept else float(problem.parameters[name][0])
-    step = 1e-3 * value
-    ends = sh.frf(
-        problem.with_parameters(**{swept: values[0]}),
-        (10, 30),
-        over={name: [value - step, value + step]},
-        progress=False,
-    )
-    for of in ("peak_amplitude", "peak_frequency"):
-        for peak in range(int(response.n_peaks[0])):
-            exact = slopes[f"{of}_by_{name}"].isel({swept: 0, "peak": peak}).values
-            exact = exact[np.isfinite(exact)].ravel()
-            low, high = ends[of].values[:, peak]
-            assert exact.size >= 1
-            assert exact[0] == pytest.approx((high - low) / (2 * step), rel=2e-3, abs=1e-12)
-    for figure in (sh.plot.response(loaded), sh.plot.model(again)):
-        figure.savefig(tmp_path / "law.png")
-        mpl.pyplot.close(figure)
 
 
 def test_the_limit_of_a_damper_follows_its_speed():
@@ -224,9 +116,7 @@ def test_contacts_that_do_nothing_change_nothing(n_idle):
         "damper": sh.Contacts(
             sh.laws.Coulomb(),
             [(0, 1), (1, 2)],
-            contact_stiffness=2e4,
-            friction_coefficient=0.5,
-            normal_load=[1.0, 2.0],
+            **rub(2e4, 0.5, [1.0, 2.0]),
         ),
     }
     curves = []
@@ -290,50 +180,6 @@ def test_second_derivatives_say_what_a_law_does_not_tell():
         sh.datasets.sensitivity(response, laws=[WithoutCurvature()])
 
 
-@pytest.mark.parametrize("harmonics", [(1,), (1, 3)])
-def test_a_law_is_followed_in_its_own_parameter(harmonics):
-    problem = pressed(harmonics)
-    path = sh.follow(problem, "damper_mass", (1e-4, 2e-2), frequency=19.0, progress=False)
-    assert str(path.status.values) == "the end of the band was reached"
-    assert path.damper_mass.attrs["units"] == "kg"
-    assert path.event_kind.size >= 1
-    for i in (0, path.sizes["point"] // 2, -1):
-        point = path.isel(point=i)
-        there = problem.with_parameters(damper_mass=float(point.damper_mass))
-        expected = sh.solve(there, 19.0).amplitude.values
-        np.testing.assert_allclose(point.amplitude.values, expected, rtol=1e-9)
-
-
-def test_a_smooth_law_is_followed_in_its_own_parameter():
-    problem = stopped()
-    path = sh.follow(problem, "stop_stiffness", (1e6, 1e7), frequency=14.0, progress=False)
-    assert str(path.status.values) == "the end of the band was reached"
-    last = problem.with_parameters(stop_stiffness=float(path.stop_stiffness[-1]))
-    again = last.evaluate(sh_unknowns(last, path.isel(point=-1)), RADIANS * 14.0)
-    assert again.norm < 1e-10
-
-
-def sh_unknowns(problem, point):
-    """Stored coefficients as unknowns."""
-    values = point.coefficient.transpose("dof", "harmonic", "component").values
-    columns = [values[:, i, :] for i in range(len(problem.harmonics))]
-    return np.concatenate(columns, axis=1).ravel()
-
-
-def test_exact_motion_of_a_coupled_law():
-    """By shooting, against a balance of many harmonics."""
-    problem = stopped((1, 3, 5, 7, 9), stiffness=1e6)
-    motion = sh.periodic_motion(problem, 15.0)
-    assert bool(motion.converged)
-    expected = sh.solve(problem, 15.0).amplitude.values
-    np.testing.assert_allclose(motion.amplitude.values, expected, rtol=1e-6)
-    response = sh.frf(problem, (14, 15), stability=True, progress=False)
-    assert np.all(response.stability.values == 1)
-    largest = np.hypot(motion.multiplier_real, motion.multiplier_imag).max()
-    rate = float(response.growth_rate.values[-1])
-    assert float(np.log(largest) * 15.0) == pytest.approx(rate, rel=1e-3)
-
-
 def test_groups_are_the_short_form_with_names():
     """A ring whose contacts are in two groups, against the same in one."""
     rng = np.random.default_rng(2)
@@ -349,17 +195,13 @@ def test_groups_are_the_short_form_with_names():
     split = sh.Model(mass, damping, matrix, contacts=groups)
     order = [0, 2, 4, 1, 3, 5]
     for harmonics in ((1,), (1, 3)):
-        problems = [
-            sh.HarmonicBalance(m, sh.forces.EngineOrder(1), harmonics) for m in (whole, split)
-        ]
-        one, two = (sh.frf(problem, (12, 30), progress=False) for problem in problems)
-        assert int(one.linear_solves) == int(two.linear_solves)
-        # Points of a path lie where its predictions do, to the digits of their residuals.
-        np.testing.assert_allclose(two.frequency, one.frequency, rtol=1e-7)
         one, two = (
-            sh.frf(problem, (12, 30), at=np.linspace(12, 30, 37), progress=False)
-            for problem in problems
-        )
+            sh.frf(
+                sh.HarmonicBalance(model, sh.forces.EngineOrder(1), harmonics),
+                (12, 30), at=np.linspace(12, 30, 7), progress=False,
+            )
+            for model in (whole, split)
+        )  # fmt: skip
         np.testing.assert_allclose(two.amplitude, one.amplitude, rtol=1e-8)
         np.testing.assert_allclose(
             two.dissipation.values, one.dissipation.values[..., order], rtol=1e-6, atol=1e-12
@@ -451,98 +293,56 @@ def test_laws_are_equal_by_class_and_pickle():
     np.testing.assert_array_equal(one, two)
 
 
-@pytest.mark.parametrize(
-    ("make", "error", "text"),
-    [
-        (
-            lambda: sh.Contacts("Coulomb", [(0,)]),
-            TypeError,
-            "law='Coulomb': expected a",
-        ),
-        (lambda: sh.Contacts(SoftStop(), [(0,)]), ValueError, "tangential, normal, got 1"),
-        (lambda: sh.Contacts(sh.laws.Coulomb(), [(0,)]), ValueError, "expected a value"),
-        (
-            lambda: sh.Contacts(SoftStop(), [(0,)], [(0,)], stiffness=1.0),
-            KeyError,
-            "is no parameter of SoftStop",
-        ),
-        (
-            lambda: sh.Contacts(SoftStop(), [(0,)], [(0,), (1,)], stop_stiffness=1.0),
-            ValueError,
-            "expected as many in each direction",
-        ),
-        (
-            lambda: sh.Model([[1]], [[1]], [[1]], contacts={"a": [(0,)]}),
-            TypeError,
-            r"contacts\['a'\]",
-        ),
-        (
-            lambda: sh.Model(
-                [[1]],
-                [[1]],
-                [[1]],
-                contacts={"a": sh.Contacts(SoftStop(), [(0,)], [(1,)], stop_stiffness=1.0)},
-            ),
-            ValueError,
-            "from 0 to 0",
-        ),
-        (
-            lambda: sh.Model(
-                [[1]],
-                [[1]],
-                [[1]],
-                contacts={"a b": sh.Contacts(SoftStop(), [(0,)], [(0,)], stop_stiffness=1.0)},
-            ),
-            ValueError,
-            "'a b' is no name",
-        ),
-        (
-            lambda: sh.Model(
-                [[1]],
-                [[1]],
-                [[1]],
-                contacts={"a": sh.Contacts(SoftStop(), [(0,)], [(0,)], stop_stiffness=1.0)},
-                normal_load=3,
-            ),
-            ValueError,
-            "normal_load: expected the values of named groups",
-        ),
-    ],
-)
+def one_mass(contacts, **values):
+    return sh.Model([[1]], [[1]], [[1]], contacts=contacts, **values)
+
+
+def soft(*directions):
+    return sh.Contacts(SoftStop(), *directions, stop_stiffness=1.0)
+
+
+BAD = [
+    (lambda: sh.Contacts("Coulomb", [(0,)]), TypeError, "law='Coulomb': expected a"),
+    (lambda: sh.Contacts(SoftStop(), [(0,)]), ValueError, "tangential, normal, got 1"),
+    (lambda: sh.Contacts(sh.laws.Coulomb(), [(0,)]), ValueError, "expected a value"),
+    (
+        lambda: sh.Contacts(SoftStop(), [(0,)], [(0,)], stiffness=1.0),
+        KeyError,
+        "is no parameter of SoftStop",
+    ),
+    (lambda: soft([(0,)], [(0,), (1,)]), ValueError, "expected as many in each direction"),
+    (lambda: one_mass({"a": [(0,)]}), TypeError, r"contacts\['a'\]"),
+    (lambda: one_mass({"a": soft([(0,)], [(1,)])}), ValueError, "from 0 to 0"),
+    (lambda: one_mass({"a b": soft([(0,)], [(0,)])}), ValueError, "'a b' is no name"),
+    (
+        lambda: one_mass({"a": soft([(0,)], [(0,)])}, normal_load=3),
+        ValueError,
+        "normal_load: expected the values of named groups",
+    ),
+]
+
+
+@pytest.mark.parametrize(("make", "error", "text"), BAD)
 def test_bad_groups_say_what_is_expected(make, error, text):
     with pytest.raises(error, match=text):
         make()
 
 
-def test_events_name_the_contact_and_what_it_does():
-    """A group without switches comes first: contacts are numbered among all of them."""
-
+def test_events_have_the_words_of_their_law():
     class Pair(sh.laws.Coulomb):
         switches = (sh.laws.Switch("slip", "begins to rub", "rests"),)
 
-    stop = sh.Contacts(SoftStop(), [(0,)], [(1,)], stop_stiffness=0.0)
-    rub = sh.Contacts(
-        Pair(), [(0, 1)], contact_stiffness=1e4, friction_coefficient=0.3, normal_load=2.0
-    )
+    values = dict(contact_stiffness=1e4, friction_coefficient=0.3, normal_load=2.0)
     matrices = np.eye(2), 0.5 * np.eye(2), np.diag([1e4, 1.2e4])
-    plain = dict(contact_stiffness=1e4, friction_coefficient=0.3, normal_load=2.0)
-    responses = [
-        sh.frf(sh.HarmonicBalance(model, sh.forces.PointForce(), (1, 3)), (12, 30), progress=False)
-        for model in (
-            sh.Model(*matrices, contacts={"stop": stop, "rub": rub}),
-            sh.Model(*matrices, contacts=[(0, 1)], **plain),
-        )
-    ]
-    named, short = responses
-    np.testing.assert_allclose(named.event_frequency, short.event_frequency, rtol=1e-10)
-    assert len(short.event_kind) >= 2
-    assert set(named.event_contact.values) == {1}
+    kinds = []
+    for law in (Pair(), sh.laws.Coulomb()):
+        model = sh.Model(*matrices, contacts={"rub": sh.Contacts(law, [(0, 1)], **values)})
+        problem = sh.HarmonicBalance(model, sh.forces.PointForce(), (1, 3))
+        kinds.append(sh.frf(problem, (12, 30), progress=False).event_kind.values.tolist())
+    own, plain = kinds
+    assert len(plain) >= 2
     words = {"onset of slip": "begins to rub", "end of slip": "rests"}
-    assert named.event_kind.values.tolist() == [words[kind] for kind in short.event_kind.values]
-    np.testing.assert_array_equal(
-        named.contact_state.values[:, 1], short.contact_state.values[:, 0]
-    )
-    assert np.all(named.contact_state.values[:, 0] == -1)
+    assert own == [words[kind] for kind in plain]
 
 
 class Twisted(sh.laws.PolynomialLaw):
@@ -592,6 +392,7 @@ def test_pictures_draw_a_law_of_the_user_without_memory():
     bush = sh.Contacts(Fifth(), [(0,)], bush_stiffness=1e12)
     blade = sh.Model([[1.0]], [[5.0]], [[1e4]], contacts={"bush": bush})
     problem = sh.HarmonicBalance(blade, sh.forces.PointForce(), (1, 3))
+    sh.plot.model(problem.model)
     for result in (sh.solve(problem, 15.0), sh.periodic_motion(problem, 15.0)):
         line = max(sh.plot.hysteresis(result).axes[0].lines, key=lambda one: len(one.get_xdata()))
         power = np.polyfit(*np.log(np.abs([line.get_xdata(), line.get_ydata()]) + 1e-300), 1)[0]

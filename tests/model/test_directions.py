@@ -4,7 +4,6 @@ import json
 import warnings
 from typing import ClassVar
 
-import casadi as ca
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
@@ -16,19 +15,9 @@ from symhbm.model import find_symmetry
 from symhbm.model.contacts import Weights
 from symhbm.plot.contact import loops_of
 from symhbm.results.telling import as_text as describe
+from tests.problems import Coupled, rub
 
 FRICTION = dict(contact_stiffness=8e3, friction_coefficient=0.4, normal_load=2.0)
-
-
-class Corner(sh.laws.PolynomialLaw):
-    """Two displacements that stiffen together."""
-
-    directions = ("tangential", "normal")
-    parameters: ClassVar = {"cube": sh.laws.Parameter("N m-3", "stiffness of the corner")}
-    degree = 3
-
-    def force_at(self, displacement, frequency, values):
-        return values["cube"] * ca.sumsqr(displacement) * displacement
 
 
 def matrices(n, seed=0):
@@ -73,7 +62,7 @@ def test_pairs_stay_as_they_were():
     """What old programs and archives read."""
     model = sh.Model(*matrices(4), contacts=PAIRS, **FRICTION)
     assert model.contacts == ((0, 2), (3,))
-    named = sh.Contacts(Corner(), [(0,), (0, 1)], [(1,), (2,)], cube=1.0)
+    named = sh.Contacts(Coupled(), [(0,), (0, 1)], [(1,), (2,)], hardening=1.0)
     model = sh.Model(*matrices(4), contacts={"corner": named})
     assert model.contacts == (((0,), (1,)), ((0, 1), (2,)))
     assert sh.Model(*matrices(4), contacts=SAME["array"], **FRICTION).contacts == tuple(PAIRS)
@@ -97,49 +86,19 @@ def test_one_contact_may_stand_alone():
 
 def test_directions_by_name():
     """In the order of the law or by name, in any order."""
-    normal, tangential = [{2: 0.5, 3: -0.5}], [(0, 1)]
+    across, tangential = [{2: 0.5, 3: -0.5}], [(0, 1)]
     forms = [
-        sh.Contacts(Corner(), tangential, normal, cube=1e8),
-        sh.Contacts(Corner(), normal=normal, cube=1e8, tangential=tangential),
-        sh.Contacts(Corner(), tangential, normal=normal[0], cube=1e8),
+        sh.Contacts(Coupled(), tangential, across, hardening=1e8),
+        sh.Contacts(Coupled(), across=across, hardening=1e8, tangential=tangential),
+        sh.Contacts(Coupled(), tangential, across=across[0], hardening=1e8),
         sh.Contacts(
-            Corner(), tangential=tangential[0], normal=np.array([[0, 0, 0.5, -0.5]]), cube=1e8
+            Coupled(), tangential=tangential[0], across=np.array([[0, 0, 0.5, -0.5]]), hardening=1e8
         ),
     ]
     models = [sh.Model(*matrices(4), contacts={"corner": group}) for group in forms]
     for model in models:
         assert model.contacts == models[0].contacts
         assert model.row_ends == ((0, 1), Weights((2, 3), (0.5, -0.5)))
-
-
-@pytest.mark.parametrize("factor", [2.0, -0.25])
-def test_scaled_weights_are_scaled_contacts(factor):
-    """y' = s y has the work of y where k' = k / s^2, g' = g / |s| and gamma' = gamma / s^4."""
-
-    def model(scale):
-        groups = {
-            "rub": sh.Contacts(
-                sh.laws.Coulomb(),
-                [{0: scale, 2: -scale}, {1: 0.6 * scale, 3: 0.8 * scale}],
-                contact_stiffness=8e3 / scale**2,
-                friction_coefficient=0.4,
-                normal_load=2.0 / abs(scale),
-            ),
-            "stiff": sh.Contacts(
-                sh.laws.CubicSpring(), {1: scale, 2: 0.5 * scale}, cubic_stiffness=1e9 / scale**4
-            ),
-        }
-        return sh.Model(*matrices(4), contacts=groups)
-
-    force = sh.forces.PointForce(place=1, amplitude=3.0)
-    one, other = (
-        sh.solve(sh.HarmonicBalance(model(scale), force, (0, 1, 2, 3)), 13.0, throw=True)
-        for scale in (1.0, factor)
-    )
-    assert (one.contact_state == 1).any()
-    np.testing.assert_allclose(one.coefficient, other.coefficient, rtol=0, atol=1e-16)
-    np.testing.assert_allclose(one.dissipation, other.dissipation, rtol=1e-10, atol=1e-18)
-    np.testing.assert_allclose(other.contact_state, one.contact_state)
 
 
 def turned(seed=3):
@@ -152,8 +111,8 @@ def turned(seed=3):
         "stiff": [[(2, 3)]],
         "corner": [[(0,), (5,)], [(1,), (2, 4)]],
     }
-    laws = {"rub": sh.laws.Coulomb(), "stiff": sh.laws.CubicSpring(), "corner": Corner()}
-    values = {"rub": FRICTION, "stiff": dict(cubic_stiffness=2e8), "corner": dict(cube=1e8)}
+    laws = {"rub": sh.laws.Coulomb(), "stiff": sh.laws.CubicSpring(), "corner": Coupled()}
+    values = {"rub": FRICTION, "stiff": dict(cubic_stiffness=2e8), "corner": dict(hardening=1e8)}
     plain = {
         name: sh.Contacts(laws[name], *directions[name], **values[name]) for name in directions
     }
@@ -182,7 +141,7 @@ def turned(seed=3):
     return q, models, forces
 
 
-@pytest.mark.parametrize("frequency", [6.0, 9.0, 14.0, 21.0])
+@pytest.mark.parametrize("frequency", [9.0, 14.0])
 def test_turned_coordinates_leave_responses_as_they_are(frequency):
     q, models, forces = turned()
     plain, inclined = (
@@ -220,22 +179,9 @@ def test_turned_coordinates_leave_exact_motions_as_they_are():
 
 
 def test_several_laws_on_one_place():
-    """Named groups side by side against the short form, and all of them stuck against springs."""
+    """Named groups side by side, all of them stuck, against springs."""
     place, weights = (0, 2), {0: 0.5, 1: 0.25, 3: -1.0}
     force = sh.forces.PointForce(place=1, amplitude=5.0)
-    short = sh.Model(*matrices(4), contacts=[place], cubic_stiffness=3e8, **FRICTION)
-    named = sh.Model(
-        *matrices(4),
-        contacts={
-            "rub": sh.Contacts(sh.laws.Coulomb(), place, **FRICTION),
-            "stiff": sh.Contacts(sh.laws.CubicSpring(), place, cubic_stiffness=3e8),
-        },
-    )
-    one, other = (
-        sh.solve(sh.HarmonicBalance(m, force, (1, 3)), 12.0, throw=True) for m in (short, named)
-    )
-    np.testing.assert_allclose(one.coefficient, other.coefficient, rtol=1e-12)
-
     stuck = dict(friction_coefficient=0.4, normal_load=1e9)
     groups = {
         "first": sh.Contacts(sh.laws.Coulomb(), weights, contact_stiffness=4e3, **stuck),
@@ -300,7 +246,7 @@ def test_condensed_structures_keep_what_weights_touch():
         *matrices(n),
         contacts={
             "rub": sh.Contacts(sh.laws.Coulomb(), [weights, (30,)], **FRICTION),
-            "corner": sh.Contacts(Corner(), (3,), {17: 0.5, 30: 0.5}, cube=1e8),
+            "corner": sh.Contacts(Coupled(), (3,), {17: 0.5, 30: 0.5}, hardening=1e8),
         },
     )
     force = sh.forces.PointForce(place=10, amplitude=20.0) + sh.forces.StaticLoad(
@@ -323,7 +269,7 @@ def test_condensed_structures_keep_what_weights_touch():
 def test_archives_keep_weights(tmp_path):
     groups = {
         "rub": sh.Contacts(sh.laws.Coulomb(), [{0: 0.1, 1: -1 / 3}, (2, 3)], **FRICTION),
-        "corner": sh.Contacts(Corner(), {0: 2.5}, (3,), cube=1e8),
+        "corner": sh.Contacts(Coupled(), {0: 2.5}, (3,), hardening=1e8),
     }
     short = sh.Model(*matrices(4), contacts=[{0: 0.1, 1: -1 / 3}, (2, 3)], **FRICTION)
     force = sh.forces.PointForce(place=1, amplitude=3.0)
@@ -332,20 +278,12 @@ def test_archives_keep_weights(tmp_path):
         response = sh.frf(problem, (10, 16), at=[11, 13, 15], progress=False)
         path = sh.save(response, tmp_path / f"{name}.nc")
         loaded = sh.load(path)
-        again = sh.datasets.rebuild(loaded, laws=[Corner()])
+        again = sh.datasets.rebuild(loaded, laws=[Coupled()])
         assert again.model.contacts == model.contacts
         np.testing.assert_array_equal(again.model.directions.toarray(), model.directions.toarray())
-        report = json.loads(sh.verify(loaded, laws=[Corner()], exact="none").verification)
+        report = json.loads(sh.verify(loaded, laws=[Coupled()], exact="none").verification)
         assert report["passed"], report
         assert "2 contacts between" in describe(loaded) or "3 contacts" in describe(loaded)
-
-
-def test_archives_of_pairs_are_read(tmp_path):
-    """Descriptions of pairs are lists of lists, as they always were."""
-    model = sh.Model(*matrices(4), contacts=PAIRS, **FRICTION)
-    response = sh.solve(sh.HarmonicBalance(model, sh.forces.PointForce()), 12.0)
-    assert json.loads(response.problem)["contacts"] == [[0, 2], [3]]
-    assert sh.datasets.rebuild(response).model.contacts == tuple(PAIRS)
 
 
 def test_loops_are_of_the_weighted_displacement():
@@ -356,9 +294,7 @@ def test_loops_are_of_the_weighted_displacement():
                 sh.Model(
                     *matrices(4),
                     contacts=[{0: s, 2: -s}],
-                    contact_stiffness=8e3 / s**2,
-                    friction_coefficient=0.4,
-                    normal_load=2 / s,
+                    **rub(8e3 / s**2, 0.4, 2 / s),
                 ),
                 sh.forces.PointForce(place=1, amplitude=9.0),
                 (1, 3),
@@ -406,9 +342,7 @@ def test_bands_are_judged_by_the_squares_of_weights():
         "a": sh.Contacts(
             sh.laws.Coulomb(),
             {0: 0.01},
-            contact_stiffness=1e8,
-            friction_coefficient=1,
-            normal_load=1e9,
+            **rub(1e8, 1, 1e9),
         )
     }
     model = sh.Model([[1.0]], [[0.5]], [[1e2]], contacts=contacts)
@@ -471,26 +405,26 @@ def test_directions_outside_a_model(given, text):
 
 
 def test_directions_by_name_are_given_once():
-    with pytest.raises(TypeError, match="normal: expected once"):
-        sh.Contacts(Corner(), [(0,)], [(1,)], normal=[(1,)], cube=1.0)
-    with pytest.raises(ValueError, match="tangential, normal, got 1"):
-        sh.Contacts(Corner(), normal=[(1,)], cube=1.0)
-    with pytest.raises(ValueError, match="tangential, normal, got 3"):
-        sh.Contacts(Corner(), [(0,)], [(1,)], [(2,)], cube=1.0)
+    with pytest.raises(TypeError, match="across: expected once"):
+        sh.Contacts(Coupled(), [(0,)], [(1,)], across=[(1,)], hardening=1.0)
+    with pytest.raises(ValueError, match="tangential, across, got 1"):
+        sh.Contacts(Coupled(), across=[(1,)], hardening=1.0)
+    with pytest.raises(ValueError, match="tangential, across, got 3"):
+        sh.Contacts(Coupled(), [(0,)], [(1,)], [(2,)], hardening=1.0)
     with pytest.raises(KeyError, match="'radial' is no parameter"):
         sh.Contacts(sh.laws.Coulomb(), [(0,)], radial=[(1,)], **FRICTION)
 
-    class Clash(Corner):
-        parameters: ClassVar = {"normal": sh.laws.Parameter("N", "a load")}
+    class Clash(Coupled):
+        parameters: ClassVar = {"across": sh.laws.Parameter("N", "a load")}
 
         def force_at(self, displacement, frequency, values):
-            return values["normal"] * displacement
+            return values["across"] * displacement
 
-    with pytest.raises(ValueError, match="'normal' names a direction and a parameter"):
-        sh.Contacts(Clash(), [(0,)], normal=[(1,)])
+    with pytest.raises(ValueError, match="'across' names a direction and a parameter"):
+        sh.Contacts(Clash(), [(0,)], across=[(1,)])
 
-    class Twice(Corner):
-        directions = ("normal", "normal")
+    class Twice(Coupled):
+        directions = ("across", "across")
 
-    with pytest.raises(ValueError, match="'normal' names two directions"):
-        sh.Contacts(Twice(), [(0,)], [(1,)], cube=1.0)
+    with pytest.raises(ValueError, match="'across' names two directions"):
+        sh.Contacts(Twice(), [(0,)], [(1,)], hardening=1.0)

@@ -1,8 +1,6 @@
 """Sums of forces, static loads and what they do to responses."""
 
 import json
-import pickle
-from functools import partial
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -10,7 +8,6 @@ import pytest
 
 import symhbm as sh
 from symhbm.balance import HarmonicBalance
-from symhbm.continuation.start import _grow_force, linear_response
 from symhbm.model import find_symmetry, force_coefficients
 from symhbm.numerics.fourier import FourierBasis
 from symhbm.results.telling import as_text as describe
@@ -255,31 +252,6 @@ def test_exact_motions_under_a_static_load():
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-7 * np.abs(expected).max())
 
 
-def test_responses_grow_about_the_static_one():
-    """What starts without a guess: the vibration grows where the load holds the structure."""
-    problem = cubic(sh.forces.PointForce(amplitude=2.0) + sh.forces.StaticLoad([300.0]), (0, 1, 2))
-    omega = 2 * np.pi * 12.0
-    grown = _grow_force(problem, linear_response(problem, omega), omega)
-    assert problem.evaluate(grown, omega).norm < 1e-9
-    expected = sh.solve(problem, 12.0, throw=True).coefficient.values
-    assert grown[0] == pytest.approx(expected[0, 0, 0], rel=1e-8)
-
-
-def test_derivatives_by_the_amplitude_leave_the_load():
-    problem = cubic(sh.forces.PointForce(amplitude=1.0) + sh.forces.StaticLoad([20.0]))
-    unknowns, omega = np.array([1e-3, 2e-4, -1e-4]), 60.0
-    inputs = problem.arguments(unknowns, omega)
-    found = problem.derivative("force_amplitude")(**inputs)["jacobian"].full().ravel()
-    residual = partial(problem.evaluate, unknowns, omega)
-    step = [
-        problem.with_parameters(force_amplitude=a).evaluate(unknowns, omega).residual
-        for a in (0.5, 1.5)
-    ]
-    np.testing.assert_allclose(found, step[1] - step[0], rtol=1e-12, atol=1e-12)
-    assert found[0] == 0
-    assert residual().residual[0] == pytest.approx(1e4 * 1e-3 + 1e9 * (1e-9 + 1.5e-3 * 5e-8) - 20.0)
-
-
 @pytest.mark.parametrize(
     ("load", "n_sectors"),
     [([20.0] * 6, 6), ([1.0, 2.0] * 3, 3), ({0: 1.0}, 1)],
@@ -303,66 +275,6 @@ def test_sectors_that_a_static_load_leaves_alike(load, n_sectors):
     )
 
 
-class Springs(sh.Structure):
-    """Two masses told by their dynamic stiffness alone."""
-
-    def dynamic_stiffness(self, harmonic, frequency):
-        s = harmonic * frequency
-        stiffness = np.array([[3e4, -1e4], [-1e4, 2e4]])
-        value = stiffness + 0.5j * s * np.eye(2) - s**2 * np.eye(2)
-        return value, harmonic * (0.5j - 2 * s) * np.eye(2)
-
-
-@pytest.mark.parametrize("harmonics", [(0, 1), (0, 1, 3)])
-def test_structures_without_matrices(harmonics):
-    friction = dict(contact_stiffness=5e3, friction_coefficient=0.5, normal_load=2.0)
-    stiffness = [[3e4, -1e4], [-1e4, 2e4]]
-    force = sh.forces.PointForce(0, 2.0) + sh.forces.StaticLoad([30.0, -10.0])
-    found, expected = (
-        sh.solve(sh.HarmonicBalance(model, force, harmonics), 18.0, throw=True).coefficient
-        for model in (
-            Springs(2, [(0, 1)], **friction),
-            sh.Model(np.eye(2), 0.5 * np.eye(2), stiffness, contacts=[(0, 1)], **friction),
-        )
-    )
-    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-12 * abs(expected).max())
-    shift = np.linalg.solve(stiffness, [30, -10])
-    np.testing.assert_allclose(found.values[:, 0, 0], shift, rtol=1e-9, atol=1e-15)
-
-
-def test_condensed_structures_know_static_loads_inside():
-    """Compiled corrections, of one harmonic beside the mean, and step by step ones."""
-    n = 30
-    chain = 1e4 * (2 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1))
-    model = sh.Model(
-        np.eye(n),
-        0.5 * np.eye(n),
-        chain,
-        contacts=[(4, 20)],
-        contact_stiffness=5e3,
-        friction_coefficient=0.5,
-        normal_load=2.0,
-    )
-    force = sh.forces.PointForce(10, 20.0) + sh.forces.StaticLoad({15: 50.0, 4: -3.0})
-    small = sh.condense(model, force, (5, 16), (0, 1, 2))
-    shift = np.linalg.solve(chain, force.static(n))
-    for harmonics in ((0, 1), (0, 1, 2)):
-        problem = sh.HarmonicBalance(small, force, harmonics)
-        response = sh.frf(problem, (6, 15), at=[8.0, 11.0], progress=False, throw=True)
-        whole = sh.HarmonicBalance(model, force, harmonics)
-        for k, frequency in enumerate((8.0, 11.0)):
-            expected = sh.solve(whole, frequency, throw=True).coefficient.values
-            np.testing.assert_allclose(
-                response.coefficient.isel(frequency=k), expected[[4, 20]], rtol=0, atol=1e-9
-            )
-            np.testing.assert_allclose(expected[:, 0, 0], shift, rtol=1e-8)
-        again = sh.datasets.recover(problem, sh.solve(problem, 11.0))
-        np.testing.assert_allclose(again.coefficient, expected, rtol=0, atol=1e-9)
-    only = sh.condense(model, sh.forces.PointForce(10), (5, 16), (0, 1, 2))
-    with pytest.raises(ValueError, match="does not know this force"):
-        sh.HarmonicBalance(only, force, (0, 1))
-
-
 # Archives, pictures, workers
 
 
@@ -382,13 +294,6 @@ def test_archives_keep_sums(tmp_path):
     assert report["passed"], report
     text = " ".join(describe(loaded).split())
     assert "a travelling wave over the blades and static load and point force on blade 2" in text
-
-
-def test_problems_go_to_workers():
-    problem = cubic(sh.forces.PointForce(amplitude=2.0) + sh.forces.StaticLoad([300.0]), (0, 1, 2))
-    again = pickle.loads(pickle.dumps(problem))
-    assert again.excitation == problem.excitation
-    assert sh.solve(again, 12.0).identical(sh.solve(problem, 12.0))
 
 
 def test_pictures_name_every_force():

@@ -219,15 +219,10 @@ def test_cylindrical_directions_are_those_of_each_node():
 
 @pytest.mark.parametrize("axis", ["x", "y", "z"])
 def test_any_axis_turns_sectors(axis):
-    about = AXES.index(axis)
-    order = np.roll(np.arange(3), about - 2)
-    plain = blade(AXES)
-    points = plain.places.coordinates[::3][:, np.argsort((np.arange(3) + about - 2) % 3)]
-    label = ["high"] * 9 + ["low"] * 9
-    assert order.size == 3
-    pairs = sh.contact_pairs(
-        model_of(points, AXES, label), "high", "low", n_sectors=N_SECTORS, axis=axis
-    )
+    turned_axes = np.argsort((np.arange(3) + AXES.index(axis) - 2) % 3)
+    points = blade(AXES).places.coordinates[::3][:, turned_axes]
+    model = model_of(points, AXES, ["high"] * 9 + ["low"] * 9)
+    pairs = sh.contact_pairs(model, "high", "low", n_sectors=N_SECTORS, axis=axis)
     assert len(pairs) == 9
     assert pairs.area.sum() == pytest.approx(0.04 * 0.05)
 

@@ -11,6 +11,7 @@ import symhbm as sh
 from symhbm.balance import harmonic_balance
 from symhbm.model.linear import natural_band
 from symhbm.time_domain import linear_motion
+from tests.problems import rub
 
 
 def banded(n, half_width, n_contacts=2):
@@ -25,9 +26,7 @@ def banded(n, half_width, n_contacts=2):
         0.5 * mass + 1e-6 * stiffness,
         stiffness,
         contacts=[(i,) for i in range(n_contacts)],
-        contact_stiffness=1e3,
-        friction_coefficient=0.5,
-        normal_load=1.0,
+        **rub(1e3, 0.5, 1.0),
     )
 
 

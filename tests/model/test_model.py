@@ -10,6 +10,7 @@ import pytest
 import scipy.sparse as sp
 
 import symhbm as sh
+from tests.problems import rub
 
 EXACT = json.loads(
     (Path(__file__).parent.parent.parent / "data" / "reference" / "exact_values.json").read_text()
@@ -18,9 +19,7 @@ VALUES = dict(
     mass=1.0,
     stiffness=1e4,
     damping=0.5,
-    contact_stiffness=1e6,
-    friction_coefficient=0.4,
-    normal_load=10.0,
+    **rub(1e6, 0.4, 10.0),
 )
 MATRICES = ("mass_matrix", "damping_matrix", "stiffness_matrix")
 FREE = dict(contact_stiffness=1.0, friction_coefficient=1.0, normal_load=0.0)
@@ -53,9 +52,7 @@ def test_blade_is_as_written_by_hand():
             [[0.5]],
             [[1e4]],
             contacts=[(0,)],
-            contact_stiffness=1e6,
-            friction_coefficient=0.4,
-            normal_load=10.0,
+            **rub(1e6, 0.4, 10.0),
             lumped=True,
         ),
     )
@@ -92,18 +89,6 @@ def stuck_frequencies(model):
     stiffness = model.stiffness_matrix.toarray() + w.T @ np.diag(model.contact_stiffness) @ w
     scale = 1 / np.sqrt(model.parameters["mass"])
     return np.sqrt(np.linalg.eigvalsh(scale[:, None] * stiffness * scale)) / (2 * np.pi)
-
-
-@pytest.mark.parametrize("n_blades", [3, 4, 5, 13])
-@pytest.mark.parametrize(("mass", "contact_stiffness"), [(1.0, 1e6), (0.3, 2e4), (2.0, 0.0)])
-def test_natural_frequencies_of_the_stuck_ring(n_blades, mass, contact_stiffness):
-    ring = sh.bladed_disk(
-        n_blades, **VALUES | {"mass": mass, "contact_stiffness": contact_stiffness}
-    )
-    diameters = np.arange(n_blades)
-    squares = 1e4 + 4 * contact_stiffness * np.sin(np.pi * diameters / n_blades) ** 2
-    expected = np.sqrt(np.sort(squares) / mass) / (2 * np.pi)
-    np.testing.assert_allclose(stuck_frequencies(ring), expected, rtol=1e-10)
 
 
 @pytest.mark.parametrize("contact_stiffness", EXACT["ring_natural_hz"])

@@ -78,6 +78,8 @@ def test_second_order_convergence_to_the_located_law(harmonics):
     basis = FourierBasis(harmonics)
     waves, stiffness, limit, reach = draw(basis, 400, seed=0)
     found = locate(basis, waves, stiffness, limit)
+    if harmonics == (2, 5, 10):  # motions are rich
+        assert (found.reversals.min() <= 12) & (found.reversals.max() == 20)
     exact = coefficients_of_force(found, waves, stiffness, limit)
     errors = []
     for samples in SAMPLES:
@@ -105,23 +107,6 @@ def test_second_order_convergence_to_the_located_law(harmonics):
     assert 1.8 < np.log(errors[0].max() / errors[-1].max()) / refinement < 2.2
 
 
-def test_the_drawn_motions_have_many_reversals_and_minor_loops():
-    """The test above is worth its name only if its motions are rich."""
-    basis = FourierBasis((2, 5, 10))
-    waves, stiffness, limit, _ = draw(basis, 400, seed=0)
-    reversals = locate(basis, waves, stiffness, limit).reversals
-    assert reversals.max() == 20
-    assert reversals.min() <= 12
-    closed = 0
-    for i in range(40):
-        values = plain_loop(synthesis(basis, 256) @ waves[i], stiffness[i], limit[i])
-        limited = np.abs(values) == limit[i]
-        on, after_stick = values[limited], np.diff(np.flatnonzero(limited)) > 1
-        closed += np.any(after_stick & (on[1:] == on[:-1]))
-    # A stick run that ends on the limit it left.
-    assert closed > 20
-
-
 @pytest.mark.parametrize("harmonics", HARMONICS)
 @pytest.mark.parametrize("samples", [None, 64, 257])
 def test_plain_loop(harmonics, samples):
@@ -144,21 +129,6 @@ def test_plain_loop(harmonics, samples):
         slipping += 1
     # At the least number of samples some spreads stay below the limit.
     assert slipping > 50 or samples < 64
-
-
-def test_samples_of_the_force():
-    for seed in range(40):
-        wave = complete_wave(seed, order=3 + seed % 8)
-        history = synthesis(COMPLETE, COMPLETE_SAMPLES) @ wave
-        limit = 50.0 * np.ptp(history) * (0.05 + 0.9 * seed / 40)
-        values, found = force(COMPLETE, wave, 100.0, limit, COMPLETE_SAMPLES)
-        assert found.slip[0]
-        np.testing.assert_allclose(
-            synthesis(COMPLETE, COMPLETE_SAMPLES) @ values,
-            plain_loop(history, 100.0, limit),
-            rtol=0,
-            atol=1e-13 * 100 * np.abs(wave).sum(),
-        )
 
 
 @pytest.mark.parametrize("harmonics", HARMONICS)
@@ -211,47 +181,6 @@ def test_exact_derivatives(harmonics):
     assert checked >= 15
 
 
-@pytest.mark.parametrize("seed", range(6))
-def test_held_in_stick_follows_the_spring_centred_between_the_limits(seed):
-    wave = complete_wave(seed, order=4)
-    history = synthesis(COMPLETE, COMPLETE_SAMPLES) @ wave
-    values, found = force(COMPLETE, wave, 3.0, 0.1, COMPLETE_SAMPLES, np.array([False]))
-    centre = (history.max() + history.min()) / 2
-    np.testing.assert_allclose(
-        synthesis(COMPLETE, COMPLETE_SAMPLES) @ values, 3 * (history - centre), rtol=0, atol=1e-12
-    )
-    assert found.slip_margin[0] > 0
-    assert not found.slip[0]
-    assert found.stick_fraction[0] == 1
-    # Without harmonic 0 nothing is to be centred.
-    odd = FourierBasis((1, 3))
-    _, found = force(odd, np.ones(4), 3.0, 0.1, 9, np.array([False]))
-    np.testing.assert_array_equal(found.matrix[0], np.eye(4))
-    assert not found.vector.any()
-
-
-@pytest.mark.parametrize("seed", range(6))
-def test_held_in_slip_is_put_on_the_limits_at_the_extremes(seed):
-    wave = complete_wave(seed, order=4)
-    history = synthesis(COMPLETE, COMPLETE_SAMPLES) @ wave
-    limit = 3 * np.ptp(history)
-    values, found = force(COMPLETE, wave, 3.0, limit, COMPLETE_SAMPLES, np.array([True]))
-    from_high = np.roll(history, -np.argmax(history))
-    after_low = np.arange(COMPLETE_SAMPLES) >= np.argmin(from_high)
-    run = np.where(
-        after_low, 3 * (from_high - history.min()) - limit, 3 * (from_high - history.max()) + limit
-    )
-    np.testing.assert_allclose(
-        synthesis(COMPLETE, COMPLETE_SAMPLES) @ values,
-        np.roll(run, np.argmax(history)),
-        rtol=0,
-        atol=1e-12,
-    )
-    assert found.slip_margin[0] < 0
-    assert found.slip[0]
-    assert found.stick_fraction[0] == pytest.approx(1 - 2 / COMPLETE_SAMPLES)
-
-
 @pytest.mark.parametrize("harmonics", [(1,), (1, 3), (0, 1, 2)])
 def test_imposed_states_meet_at_the_limit_and_agree_with_located_ones(harmonics):
     basis, rng = FourierBasis(harmonics), np.random.default_rng(3)
@@ -262,12 +191,14 @@ def test_imposed_states_meet_at_the_limit_and_agree_with_located_ones(harmonics)
     slip, _ = force(basis, wave, 1.0, limit, 256, np.array([True]))
     np.testing.assert_allclose(stick, slip, rtol=0, atol=1e-12)
     for held, beyond in ((False, 0.5), (True, 1.5)):
-        values, _ = force(basis, wave, 1.0, beyond * limit, 4096, np.array([held]))
+        values, sampled = force(basis, wave, 1.0, beyond * limit, 4096, np.array([held]))
         found = locate(basis, wave[None], np.ones(1), np.array([beyond * limit]), np.array([held]))
         exact = found.matrix[0] @ wave + beyond * limit * found.vector[0]
         # The force of a contact held in slip jumps twice, each time up to a step too early.
         jump = max(0.0, 2 * (beyond - 1) * limit) * 2 * (2 * np.pi / 4096) / np.pi
         np.testing.assert_allclose(values, exact, rtol=0, atol=jump + 1e-5 * limit)
+        assert sampled.slip[0] == held != (sampled.slip_margin[0] > 0)
+        assert sampled.stick_fraction[0] == pytest.approx(found.stick_fraction[0], abs=2 / 4096)
 
 
 def test_angles_of_one_harmonic():
@@ -371,7 +302,7 @@ def test_the_least_number_of_samples(harmonics):
             locate_sampled(basis, bad * wave, one, one, samples=64)
 
 
-@settings(max_examples=200)
+@settings(max_examples=80)
 @given(
     seed=st.integers(0, 2**32 - 1),
     order=st.integers(1, 20),

@@ -4,7 +4,6 @@ import json
 import pickle
 
 import casadi as ca
-import matplotlib as mpl
 import numpy as np
 import pytest
 
@@ -13,6 +12,7 @@ from symhbm.balance.second_order import SecondOrder
 from symhbm.model.contacts import Motions, SmoothForce
 from symhbm.numerics import FourierBasis
 from symhbm.results.archive import ArchiveError
+from tests.quick import quick_first
 
 GAP = {"k": (3e4, "N/m"), "g": (3e-4, "m")}
 
@@ -77,7 +77,7 @@ def dense(matrix):
     return matrix.toarray() if hasattr(matrix, "toarray") else matrix
 
 
-@pytest.mark.parametrize("seed", range(3))
+@pytest.mark.parametrize("seed", quick_first(range(3), 1))
 @pytest.mark.parametrize("name", LAWS)
 def test_derivatives_to_second_order(name, seed):
     """By coefficients, frequency and every parameter, with break points that move."""
@@ -115,8 +115,6 @@ def test_a_cube_is_the_cubic_spring():
     found, expected = (p.evaluate(unknowns_like(p), 90.0) for p in (one, other))
     np.testing.assert_allclose(found.residual, expected.residual, rtol=1e-12)
     np.testing.assert_allclose(found.jacobian, expected.jacobian, rtol=1e-12, atol=1e-9)
-    one, other = (sh.frf(p, (10, 30), progress=False) for p in (one, other))
-    np.testing.assert_allclose(one.peak_amplitude, other.peak_amplitude, rtol=1e-9)
 
 
 def test_a_dashpot_is_damping():
@@ -244,45 +242,6 @@ def test_break_points_are_exact_for_powers_and_near_touches():
     assert not len(details.breaks[0].angle)
 
 
-@pytest.mark.parametrize(
-    "name",
-    ["spring", "rounded", *(pytest.param(n, marks=pytest.mark.slow) for n in ("gap", "rubbing"))],
-)
-def test_from_response_to_picture(name, tmp_path):
-    """An archive is enough: laws= is not needed."""
-    problem, swept = problem_of(group_of(name)), next(iter(LAWS[name][1]))
-    value = problem.parameters[swept][0]
-    over = {swept: [value, 1.5 * value]}
-    response = sh.frf(problem, (10, 30), over=over, progress=False)
-    assert response.sampling_error.max() < 1e-9
-    sh.save(response, tmp_path / "own.nc")
-    loaded = sh.load(tmp_path / "own.nc")
-    again = sh.datasets.rebuild(loaded.isel({swept: 1}))
-    assert again.parameters[swept] == pytest.approx([1.5 * value])
-    assert again.model.groups[0].law == problem.model.groups[0].law
-    moved = problem.with_parameters(**{swept: 1.5 * value})
-    unknowns = unknowns_like(moved)
-    one, other = (p.evaluate(unknowns, 90.0).residual for p in (moved, again))
-    np.testing.assert_array_equal(one, other)
-    verified = sh.verify(loaded, exact="none", progress=False)
-    assert verified.residual_stored.max() < 1e-9
-    assert verified.energy_error.max() < 1e-9
-    assert verified.contact_mismatch.max() < 1e-9
-    slopes = sh.datasets.sensitivity(loaded)
-    step = 1e-4 * value
-    beside = {swept: [value - step, value + step]}
-    ends = sh.frf(problem, (10, 30), over=beside, progress=False)
-    for of in ("peak_amplitude", "peak_frequency"):
-        exact = slopes[f"{of}_by_{swept}"].isel({swept: 0}).values
-        exact = exact[np.isfinite(exact)]
-        low, high = ends[of].values[:, : len(exact)]
-        assert len(exact) >= 1
-        np.testing.assert_allclose(exact, (high - low) / (2 * step), rtol=1e-4)
-    for figure in (sh.plot.response(loaded), sh.plot.model(again)):
-        figure.savefig(tmp_path / "own.png")
-        mpl.pyplot.close(figure)
-
-
 def test_sampling_error_is_that_of_the_response():
     """Of a gap without break points, against the same with them, and no more than stated."""
     expression, parameters, breakpoints = LAWS["gap"]
@@ -361,37 +320,41 @@ def test_a_law_is_data():
     }
 
 
-def tampered(change):
+def tampered(*operations, **changes):
     graph = json.loads(group_of("gap").law.graph)
-    change(graph)
-    return json.dumps(graph)
+    graph["operations"] += operations
+    return json.dumps(graph | changes)
 
 
-@pytest.mark.parametrize(
-    "text",
-    [
-        "nonsense",
-        "[]",
-        '{"operations": 3, "results": [0]}',
-        tampered(lambda g: g["operations"].append(["__import__", 0])),
-        tampered(lambda g: g["operations"].append(["floor", 0])),
-        tampered(lambda g: g["operations"].append(["add", 0])),
-        tampered(lambda g: g["operations"].append(["add", 0, 10**9])),
-        tampered(lambda g: g["operations"].append(["neg", -1])),
-        tampered(lambda g: g["operations"].append(["neg", True])),
-        tampered(lambda g: g["operations"].append(["input", 4])),
-        tampered(lambda g: g["operations"].append(["constant", "nan"])),
-        tampered(lambda g: g["operations"].append(["constant", 3])),
-        tampered(lambda g: g.update(results=[])),
-        tampered(lambda g: g.update(results=[10**6, 0])),
-        tampered(lambda g: g.update(operations=[["input", 0]] * 100_001)),
-    ],
-)
-def test_damaged_graphs_are_refused(text, tmp_path):
+DAMAGED = [
+    "nonsense",
+    "[]",
+    '{"operations": 3, "results": [0]}',
+    tampered(["__import__", 0]),
+    tampered(["floor", 0]),
+    tampered(["add", 0]),
+    tampered(["add", 0, 10**9]),
+    tampered(["neg", -1]),
+    tampered(["neg", True]),
+    tampered(["input", 4]),
+    tampered(["constant", "nan"]),
+    tampered(["constant", 3]),
+    tampered(results=[]),
+    tampered(results=[10**6, 0]),
+    tampered(operations=[["input", 0]] * 100_001),
+]
+
+
+@pytest.fixture(scope="module")
+def response():
+    return sh.solve(problem_of(group_of("gap")), 15.0)
+
+
+@pytest.mark.parametrize("text", DAMAGED)
+def test_damaged_graphs_are_refused(text, response):
     law = group_of("gap").law
     with pytest.raises(ValueError, match="graph of a contact law: damaged, or of another version"):
         SmoothForce(text, law.parameters, law.directions, 1, False)
-    response = sh.solve(problem_of(group_of("gap")), 15.0)
     description = json.loads(response.attrs["problem"])
     description["groups"]["own"]["law"]["fields"]["graph"] = text
     damaged = response.assign_attrs(problem=json.dumps(description))

@@ -6,7 +6,6 @@ import numpy as np
 import pytest
 
 import symhbm as sh
-from symhbm.model.structure import NearModes
 
 DAMPER = dict(contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3.0)
 SPEED, RIGIDITY, LENGTH = 100.0, 1e4, 1.0  # m/s, N, m
@@ -73,19 +72,6 @@ def test_a_model_and_its_dynamic_stiffness_respond_alike(harmonics):
     np.testing.assert_allclose(other.coefficient, one.coefficient, rtol=1e-7, atol=1e-14)
 
 
-@pytest.mark.parametrize("name", ["normal_load", "contact_stiffness", "force_amplitude"])
-def test_parameters_of_contacts_and_force_are_followed(name):
-    force = sh.forces.HarmonicForce(cosine={1: [1, 0, 0]}, amplitude=1.0)
-    bands = dict(normal_load=(1, 6), contact_stiffness=(5e3, 2e4), force_amplitude=(0.5, 2))
-    options = dict(frequency=11.5, progress=False)
-    one, other = (
-        sh.follow(sh.HarmonicBalance(structure, force), name, bands[name], **options)
-        for structure in (chain(), ByHarmonics(chain()))
-    )
-    assert list(one.event_kind.values) == list(other.event_kind.values)
-    np.testing.assert_allclose(other[f"event_{name}"], one[f"event_{name}"], rtol=1e-8)
-
-
 def test_peaks_of_a_rod_are_those_of_its_closed_form(tmp_path):
     """Stuck and free, the damper is a spring or nothing: a scalar equation tells the peak."""
     loads = [1e-9, 1e5]
@@ -115,16 +101,6 @@ def test_peaks_of_a_rod_are_those_of_its_closed_form(tmp_path):
     again.attrs["problem"] = json.dumps(about)
     with pytest.raises(sh.datasets.ArchiveError, match="not as it was stored"):
         sh.datasets.rebuild(again)
-
-
-def test_many_rods_in_processes_respond_as_in_this_one():
-    from concurrent.futures import ThreadPoolExecutor
-
-    problem = sh.HarmonicBalance(Rod(**DAMPER), sh.forces.PointForce(), (1, 3))
-    options = dict(over={"normal_load": [1.0, 2.0, 4.0]}, progress=False)
-    with ThreadPoolExecutor(2) as pool:
-        shared = sh.frf(problem, (10, 40), executor=pool, **options)
-    assert shared.drop_attrs().equals(sh.frf(problem, (10, 40), **options).drop_attrs())
 
 
 class Blunt(Rod):
@@ -168,10 +144,6 @@ def test_bad_structures_are_refused():
         Rod(contact_stiffness=1.0)
     with pytest.raises(TypeError, match="abstract"):
         sh.Structure(1)  # type: ignore[abstract]
-
-
-def test_modes_are_named():
-    assert NearModes._fields == ("detuning", "width", "near", "shapes")
 
 
 class Changed(ByHarmonics):

@@ -1,7 +1,5 @@
 """Responses of structures whose contacts open: balances, events, folds, archives, derivatives."""
 
-import json
-
 import numpy as np
 import pytest
 
@@ -186,65 +184,12 @@ def test_the_given_parameter_is_stored_and_stays(given):
     assert load == pytest.approx(5.0 if given == "normal_load" else 10.0)
 
 
-PARAMETERS = ["contact_stiffness", "normal_stiffness", "friction_coefficient", "normal_load"]
-
-
-@pytest.mark.parametrize("name", PARAMETERS)
-def test_responses_are_followed_in_every_parameter(name):
-    problem = problem_of(3)
-    value = float(problem.parameters[name][0])
-    path = sh.follow(problem, name, (value, 1.5 * value), frequency=22)
-    assert path.status.item() == sh.Status.REACHED_END
-    end = sh.solve(problem.with_parameters(**{name: 1.5 * value}), 22)
-    np.testing.assert_allclose(
-        path.amplitude.values[-1], end.amplitude.values.ravel(), rtol=1e-8, atol=1e-14
-    )
-
-
 def test_archives_keep_and_rebuild_such_contacts(tmp_path):
     problem = problem_of(3, given="gap")
-    response = sh.frf(problem, (14, 24), over={"gap": [-5e-4, -3e-4]})
-    path = tmp_path / "opening.nc"
-    sh.save(response, path)
-    loaded = sh.load(path)
+    response = sh.frf(problem, (20, 24), at=[21.0], over={"gap": [-5e-4, -3e-4]})
+    loaded = sh.load(sh.save(response, tmp_path / "opening.nc"))
     np.testing.assert_array_equal(loaded.open_fraction, response.open_fraction)
-    rebuilt = sh.datasets.rebuild(loaded)
-    assert rebuilt.model.groups[0].law == problem.model.groups[0].law
-    report = sh.verify(loaded, exact=2, progress=False)
-    verification = json.loads(report.attrs["verification"])
-    assert verification["missing"] == []
-    assert np.nanmax(report.residual_stored.values) < 1e-11
-    assert np.nanmax(report.energy_error.values) < 1e-9
-    assert np.nanmax(report.contact_mismatch.values) < 1e-6
-    # A stored value that is another one does not pass.
-    wrong = loaded.copy(deep=True)
-    wrong["coefficient"][0, 5, 0, 1, 0] *= 1.001
-    assert np.nanmax(sh.verify(wrong, exact="none", progress=False).residual_stored) > 1e-6
-
-
-def test_sensitivities_of_peaks_agree_with_differences():
-    problem = problem_of(3)
-    found = sh.datasets.sensitivity(sh.frf(problem, (19, 35)))
-    assert found.sensitivity_status.values.ravel().tolist() == ["exact"]
-    for name in PARAMETERS:
-        value, step = float(problem.parameters[name][0]), 1e-4
-        peaks = [
-            sh.frf(problem.with_parameters(**{name: value * (1 + s)}), (19, 35)).peak_amplitude[0]
-            for s in (-step, step)
-        ]
-        measured = (peaks[1].item() - peaks[0].item()) / (2 * step * value)
-        slopes = found[f"peak_amplitude_by_{name}"].values
-        (slope,) = slopes[np.isfinite(slopes)]
-        assert slope == pytest.approx(measured, rel=1e-5, abs=1e-9), name
-
-
-def test_peaks_are_followed_over_the_load():
-    problem = problem_of(3)
-    curve = sh.peak_curve(problem, "normal_load", (3.0, 8.0), frequency_band=(12, 35))
-    for k in (0, -1):
-        load, peak = curve.normal_load.values[k], curve.peak_amplitude.values[k]
-        expected = sh.frf(problem.with_parameters(normal_load=load), (12, 35))
-        assert peak == pytest.approx(expected.peak_amplitude.max().item(), rel=1e-8)
+    assert sh.datasets.rebuild(loaded).model.groups[0].law == problem.model.groups[0].law
 
 
 @pytest.mark.slow

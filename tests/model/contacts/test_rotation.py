@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import symhbm as sh
+from tests.problems import rub
 
 ORDER = 3
 MATRICES = np.eye(2), np.diag([2.0, 3.0]), np.diag([1e4, 2.25e4])
@@ -34,9 +35,7 @@ def disc(load: float = 1.0, **more: float) -> sh.Contacts:
     return sh.Friction(
         tangential=(0,),
         across=(1,),
-        contact_stiffness=1e4,
-        friction_coefficient=0.5,
-        normal_load=load,
+        **rub(1e4, 0.5, load),
         **more,
     )
 
@@ -66,37 +65,20 @@ def test_at_one_frequency_it_is_a_constant_load(contact):
 
 
 @pytest.mark.parametrize("contact", EACH)
-def test_peaks_of_a_path_are_those_of_single_frequencies(contact):
-    by_speed = 4e-3
-    turning = problem_of(contact(centrifugal_load=by_speed, engine_order=ORDER), (0, 1))
-    response = sh.frf(turning, (12, 24), progress=False, throw=True)
-    peak = int(np.argmax(response.peak_amplitude.values))
-    at, amplitude = response.peak_frequency.values[peak], response.peak_amplitude.values[peak]
-    beside = []
-    for frequency in at * (1 + np.array([-1e-5, 0, 1e-5])):
-        load = 1.0 + by_speed * (2 * np.pi * frequency / ORDER) ** 2
-        point = sh.solve(problem_of(contact(load), (0, 1)), frequency)
-        beside.append(point.amplitude.values.max())
-    assert beside[1] == pytest.approx(amplitude, rel=1e-9)
-    assert max(beside) == beside[1]
+def test_slopes_by_the_frequency_and_the_load_are_differences(contact):
+    given, omega = problem_of(contact(centrifugal_load=4e-3, engine_order=ORDER)), 110.0
+    at = 1e-3 * np.random.default_rng(4).normal(size=given.n_unknowns)
 
+    def residual(omega, load=4e-3):
+        return given.with_parameters(centrifugal_load=load).evaluate(at, omega).residual
 
-@pytest.mark.parametrize("contact", EACH)
-def test_sensitivities_by_the_load_agree_with_differences(contact):
-    turning = problem_of(contact(centrifugal_load=4e-3, engine_order=ORDER), (0, 1))
-    response = sh.frf(turning, (12, 24), progress=False, throw=True)
-    found = sh.datasets.sensitivity(response)
-    step = 1e-6
-    ends = []
-    for way in (1, -1):
-        moved = turning.with_parameters(centrifugal_load=4e-3 * (1 + way * step))
-        ends.append(sh.frf(moved, (12, 24), progress=False, throw=True).peak_amplitude.max().item())
-    quotient = (ends[0] - ends[1]) / (2 * step * 4e-3)
-    peak = int(np.argmax(response.peak_amplitude.values))
-    slopes = found.peak_amplitude_by_centrifugal_load.isel(peak=peak).values
-    slope = np.nansum(slopes)
-    round_off = 1e-16 / (step * 4e-3)
-    assert slope == pytest.approx(quotient, rel=1e-4, abs=round_off)
+    found = given.evaluate(at, omega)
+    by_speed = (residual(omega + 1e-3) - residual(omega - 1e-3)) / 2e-3
+    np.testing.assert_allclose(found.by_parameter, by_speed, rtol=1e-5, atol=1e-7)
+    slope = given.derivative("centrifugal_load")(**given.arguments(at, omega))["jacobian"]
+    by_load = (residual(omega, 4e-3 + 1e-7) - residual(omega, 4e-3 - 1e-7)) / 2e-7
+    np.testing.assert_allclose(slope.full()[:, 0], by_load, rtol=1e-5, atol=1e-5)
+    assert np.abs(by_load).max() > 1
 
 
 def test_archives_keep_the_engine_order(tmp_path):

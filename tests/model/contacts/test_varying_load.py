@@ -10,7 +10,8 @@ import symhbm as sh
 from symhbm.model.contacts import Motions
 from symhbm.model.contacts.varying_load.march import APART, BEGIN, END, KIND, march, walls
 from symhbm.numerics import FourierBasis
-from symhbm.numerics.loops import Loop
+from tests.law_slopes import OneContact
+from tests.problems import rub
 from tests.reference import STATED
 
 LAW = sh.laws.VariableLoadFriction()
@@ -39,54 +40,6 @@ def force(basis, motion, values, held=None, law=LAW):
     return whole
 
 
-class Derivatives:
-    """First and second derivatives of one contact's force by motion and values, law's order."""
-
-    def __init__(self, basis, law=LAW):
-        self.basis, self.law, self.names = basis, law, [*law.parameters]
-        size = basis.n_components * len(law.directions)
-        at, (motion, _, given_values) = Motions.symbols(law, basis)
-        at = at._replace(frequency=1.0)
-        events, weights = ca.SX.sym("e", law.n_events(basis)), ca.SX.sym("w", size)
-        symbolic = law.force(at, events)
-        variables = ca.vertcat(motion, given_values)
-        inputs = [motion, given_values, events]
-        moves = law.event_variables(at)
-        self._first = ca.Function("first", inputs, [ca.jacobian(symbolic, variables)])
-        second = ca.hessian(ca.dot(symbolic, weights), variables)[0]
-        self._second = ca.Function("second", [*inputs, weights], [second])
-        self._moves = ca.Function("moves", inputs[:2], [ca.jacobian(moves, variables)])
-        self.size = size
-
-    def motions(self, at):
-        values = {n: at[[self.size + i]] for i, n in enumerate(self.names)}
-        return at_motion(self.basis, at[: self.size], values)
-
-    def located(self, at):
-        return self.law.locate(self.motions(at))
-
-    def value(self, at):
-        return self.law.forces(self.motions(at), self.located(at))[0]
-
-    def first(self, at):
-        inputs = np.split(at, [self.size])
-        return self._first(*inputs, self.located(at).events[0]).full()
-
-    def second(self, at, weights):
-        inputs, events = np.split(at, [self.size]), self.located(at)
-        frozen = self._second(*inputs, events.events[0], weights).full()
-        spread = self._moves(*inputs).full()
-        moving = self.law.moving_events(self.motions(at), events, weights[None])[0]
-        return frozen + spread.T @ moving @ spread
-
-
-def difference(function, at, direction, step):
-    """Derivative along a direction by central differences of eighth order."""
-    weights = {1: 4 / 5, 2: -1 / 5, 3: 4 / 105, 4: -1 / 280}
-    sides = {k: [function(at + sign * k * step * direction) for sign in (1, -1)] for k in weights}
-    return sum(w * (sides[k][0] - sides[k][1]) for k, w in weights.items()) / step
-
-
 CASES = STATED["explicit_motions"]
 """Motions with all digits of two independent programs: values, u, v, T, N, dT_c1 by u, v, N0."""
 
@@ -99,10 +52,9 @@ def test_forces_and_slopes_are_those_of_explicit_motions(case):
     np.testing.assert_allclose(found[:5], tangential, atol=2e-12)
     if normal:
         np.testing.assert_allclose(found[5:], normal, atol=2e-12)
-    derivatives = Derivatives(basis)
-    at = np.concatenate([motion, [values_of(*numbers)[n][0] for n in derivatives.names]])
-    row = derivatives.first(at)[1]
-    by_load = row[10 + derivatives.names.index("normal_load")]
+    at = np.concatenate([motion, _in_order(values_of(*numbers))])
+    row = OneContact(LAW, basis, at).slope[1]
+    by_load = row[10 + [*LAW.parameters].index("normal_load")]
     np.testing.assert_allclose([row[1], row[6], by_load], slopes, atol=2e-12)
 
 
@@ -117,7 +69,7 @@ numbers = st.floats(-3, 3, allow_subnormal=False)
 motions = st.lists(numbers, min_size=10, max_size=10).map(np.array)
 
 
-@settings(max_examples=150)
+@settings(max_examples=60)
 @given(motion=motions, shift=st.floats(0, 6.28), load=st.floats(-2, 4))
 def test_a_later_start_of_the_period_turns_the_force(motion, shift, load):
     basis, values = FourierBasis((0, 1, 2)), values_of(1.3, 0.8, 0.4, load)
@@ -149,7 +101,7 @@ def test_a_contact_that_just_touches_is_not_open():
         np.testing.assert_allclose(found, near, atol=1e-4)
 
 
-@settings(max_examples=150)
+@settings(max_examples=60)
 @given(motion=motions, load=st.floats(-2, 4), friction=st.floats(0, 1))
 def test_friction_dissipates_and_normal_forces_push(motion, load, friction):
     basis, values = FourierBasis((0, 1, 2)), values_of(1.3, 0.8, friction, load)
@@ -199,9 +151,7 @@ def test_constant_load_is_todays_law():
         size, n = basis.n_components, 60
         u = rng.normal(size=(n, size)) / (1 + basis.order)
         of_today = dict(
-            contact_stiffness=rng.uniform(0.5, 2, n),
-            friction_coefficient=rng.uniform(0.1, 0.6, n),
-            normal_load=rng.uniform(0.1, 3, n),
+            **rub(rng.uniform(0.5, 2, n), rng.uniform(0.1, 0.6, n), rng.uniform(0.1, 3, n)),
         )
         coulomb = sh.laws.Coulomb()
         at_today = Motions(basis, u, 1.0, of_today)
@@ -231,82 +181,11 @@ def random_cases(count, seed):
         yield basis, motion * rng.choice([0.3, 1, 3]), rng
 
 
-@pytest.mark.parametrize("given_as", ["normal_load", "gap"])
-@pytest.mark.parametrize("preload", ["balanced", "coupled"])
-def test_derivatives_agree_with_differences(given_as, preload):
-    law, kinds = sh.laws.VariableLoadFriction(given_as, preload), set()
-    derivatives = Derivatives(FourierBasis((0, 1, 2, 3)), law)
-    for _, motion, rng in random_cases(60, seed=5):
-        numbers = dict(zip(NAMES, rng.uniform([0.5, 0.5, 0.2, 0.1], [2, 2, 1, 2]), strict=True))
-        numbers["gap"] = rng.uniform(-1, 0.5)
-        at = np.concatenate([motion, [numbers[name] for name in derivatives.names]])
-        kinds |= {*derivatives.located(at).details.pieces[0, :, 0].astype(int).tolist()}
-        direction = rng.normal(size=len(at))
-        direction /= np.linalg.norm(direction)
-        weights = rng.normal(size=len(motion))
-        first, second = derivatives.first(at), derivatives.second(at, weights)
-        measured = difference(derivatives.value, at, direction, 1e-5)
-        np.testing.assert_allclose(first @ direction, measured, atol=1e-8)
-        measured = weights @ difference(derivatives.first, at, direction, 2e-6)
-        scale = max(np.abs(second).max(), 1e-3)
-        np.testing.assert_allclose(second @ direction / scale, measured / scale, atol=1e-5)
-    assert kinds == {*range(6)}
-
-
-@pytest.mark.parametrize("distance", [1e-1, 1e-3, 1e-6])
-@pytest.mark.parametrize("switch", [0, 1, 2])
-def test_derivatives_stay_exact_next_to_onsets(switch, distance):
-    """Along a motion that grows through the onset of slip, of opening, of contact."""
-    rng = np.random.default_rng(11)
-    derivatives, met = Derivatives(FourierBasis((0, 1, 2, 3))), 0
-    while met < 4:
-        size = derivatives.size
-        motion = rng.normal(size=size) / (1 + np.tile(derivatives.basis.order, 2)) ** 1.5
-        motion[[0, size // 2]] = 0
-        numbers = dict(zip(NAMES, rng.uniform([0.5, 0.5, 0.2, 0.3], [2, 2, 1, 1]), strict=True))
-        if switch == 2:
-            numbers["normal_load"] *= -1
-        at = np.concatenate([motion, [numbers[name] for name in derivatives.names]])
-
-        def grown(s, at=at, size=size):
-            return np.concatenate([s * at[:size], at[size:]])
-
-        sizes = np.geomspace(1e-2, 10, 200)
-        margins = [derivatives.located(grown(s)).margins[0, switch] for s in sizes]
-        crossed = np.flatnonzero(np.diff(np.sign(margins)))
-        if len(crossed) != 1:
-            continue
-        low, high = sizes[crossed[0]], sizes[crossed[0] + 1]
-        for _ in range(60):
-            middle = (low + high) / 2
-            below = derivatives.located(grown(middle)).margins[0, switch] < 0
-            low, high = (middle, high) if below == (margins[0] < 0) else (low, middle)
-        for side in (-1, 1):
-            point = grown(low * (1 + side * distance))
-            direction = np.append(point[:size], np.zeros(4)) / low
-            direction += 0.01 * rng.normal(size=size + 4)
-            weights = rng.normal(size=size)
-            first, second = derivatives.first(point), derivatives.second(point, weights)
-            step = 1e-2 * distance * low
-            measured = difference(derivatives.value, point, direction, step)
-            scale = np.abs(first @ direction).max()
-            # A contact that hardly closes does so for a thousandth of the period.
-            noise = 1e-16 * (np.abs(derivatives.value(point)).max() + 1e-3) / step
-            np.testing.assert_allclose(first @ direction, measured, atol=1e-7 * scale + 20 * noise)
-            step /= 10
-            measured = weights @ difference(derivatives.first, point, direction, step)
-            scale = np.abs(second @ direction).max()
-            noise = 1e-16 * np.abs(first).max() * np.abs(weights).sum() / step
-            np.testing.assert_allclose(second @ direction, measured, atol=1e-5 * scale + 20 * noise)
-        met += 1
-
-
 def test_slip_keeps_its_derivative_at_the_limit_whatever_round_off_says():
     """Held in slip at motions next to each other, one short of the limit, one beyond it."""
-    derivatives, met = Derivatives(FourierBasis((0, 1, 2, 3))), 0
+    met = 0
     for basis, motion, rng in random_cases(40, seed=3):
         values = values_of(*rng.uniform([0.5, 0.5, 0.2, 1.0], [2, 2, 1, 2]))
-        given_values = np.concatenate([values[name] for name in derivatives.names])
         motion[[0, len(motion) // 2]] = 0
 
         def margin(size, basis=basis, motion=motion, values=values):
@@ -320,48 +199,11 @@ def test_slip_keeps_its_derivative_at_the_limit_whatever_round_off_says():
             low, high = (middle, high) if margin(middle)[0] < 0 else (low, middle)
         if margin(high)[1] > 0:
             continue
-        slips, slopes = np.array([[True, False, True]]), []
-        for size in (low, high):
-            events = located(basis, size * motion, values, slips).events[0]
-            slopes.append(derivatives._first(size * motion, given_values, events).full())
-        np.testing.assert_allclose(*slopes, atol=1e-6)
+        points = (np.array([*size * motion, *_in_order(values)]) for size in (low, high))
+        slips = [OneContact(LAW, basis, point, [True, False, True]).slope for point in points]
+        np.testing.assert_allclose(*slips, atol=1e-6)
         met += 1
     assert met >= 5
-
-
-@pytest.mark.parametrize("given_as", ["normal_load", "gap"])
-def test_margins_and_their_expansions(given_as):
-    law = sh.laws.VariableLoadFriction(given_as)
-    for basis, motion, rng in random_cases(20, seed=8):
-        names, size = [*law.parameters], len(motion)
-        numbers = dict(zip(NAMES, rng.uniform([0.5, 0.5, 0.2, 0.1], [2, 2, 1, 2]), strict=True))
-        numbers["gap"] = rng.uniform(-1, 0.5)
-        at = np.array([*motion, 1.0, *(numbers[name] for name in names)])
-        direction = rng.normal(size=len(at))
-        direction[size] = 0
-
-        def expansion(moved, switch, names=names, basis=basis, size=size):
-            values = dict(zip(names, moved[size + 1 :, None], strict=True))
-            return law.margin_expansion(at_motion(basis, moved[:size], values), switch)
-
-        values = {name: np.array([numbers[name]]) for name in names}
-        here = at_motion(basis, motion, values)
-        found = law.locate(here)
-        by_frequency, by_values = law.margin_slopes(found, 1.0, values)
-        estimate = law.margins_within(here, np.zeros((1, 3)))
-        np.testing.assert_allclose(estimate, found.margins, atol=1e-13)
-        for switch in range(3):
-            margin, gradient, curvature = expansion(at, switch)
-            assert margin == pytest.approx(found.margins[0, switch], abs=1e-13)
-            np.testing.assert_allclose(gradient[:size], found.margins_by_motion[0, switch])
-            assert by_frequency[0, switch] == 0
-            np.testing.assert_allclose(gradient[size + 1 :], by_values[:, 0, switch], atol=1e-13)
-            slope = difference(lambda x, q=switch: expansion(x, q)[0], at, direction, 1e-5)
-            np.testing.assert_allclose(gradient @ direction, slope, atol=1e-8)
-            bend = difference(lambda x, q=switch: expansion(x, q)[1], at, direction, 2e-6)
-            np.testing.assert_allclose(
-                curvature @ direction, bend, atol=1e-6 * max(np.abs(bend).max(), 1)
-            )
 
 
 LIMITS = {
@@ -391,7 +233,7 @@ def test_limits_are_exact(limit, moves):
     found = force(basis, motion, values)
     assert np.isfinite(found).all()
     assert not np.isnan(at.margins).any()
-    assert np.isfinite(Derivatives(basis).first(np.array([*motion, *_in_order(values)]))).all()
+    assert np.isfinite(OneContact(LAW, basis, np.array([*motion, *_in_order(values)])).slope).all()
     results = LAW.results(at_motion(basis, motion, values), at)
     assert all(np.isfinite(value).all() for value in results.values())
     tau = 2 * np.pi * np.arange(60_000) / 60_000
@@ -427,14 +269,6 @@ def test_words_that_are_none_are_refused():
         sh.laws.VariableLoadFriction("load")
     with pytest.raises(ValueError, match="preload='static': expected one of 'balanced', 'coupled'"):
         sh.laws.VariableLoadFriction(preload="static")
-
-
-def test_loops_run_without_a_compiler(monkeypatch):
-    numbers, u, v, *_ = CASES["opens, sticks at contact"]
-    basis, values, motion = FourierBasis((0, 1, 2)), values_of(*numbers), np.array([*u, *v])
-    compiled = force(basis, motion, values)
-    monkeypatch.setattr(Loop, "_compiled", property(lambda loop: loop._function))
-    np.testing.assert_allclose(force(basis, motion, values), compiled, atol=1e-14)
 
 
 def test_a_contact_that_touches_by_round_off_is_apart():
@@ -473,16 +307,15 @@ def test_terms_are_at_least_as_large_as_the_force(seed):
 
 def test_second_derivatives_without_friction_are_those_of_a_constant_load():
     """By motion and friction coefficient: the force turns its sign where the motion turns."""
-    basis, rng = FourierBasis((0, 1, 2, 3)), np.random.default_rng(4)
-    varying, coulomb = Derivatives(basis), Derivatives(basis, sh.laws.Coulomb())
+    basis, rng, coulomb = FourierBasis((0, 1, 2, 3)), np.random.default_rng(4), sh.laws.Coulomb()
     size, n = basis.n_components, 2 * basis.n_components
     motion, weights = rng.normal(size=n), rng.normal(size=n)
-    values = dict(zip(NAMES, (1.3, 0.0, 0.0, 0.7), strict=True))
-    at = np.array([*motion, *(values[name] for name in varying.names)])
-    of_constant = np.array([*motion[:size], *(values[name] for name in coulomb.names)])
-    column = n + varying.names.index("friction_coefficient")
-    found = varying.second(at, weights)[column, :size]
-    expected = coulomb.second(of_constant, weights[:size])
-    expected = expected[size + coulomb.names.index("friction_coefficient"), :size]
+    values = values_of(1.3, 0.0, 0.0, 0.7)
+    at = np.array([*motion, *_in_order(values)])
+    of_constant = np.array([*motion[:size], *(values[name][0] for name in coulomb.parameters)])
+    found = OneContact(LAW, basis, at).bend(weights)
+    expected = OneContact(coulomb, basis, of_constant).bend(weights[:size])
+    found = found[n + [*LAW.parameters].index("friction_coefficient"), :size]
+    expected = expected[size + [*coulomb.parameters].index("friction_coefficient"), :size]
     np.testing.assert_allclose(found, expected, atol=1e-9 * np.abs(expected).max())
     assert np.abs(expected).max() > 0.1

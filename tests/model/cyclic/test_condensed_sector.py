@@ -10,6 +10,7 @@ from scipy.sparse.linalg import spsolve
 from sectors import random_disk, wave, with_friction
 
 import symhbm as sh
+from tests.quick import quick_first
 
 open_sector = pytest.importorskip("studies.open_sector", reason="scikit-fem")
 
@@ -74,24 +75,6 @@ def test_condensed_stiffness_is_that_of_all_equations(order):
             assert np.allclose(
                 (ahead - behind) / 0.2, slope, rtol=1e-5, atol=1e-4 * abs(slope).max()
             )
-
-
-@pytest.mark.parametrize("opens", [False, True])
-def test_responses_are_those_of_the_sector(opens):
-    disk, tip, pattern = damped_disk((1, 3, 1, 1), n_sectors=6, opens=opens)
-    force = sh.forces.EngineOrder(5, pattern={1: pattern, 2: {tip: 60 - 60j}})
-    small = sh.condense(disk, force, (2000, 9000), (0, 1, 2), places=[tip])
-    condensed = sh.HarmonicBalance(small, force, (0, 1, 2))
-    point = sh.solve(condensed, 4100.0)
-    assert (point.contact_state.values > 0).any()
-    one = sh.solve(sh.HarmonicBalance(disk, force, (0, 1, 2)), 4100.0)
-    size = abs(one.coefficient).max().item()
-    kept = np.searchsorted(disk.kept, small.dofs)
-    assert abs(one.coefficient.values[kept] - point.coefficient.values).max() < 1e-9 * size
-    everywhere = sh.datasets.recover(condensed, point)
-    assert everywhere.residual_norm < 1e-10
-    whole = everywhere.coefficient.values
-    assert abs(whole[disk.kept] - one.coefficient.values).max() < 1e-9 * size
 
 
 @pytest.mark.slow
@@ -160,7 +143,7 @@ def test_several_engine_orders_and_copies():
         sh.condense(disk, sh.forces.PointForce(), (2000, 6000))
 
 
-@pytest.mark.parametrize("order", [3, 21, 0])
+@pytest.mark.parametrize("order", quick_first([3, 21, 0], 1))
 @pytest.mark.parametrize("opens", [False, True])
 def test_displacements_of_contacts_are_enough(order, opens):
     """Contacts to the next sector and across the cut: responses of both sides, everywhere."""

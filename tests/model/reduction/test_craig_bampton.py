@@ -1,7 +1,5 @@
 """Structures and sectors reduced by Craig and Bampton."""
 
-import pickle
-
 import numpy as np
 import pytest
 import scipy.sparse as sp
@@ -79,27 +77,6 @@ def test_forces_are_those_of_the_whole_structure(chain, reduced):
     )
 
 
-def test_all_verbs_take_it(reduced, tmp_path):
-    problem = sh.HarmonicBalance(reduced, sh.forces.PointForce(place=20, amplitude=2.0), (1, 3))
-    response = sh.frf(problem, (0.3, 0.6), progress=False)
-    assert response.structure_dof.values.tolist() == reduced.dofs.tolist()
-    point = response.isel(point=3)
-    motion = sh.periodic_motion(problem, frequency=float(point.frequency))
-    assert bool(motion.converged)
-    sh.save(response, tmp_path / "reduced.nc")
-    again = sh.datasets.rebuild(sh.load(tmp_path / "reduced.nc"))
-    assert_allclose(again.model.stiffness_matrix.toarray(), reduced.stiffness_matrix.toarray())
-    both = [sh.solve(each, 0.5).coefficient for each in (problem, again)]
-    assert_allclose(both[1], both[0], atol=1e-12)
-    assert "peak_amplitude_by_normal_load" in sh.datasets.sensitivity(response)
-
-
-def test_it_is_sent_to_workers(reduced):
-    again = pickle.loads(pickle.dumps(reduced))
-    assert type(again) is type(reduced)
-    assert_allclose(again.basis, reduced.basis)
-
-
 @pytest.mark.parametrize("interface_modes", [None, 3])
 def test_a_sector_converges_to_its_waves(interface_modes):
     disk = plate_sector(8)
@@ -113,17 +90,6 @@ def test_a_sector_converges_to_its_waves(interface_modes):
     for wave in (0, 2, 4):
         exact, found = (sh.natural_modes(m, wave, count=4).frequency for m in (disk, fine))
         assert_allclose(found, exact, rtol=1e-3)
-
-
-def test_a_sector_with_all_modes_is_exact():
-    disk = plate_sector(6)
-    small = sh.craig_bampton(disk, 67, (1, 60), places=[76])
-    assert small.structure.certificate.error < 1e-9
-    force = sh.forces.EngineOrder(2, pattern={76: 1.0, 50: 0.3j}, amplitude=30.0)
-    exact, found = (sh.solve(sh.HarmonicBalance(m, force, (0, 1, 2)), 25.0) for m in (disk, small))
-    order = np.searchsorted(exact.structure_dof, found.structure_dof)
-    scale = np.abs(exact.coefficient).max()
-    assert_allclose(found.coefficient, exact.coefficient.values[order], atol=1e-8 * scale)
 
 
 def test_interfaces_turn_with_the_axes():

@@ -1,13 +1,13 @@
 """Disks of reduced sectors whose blades deviate."""
 
-import pickle
-
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
+from rings import assembled
 from scipy.linalg import eigh
 
 import symhbm as sh
+from tests.problems import rub
 from tests.quick import quick_first
 from tests.sectors_to_reduce import chain_sector, plane_sector, plate_sector
 
@@ -58,41 +58,22 @@ def stiffer_modes(disk):
 
 def whole_ring(disk, added):
     """The unreduced ring, whose blades have other springs: by hand, without the library's ring."""
-    model, n = disk.structure, disk.structure.n_dof
-    right, left = disk.interfaces.right, disk.interfaces.left
-    others = disk.interfaces.others
-    number = np.full((N, n), -1)
-    number[:, others] = np.arange(N * len(others)).reshape(N, -1)
-    number[:, right] = np.roll(number[:, left], -1, axis=0)
-    parts = np.zeros((3, N * len(others), N * len(others)))
-    for j in range(N):
-        stiffness = model.stiffness_matrix.toarray()
-        # What resists the motion of the blade beside that with its root.
-        rest = np.setdiff1d(np.arange(n), BLADE)
-        inside = stiffness[np.ix_(BLADE, BLADE)]
-        relative = np.zeros((len(BLADE), n))
-        relative[:, BLADE] = np.eye(len(BLADE))
-        relative[:, rest] = np.linalg.solve(inside, stiffness[np.ix_(BLADE, rest)])
-        stiffness = stiffness + relative.T @ added[j] @ relative
-        matrices = model.mass_matrix.toarray(), model.damping_matrix.toarray(), stiffness
-        at = np.ix_(number[j], number[j])
-        for part, matrix in zip(parts, matrices, strict=True):
-            part[at] += matrix
-    pairs = [(number[j, 77], number[(j + 1) % N, 74]) for j in range(N)]
-    shroud = sh.Friction(
-        tangential=pairs, contact_stiffness=2e5, friction_coefficient=0.3, normal_load=1.0
+    ring, n = assembled(disk, FORCE), disk.n_whole
+    inside = disk.structure.stiffness_matrix.toarray()[BLADE]
+    rest = np.setdiff1d(np.arange(n), BLADE)
+    # What resists the motion of the blade beside that with its root.
+    relative = np.zeros((len(BLADE), n))
+    relative[:, BLADE] = np.eye(len(BLADE))
+    relative[:, rest] = np.linalg.solve(inside[:, BLADE], inside[:, rest])
+    own = [relative @ motion for motion in ring.motions]
+    stiffer = sum(blade.T @ each @ blade for blade, each in zip(own, added, strict=True))
+    model = ring.model
+    matrices = model.mass_matrix, model.damping_matrix, model.stiffness_matrix + stiffer
+    (shroud,) = model.groups
+    changed = sh.Model(*matrices).with_contacts(
+        shroud=sh.Friction(tangential=model.contacts, **model.values_of(shroud))
     )
-    return sh.Model(*parts, contacts={"shroud": shroud}), number
-
-
-def wave_of(number, harmonic_force):
-    """The engine order on the whole ring as a plain force."""
-    cosine, sine = np.zeros((2, number.max() + 1))
-    for j in range(N):
-        for dof, phasor in {TIP: 1.0, 50: 0.5j}.items():
-            turned = phasor * np.exp(-2j * np.pi * 3 * j / N)
-            cosine[number[j, dof]], sine[number[j, dof]] = turned.real, -turned.imag
-    return sh.forces.HarmonicForce({1: cosine}, {1: sine}, amplitude=harmonic_force)
+    return changed, ring
 
 
 def tips(point):
@@ -108,15 +89,11 @@ def test_a_tuned_ring_has_the_waves_of_its_sector(disk):
     assert_allclose(sh.natural_modes(ring, count=4 * N).frequency, expected, rtol=1e-9)
 
 
-@pytest.mark.parametrize("make", [plate_sector, plane_sector])
-def test_a_tuned_ring_responds_as_its_sector(make):
-    disk = make(6)
-    modes, dofs, force = (20, [TIP], sh.forces.EngineOrder(2, pattern={TIP: 1.0}, amplitude=30.0))
-    if make is plane_sector:
-        force = sh.forces.EngineOrder(2, pattern={"4:y": 1.0, "4:x": 0.3j}, amplitude=9.0)
-        modes, dofs = 3, [8, 9]
-    small = sh.craig_bampton(disk, modes, (1, 100), places=dofs)
-    load = sh.forces.StaticLoad({dofs[0]: 2.0})
+def test_a_tuned_ring_responds_as_its_sector():
+    """All sectors of it, whose interfaces turn with the axes."""
+    force = sh.forces.EngineOrder(2, pattern={"4:y": 1.0, "4:x": 0.3j}, amplitude=9.0)
+    small = sh.craig_bampton(plane_sector(6), 3, (1, 100), places=[8, 9])
+    load = sh.forces.StaticLoad({8: 2.0})
     one, whole = (
         sh.solve(sh.HarmonicBalance(model, force + load, (0, 1, 3)), 27.0)
         for model in (small, sh.mistuned_ring(small))
@@ -137,8 +114,8 @@ def test_a_tuned_ring_responds_as_its_sector(make):
 )
 def test_a_mistuned_ring_against_the_unreduced_one(disk, reduced, added, deviations):
     certificate = reduced.structure.certificate
-    exact, number = whole_ring(disk, added(disk))
-    tuned, _ = whole_ring(disk, np.zeros((N, len(BLADE), len(BLADE))))
+    exact, rings = whole_ring(disk, added(disk))
+    tuned = rings.model
     ring = sh.mistuned_ring(reduced, **deviations)
     count = 2 * N
     modes = [
@@ -150,45 +127,17 @@ def test_a_mistuned_ring_against_the_unreduced_one(disk, reduced, added, deviati
     assert np.abs(shifts[0]).max() > 20 * tolerance
     assert_allclose(shifts[1], shifts[0], atol=tolerance)
     for amplitude in (1e-3, 60.0):  # the shroud sticks, and slips
-        forces = wave_of(number, amplitude), FORCE.with_parameters(force_amplitude=amplitude)
         problems = [
-            sh.HarmonicBalance(*of_model) for of_model in zip((exact, ring), forces, strict=True)
+            sh.HarmonicBalance(model, force.with_parameters(force_amplitude=amplitude))
+            for model, force in ((exact, rings.force), (ring, FORCE))
         ]
         peak = np.sqrt(modes[0][0] * modes[0][N])
         for frequency in np.linspace(0.9 * peak, 1.1 * peak, 20 if amplitude < 1 else 5):
             points = [sh.solve(problem, frequency) for problem in problems]
-            whole = points[0].coefficient.values[number[:, TIP]]
+            everywhere = points[0].coefficient.values
+            whole = [np.tensordot(m[[TIP]].toarray(), everywhere, 1)[0] for m in rings.motions]
             difference = np.abs(tips(points[1]) - whole).max() / np.abs(whole).max()
             assert difference < min(certificate.error, 0.01)
-
-
-@pytest.mark.slow
-def test_derivatives_by_deviations(reduced):
-    names = ("stiffness_deviation", "frequency_deviation", "mass_deviation", *OF_MODES)
-    rng = np.random.default_rng(0)
-    values = {name: 0.03 * rng.standard_normal(N) for name in names}
-    ring = sh.mistuned_ring(reduced, **values)
-    problem = sh.HarmonicBalance(ring, FORCE)
-    unknowns = 1e-3 * rng.standard_normal(problem.n_unknowns)
-    for name in names:
-        step = 1e-5 * rng.standard_normal(N)
-        ends = [problem.with_parameters(**{name: values[name] + way * step}) for way in (1, -1)]
-        quotient = (
-            ends[0].evaluate(unknowns, 150.0).residual - ends[1].evaluate(unknowns, 150.0).residual
-        ) / 2
-        inputs = problem.arguments(unknowns, 150.0)
-        derivative = problem.derivative(name).call(inputs)["jacobian"].full() @ step
-        assert_allclose(derivative, quotient, atol=1e-7 * np.abs(quotient).max())
-        whole = ends[0].model.stiffness_matrix, ends[0].model.mass_matrix
-        again = sh.mistuned_ring(reduced, **values | {name: values[name] + step})
-        for found, expected in zip(whole, (again.stiffness_matrix, again.mass_matrix), strict=True):
-            assert abs(found - expected).max() <= 1e-12 * abs(expected).max()
-
-
-def test_a_frequency_deviation_is_one_of_the_square(reduced):
-    by_frequency = sh.mistuned_ring(reduced, frequency_deviation=DEVIATIONS)
-    by_stiffness = sh.mistuned_ring(reduced, stiffness_deviation=(1 + DEVIATIONS) ** 2 - 1)
-    assert abs(by_frequency.stiffness_matrix - by_stiffness.stiffness_matrix).max() < 1e-6
 
 
 @pytest.fixture(scope="module")
@@ -246,67 +195,6 @@ def test_the_blade_follows_its_root_freely():
     assert np.abs(bent @ together).max() < 1e-8 * np.abs(bent).max()
 
 
-def small_ring(**deviations):
-    blade = sh.Model([[1.0, 0], [0, 0]], [[2.0, 0], [0, 0]], [[3e4, -2e4], [-2e4, 2e4]])
-    disk = sh.Sector(blade, left=[0], right=[1], n_sectors=5)
-    shroud = sh.Friction(
-        tangential=(0, sh.next_sector(0)),
-        contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
-    )  # fmt: skip
-    return sh.mistuned_ring(disk.with_contacts(shroud=shroud), **deviations)
-
-
-PATTERN = sh.forces.EngineOrder(2, pattern={0: 1.0}, amplitude=20.0)
-
-
-def test_sweeps_draws_and_archives(tmp_path):
-    ring = small_ring(stiffness_deviation=[0.01, 0, -0.02, 0.005, 0.015])
-    problem = sh.HarmonicBalance(ring, PATTERN)
-    draws = sh.mistuning.truncated_normal(problem, 3, seed=1, stiffness_deviation=0.02)
-    spread = draws.stiffness_deviation
-    assert spread.dims == ("sample", "blade")
-    assert_allclose(spread.values - ring.stiffness_deviation, 0, atol=0.06)
-    response = sh.frf(problem, (20, 45), over=draws, progress=False)
-    alone = sh.frf(problem.with_parameters(stiffness_deviation=spread[1]), (20, 45), progress=False)
-    assert_allclose(response.isel(sample=1).peak_amplitude.max(), alone.peak_amplitude.max())
-    sh.save(alone, tmp_path / "ring.nc")
-    again = sh.datasets.rebuild(sh.load(tmp_path / "ring.nc"))
-    assert_allclose(again.model.stiffness_deviation, spread[1])
-    both = [sh.solve(p, 30.0).coefficient for p in (alone_problem(problem, spread[1]), again)]
-    assert_allclose(both[1], both[0], atol=1e-14)
-    sh.verify(alone)
-
-
-def alone_problem(problem, values):
-    return problem.with_parameters(stiffness_deviation=values)
-
-
-def test_sensitivity_agrees_with_differences():
-    values = np.array([0.01, 0, -0.02, 0.005, 0.015])
-    problem = sh.HarmonicBalance(small_ring(stiffness_deviation=values), PATTERN)
-
-    def highest(shift):
-        moved = problem.with_parameters(stiffness_deviation=values + shift * np.eye(5)[2])
-        response = sh.frf(moved, (28, 40), progress=False)
-        return response, float(response.peak_amplitude.max())
-
-    response, top = highest(0.0)
-    slopes = sh.datasets.sensitivity(response).peak_amplitude_by_stiffness_deviation
-    peak = int(response.peak_amplitude.values.argmax())
-    dof = int(response.peak_dof[peak])
-    found = float(slopes.isel(peak=peak, peaking_dof=dof, blade=2))
-    quotient = (highest(1e-5)[1] - highest(-1e-5)[1]) / 2e-5
-    assert found == pytest.approx(quotient, rel=1e-4)
-    assert top > 0
-
-
-def test_time_domain_and_follow_take_a_ring():
-    problem = sh.HarmonicBalance(small_ring(mass_deviation=0.01), PATTERN, (1, 3, 5))
-    assert bool(sh.periodic_motion(problem, frequency=30.0).converged)
-    curve = sh.follow(problem, "mass_deviation", (-0.05, 0.05), frequency=30.0, progress=False)
-    assert curve.sizes["point"] > 2
-
-
 @pytest.mark.parametrize("keep", quick_first(["displacements", "touched"], 1))
 def test_a_condensed_ring_agrees(reduced, keep):
     ring = sh.mistuned_ring(reduced, stiffness_deviation=DEVIATIONS)
@@ -348,30 +236,6 @@ def test_structural_damping_of_a_ring():
     assert np.abs(moved.coefficient - whole.coefficient).max() > 1e-6
 
 
-def test_a_ring_is_sent_to_workers():
-    ring = small_ring(stiffness_deviation=0.02)
-    again = pickle.loads(pickle.dumps(ring)).with_parameters(stiffness_deviation=0.0)
-    assert abs(again.stiffness_matrix - small_ring().stiffness_matrix).max() == 0
-
-
-@pytest.mark.parametrize(
-    ("arguments", "error", "told"),
-    [
-        (dict(stiffness_deviation=-1.0), ValueError, "above -1"),
-        (dict(frequency_deviation=[0.0, 0.1]), ValueError, "frequency_deviation"),
-        (dict(mass_deviation="light"), TypeError, "mass_deviation"),
-    ],
-)
-def test_bad_deviations_are_refused(arguments, error, told):
-    with pytest.raises(error, match=told):
-        small_ring(**arguments)
-
-
-def test_only_sectors_make_rings():
-    with pytest.raises(TypeError, match="expected a Sector"):
-        sh.mistuned_ring(3)
-
-
 @pytest.fixture(scope="module")
 def of_chains():
     return sh.craig_bampton(chain_sector(4), 2, (1, 60), blade=[1, 2, 3], blade_modes=2)
@@ -391,6 +255,36 @@ def of_modes(of_chains):
 
 
 BAND = (12, 25)
+
+
+def test_derivatives_by_deviations(of_chains, of_modes):
+    """Those of single modes beside those of all of the blade, at once and one after the other."""
+    names = ("stiffness_deviation", "frequency_deviation", *VALUES)
+    rng = np.random.default_rng(0)
+    values = {name: 0.03 * rng.standard_normal(4) for name in names}
+    problem = of_modes.with_parameters(**values)
+    unknowns = 1e-3 * rng.standard_normal(problem.n_unknowns)
+    for name in names:
+        step = 1e-5 * rng.standard_normal(4)
+        ends = [problem.with_parameters(**{name: values[name] + way * step}) for way in (1, -1)]
+        quotient = (
+            ends[0].evaluate(unknowns, 150.0).residual - ends[1].evaluate(unknowns, 150.0).residual
+        ) / 2
+        inputs = problem.arguments(unknowns, 150.0)
+        derivative = problem.derivative(name).call(inputs)["jacobian"].full() @ step
+        assert_allclose(derivative, quotient, atol=1e-7 * np.abs(quotient).max())
+        whole = ends[0].model.stiffness_matrix, ends[0].model.mass_matrix
+        again = sh.mistuned_ring(of_chains, **values | {name: values[name] + step})
+        for found, expected in zip(whole, (again.stiffness_matrix, again.mass_matrix), strict=True):
+            assert abs(found - expected).max() <= 1e-12 * abs(expected).max()
+
+
+def test_a_frequency_deviation_is_one_of_the_square(of_chains):
+    values = np.array([0.01, 0, -0.02, 0.005])
+    by_frequency = sh.mistuned_ring(of_chains, frequency_deviation=values)
+    by_stiffness = sh.mistuned_ring(of_chains, stiffness_deviation=(1 + values) ** 2 - 1)
+    difference = by_frequency.stiffness_matrix - by_stiffness.stiffness_matrix
+    assert abs(difference).max() < 1e-12 * abs(by_frequency.stiffness_matrix).max()
 
 
 def test_modes_in_sweeps_draws_and_archives(of_modes, tmp_path):
@@ -426,23 +320,6 @@ def test_statistics_keep_the_modes_of_blades(of_modes):
     assert abs(again.stiffness_matrix - of_modes.model.stiffness_matrix).max() == 0
 
 
-def test_sensitivity_to_modes_agrees_with_differences(of_modes):
-    name = "frequency_deviation_0"
-
-    def highest(shift):
-        moved = of_modes.with_parameters(**{name: VALUES[name] + shift * np.eye(4)[2]})
-        response = sh.frf(moved, BAND, progress=False)
-        return response, float(response.peak_amplitude.max())
-
-    response, _ = highest(0.0)
-    slopes = sh.datasets.sensitivity(response)[f"peak_amplitude_by_{name}"]
-    peak = int(response.peak_amplitude.values.argmax())
-    dof = int(response.peak_dof[peak])
-    found = float(slopes.isel(peak=peak, peaking_dof=dof, blade=2))
-    quotient = (highest(1e-5)[1] - highest(-1e-5)[1]) / 2e-5
-    assert found == pytest.approx(quotient, rel=1e-4)
-
-
 def test_modes_are_followed(of_modes):
     name = "frequency_deviation_0"
     curve = sh.follow(of_modes, name, (-0.05, 0.05), frequency=17.0, progress=False)
@@ -457,6 +334,10 @@ def test_modes_are_followed(of_modes):
 @pytest.mark.parametrize(
     ("arguments", "error", "told"),
     [
+        (dict(stiffness_deviation=-1.0), ValueError, "above -1"),
+        (dict(frequency_deviation=[0.0, 0.1]), ValueError, "frequency_deviation"),
+        (dict(mass_deviation="light"), TypeError, "mass_deviation"),
+        (dict(sector=3), TypeError, "expected a Sector"),
         (dict(frequency_deviation_0=-1.0), ValueError, "frequency_deviation_0: .* above -1"),
         (dict(frequency_deviation_1=[0.1]), ValueError, "frequency_deviation_1"),
         (
@@ -467,9 +348,9 @@ def test_modes_are_followed(of_modes):
         (dict(frequency_deviation_2=0.1), KeyError, "'frequency_deviation_2' .* 2 modes .*_1"),
     ],
 )
-def test_bad_deviations_of_modes_are_refused(of_chains, arguments, error, told):
+def test_bad_deviations_are_refused(of_chains, arguments, error, told):
     with pytest.raises(error, match=told):
-        sh.mistuned_ring(of_chains, **arguments)
+        sh.mistuned_ring(**{"sector": of_chains} | arguments)
 
 
 def test_modes_of_one_frequency_are_told():
@@ -519,9 +400,7 @@ def shrouded(damping=None, air=()):
     disk = sh.Sector(sh.Model(np.diag([1.0, 0.4, 0]), given, stiffness), [0], [2], 5)
     shroud = sh.Friction(
         tangential=(1, sh.next_sector(1)),
-        contact_stiffness=3e3,
-        friction_coefficient=0.5,
-        normal_load=1.0,
+        **rub(3e3, 0.5, 1.0),
     )
     return disk.with_contacts(shroud=shroud).with_influences(*air)
 

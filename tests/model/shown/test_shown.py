@@ -9,6 +9,7 @@ import sectors
 import symhbm as sh
 from symhbm.model.shown import as_table, rows_of
 from symhbm.numerics import check
+from tests import designs
 
 N = 1000
 VALUES = np.linspace(1, 2, N)
@@ -50,13 +51,8 @@ def many_blades():
 
 
 def test_long_arrays_are_short_texts():
-    damper = sh.Contacts(
-        sh.laws.Coulomb(),
-        [(i,) for i in range(N)],
-        contact_stiffness=[*VALUES],
-        friction_coefficient=0.5,
-        normal_load=VALUES,
-    )
+    rubs = dict(contact_stiffness=[*VALUES], friction_coefficient=0.5, normal_load=VALUES)
+    damper = sh.Friction(tangential=[(i,) for i in range(N)], **rubs)
     forces = sh.forces.HarmonicForce(cosine={1: VALUES}) + sh.forces.StaticLoad(VALUES)
     places = sh.Places(range(N), ["z"] * N, label=[f"tip{i}" for i in range(N)])
     things = [many_blades(), damper, forces, places, sh.ModalDamping(VALUES)]
@@ -69,15 +65,9 @@ def test_long_arrays_are_short_texts():
 
 
 def test_many_groups_are_some_lines():
+    rubs = dict(contact_stiffness=1e4, friction_coefficient=0.5)
     groups = {
-        f"damper{i}": sh.Contacts(
-            sh.laws.Coulomb(),
-            [(i,)],
-            contact_stiffness=1e4,
-            friction_coefficient=0.5,
-            normal_load=1 + i,
-        )
-        for i in range(30)
+        f"damper{i}": sh.Friction(tangential=(i,), normal_load=1 + i, **rubs) for i in range(30)
     }
     model = sh.Model(np.eye(30), np.eye(30), 1e4 * np.eye(30), contacts=groups)
     assert len(repr(model).splitlines()) < 30
@@ -97,11 +87,7 @@ def test_short_values_are_whole():
 
 
 def test_table_of_a_problem():
-    blade = sh.single_blade(
-        mass=1, stiffness=1e4, damping=0.5,
-        contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
-    )  # fmt: skip
-    rows = Cells(sh.HarmonicBalance(blade, sh.forces.PointForce(), (1, 3))._repr_html_()).rows
+    rows = Cells(designs.blade((1, 3), normal_load=3)._repr_html_()).rows
     assert rows["harmonics"] == "(1, 3)"
     assert rows["unknowns"] == "4"
     assert rows["structure"] == "1 lumped blade, 1 contact"
@@ -112,10 +98,7 @@ def test_table_of_a_problem():
 
 @pytest.mark.parametrize("stuck", [False, True])
 def test_natural_frequencies_are_those_of_the_verb(stuck):
-    disk = sh.bladed_disk(
-        13, mass=1, stiffness=1e4, damping=0.5,
-        contact_stiffness=1e6, friction_coefficient=0.5, normal_load=10,
-    )  # fmt: skip
+    disk = designs.ring().model
     expected = sh.natural_modes(disk, count=4, stuck=stuck).frequency.values
     words = "stuck" if stuck else "open"
     text = dict(rows_of(disk))[f"natural frequencies, contacts {words}"]
