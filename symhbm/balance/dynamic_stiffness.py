@@ -39,7 +39,7 @@ class DynamicStiffness:
         ``[Z, G]`` at rest, and ``band_functions``, those of the other harmonics where they are
         known as functions with poles; None where corrections go step by step.
     mass : (n_dof, n_dof)
-        The inertia [kg] that an amplification is told by, None where the slope of the dynamic
+        The inertia [kg] by which an amplification is measured, None where the slope of the dynamic
         stiffness tells.
     """
 

@@ -80,7 +80,7 @@ class ContinuationProblem(ABC):
         return problem.amplification(unknowns, frequency)
 
     def settle(self, guess: FloatArray, switches: NDArray[np.bool_]) -> None:  # noqa: B027
-        """Set to 0 what does not move at a guess (n_unknowns + 1,), ``switches`` next to it."""
+        """Set the unknowns of a guess (n_unknowns + 1,) to 0 that are so in its ``switches``."""
 
     def scale(self, point: FloatArray) -> FloatArray:
         """Units of length of the unknowns and the parameter at a point, all (n_unknowns + 1,).

@@ -237,8 +237,8 @@ class NextSector:
 def next_sector(place: Any) -> NextSector:
     """A place of the next sector of a disk, for the contacts of a `symhbm.Sector`.
 
-    ``place`` is what the degree of freedom is called in this sector. Its motion is told in the axes
-    of this sector: where directions are cartesian, along those of the first one.
+    ``place`` is the name of the degree of freedom in this sector. Its motion has the axes of this
+    sector: where directions are cartesian, those of the first one.
 
     Examples
     --------

@@ -69,7 +69,7 @@ def _contact_order(
         of_group = np.array(list(model.values_of(group).values())).T.tolist()
         for j, row in zip(group.contacts, of_group, strict=True):
             values[j] += [group.name, *row]
-    # Contacts of equal ends, side by side, are told apart by their values.
+    # Contacts of equal ends, side by side, differ by their values.
     known: dict[tuple, list[int]] = defaultdict(list)
     keys = [(ends, tuple(row)) for ends, row in zip(model.contacts, values, strict=True)]
     for j, key in enumerate(keys):

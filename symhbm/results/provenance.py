@@ -286,7 +286,7 @@ def with_provenance(
 
 
 def evaluated_by(by_machine_code: Iterable[int]) -> dict[str, str]:
-    """The attribute that tells what evaluated curves: 1 for machine code, 0 without, -1 for none.
+    """The attribute that says whether machine code evaluated curves: 1, 0 without, -1 for none.
 
     It may be both, as workers on other machines may have no compiler. Empty for no curves.
     """

@@ -29,7 +29,7 @@ _MOVING = ("value", "event_value", "peak_value", "branch_value", "fold_value")
 _FILL: dict[str, Any] = {"f": np.nan, "i": -1, "b": False, "O": ""}
 
 NO_VARIABLES = ("harmonics", "by_machine_code")
-"""Arrays that are no variables of the dataset, but told by its coordinates and attributes."""
+"""Arrays that become coordinates and attributes of the dataset, not variables."""
 
 Encoded = tuple[str, bytes]
 """Layout and bytes of a table, see `encode`."""

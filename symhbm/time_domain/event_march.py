@@ -229,7 +229,7 @@ def _margins(
     ended_slip: FloatArray,
     touching: np.ndarray,
 ) -> FloatArray:
-    """Powers of what is positive until a contact changes its state, (n_active, 2, DEGREE + 1).
+    """Powers of the margins, positive until a contact changes its state, (n_active, 2, DEGREE + 1).
 
     Distances to the upper and the lower limit while it sticks; along the slip, the velocity less
     that of the limit, and the normal force; minus that where it is open. Zeros at the start of the

@@ -169,7 +169,7 @@ def _change(
 def _margins(
     linear: PlanarMotion, at: Instant, step: Step, powers: FloatArray, zeros: np.ndarray
 ) -> FloatArray:
-    """Powers of what is positive until a contact changes its state, (DEGREE + 1, 2, n_active).
+    """Powers of the margins, positive until a contact changes its state, (DEGREE + 1, 2, n_active).
 
     While it sticks the square of its limit less that of its force, while it slips the speed of its
     slider, and its normal force. ``zeros`` (2, n_active) are those at the start of the step that

@@ -36,7 +36,7 @@ _REAL = 0.1
 
 
 def check_stability(problem: HarmonicBalance, stability: object) -> bool:
-    """Whether stability is asked for; ValueError for a structure of which it cannot be told."""
+    """Whether stability is asked for; ValueError for a structure whose stability is unknown."""
     wanted = check.flag("stability", stability)
     model = problem.model
     if wanted and not model.has_matrices:

@@ -18,7 +18,7 @@ from symhbm.numerics import refined
 from symhbm.time_domain.stability import Growth, growth, multiplier_at, verdict
 
 _BESIDE = 1e-2
-"""Share of a segment at which stability beside an event is told."""
+"""Share of a segment at which stability next to an event is computed."""
 _CONTINUOUS = 1e-6
 """Growth over the frequency up to which a multiplier passes the circle, and does not jump over."""
 _REAL = 1e-9

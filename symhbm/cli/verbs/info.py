@@ -18,7 +18,7 @@ def info(archive: Path) -> None:
     dissipation), and how far to trust it (largest residual, truncation error). An unfinished
     run, ARCHIVE.partial, tells how many curves are still to come.
 
-    Peaks are local maxima over the band; the largest response is told as well where it is none,
+    Peaks are local maxima over the band; the largest response is printed as well where it is none,
     as at an end of the band. "mistuned" and "swept" mark parameters that differ between blades
     or contacts, and between curves.
 

@@ -94,7 +94,7 @@ def located_system(equations: Equations) -> ca.Function:
 
     More inputs: ``events`` of all contacts, their ``margins`` (n_switches,), the ``gradients`` of
     these by the motion of their contact, and ``margins_by_frequency`` (n_switches,). Resonances are
-    not counted, and springs not told.
+    not counted, and springs not computed.
     """
     form, groups = equations.located_form, equations.groups
     sizes = [form.nnz_in(i) for i in range(form.n_in())]

@@ -42,7 +42,7 @@ def first_limit(
     """Solve for the first limit crossed between ``base`` and ``past_limit``.
 
     ``orientation`` is the sign of tangents along the path. Returns the solution and which switches
-    are at their limits there (n_switches,), None if limits can be told apart only over a shorter
+    are at their limits there (n_switches,), None if limits can be separated only over a shorter
     step, as where a contact comes back to its limit from beyond.
     """
     single_valued = corrector.curve.single_valued
@@ -113,7 +113,7 @@ def beyond_limits(
 def _first_limit(
     base: Any, ahead: Any, scale: Any, single_valued: bool, normal: Any, guess: Any
 ) -> tuple[int, float]:
-    """Number of the switch that reaches its limit first, -1 if limits cannot be told apart.
+    """Number of the switch that reaches its limit first, -1 if limits cannot be separated.
 
     State and margins are cubics over the step from ``base`` (state, derivative, states and margins
     of switches and their rates) to ``ahead`` (state, scaled direction, margins, rates). Writes the

@@ -153,7 +153,7 @@ def is_crossing(
 
 
 def leaves(corrector: Corrector, base: PathPoint, ahead: Corrected) -> bool:
-    """Whether a step passes a branch point though the sign is the same: it is on the other branch.
+    """Whether a step leaves the branch at a branch point, so that the sign stays the same.
 
     Also where nothing is found half-way.
     """

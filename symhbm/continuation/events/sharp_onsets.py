@@ -14,7 +14,7 @@ from symhbm.continuation.problem import Corrected
 from symhbm.numerics import FloatArray, length_of
 
 _MARGIN = 1e-6
-"""Margin of slip at which the tangent beside a limit is told."""
+"""Margin of slip at which the tangent next to a limit is computed."""
 _PRECISION = 1e-8
 """Last step to a limit, relative to the response."""
 _FARTHEST = 3.0

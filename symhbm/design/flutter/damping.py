@@ -49,7 +49,7 @@ def maximise_damping(
     amplitude
         Amplitude [m] of the vibration: that of the first harmonic at ``place``.
     mode, place, nodal_diameter
-        As in `symhbm.nonlinear_modes`: which mode, and where its amplitude is told.
+        As in `symhbm.nonlinear_modes`: which mode, and the place of its amplitude.
     **run
         ``throw``, ``progress`` and ``max_points``, as `symhbm.Run` tells; ``throw`` where there is
         no best value.

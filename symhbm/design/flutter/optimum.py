@@ -98,7 +98,7 @@ def best_on_path(found: xr.Dataset, name: str) -> Optimum | None:
 
 
 def best_limit(limits: FlutterLimits, bounds: tuple[float, float]) -> Optimum | None:
-    """Where the flutter limit of the first disturbance is largest, if it is told anywhere."""
+    """Where the flutter limit of the first disturbance is largest, if it is known anywhere."""
     rows = [row for row in limits.sample(bounds) if row.limits]
     if not rows:
         return None

@@ -35,7 +35,7 @@ _SUFFIX = ".points.npz"
 
 @dataclass
 class KeptDesigns:
-    """Designs by what they were searched for, in a working file beside an archive, if there is one.
+    """Designs by the question they answer, in a working file next to an archive, if there is one.
 
     ``complete`` is the front of an archive that is finished.
     """

@@ -44,7 +44,7 @@ Named = tuple[Place, ...] | Mapping[Place, float]
 
 
 class Directions(NamedTuple):
-    """One direction of several contacts, and how many degrees of freedom it is of, where told."""
+    """One direction of several contacts, and the number of degrees of freedom if known."""
 
     ends: tuple[Any, ...]
     n_dof: int | None = None

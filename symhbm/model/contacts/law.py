@@ -7,8 +7,9 @@ many, and acts on the structure as the motion is measured.
 What changes within a period, the *events* (where a contact begins to slip, where it opens), is
 located from the motion with numbers. The force at given events is symbols: a CasADi expression,
 whose derivatives by motion, frequency and parameters are exact where the force is continuous in
-time. A *switch* is what a contact may do within a period or not, slip for example. Its margin is a
-smooth function, positive when the motion asks for it; paths locate where margins pass zero.
+time. A *switch* is one behaviour that a contact shows within a period or not, slip for example. Its
+margin is a smooth function, positive when the motion asks for it; paths locate where margins pass
+zero.
 """
 
 from __future__ import annotations
@@ -76,7 +77,7 @@ class ContactLaw(Record, ABC):
     variables: ClassVar[Mapping[str, tuple[str, str]]] = {}
     """Units and meaning of what `results` tells beside the variables of all datasets."""
     switches: ClassVar[tuple[Switch, ...]] = ()
-    """What a contact may do within a period or not."""
+    """Behaviours that a contact shows within a period or not."""
     drawn_as: ClassVar[str] = "contact"
     """The element of `symhbm.plot.model`: friction, cubic or contact."""
     odd: ClassVar[bool] = True

@@ -28,7 +28,7 @@ class Influence:
     Parameters
     ----------
     shape : {place: weight} or (n_dof,)
-        ``w``, of one sector: a mode of the blade, or a place where its motion is told.
+        ``w``, of one sector: a mode of the blade, or the place of its displacement.
     coefficients : {distance: complex}
         ``L_k`` [N/m] by the number of blades that another one is ahead, 0 for a blade itself.
     frequency

@@ -62,10 +62,10 @@ class Sector(PolynomialStructure):
 
     Notes
     -----
-    Contacts, given by `with_contacts`, are those of one sector. One to the neighbour is told from
-    one side alone, the place beyond by `symhbm.next_sector`; what is told from both sides is two
-    contacts. Contacts may act on the interfaces; one on both sides of a cut is given once, left or
-    right. Its degrees of freedom are those that are not right.
+    Contacts of `with_contacts` are those of one sector. One to the neighbour is defined from one
+    side alone, the place beyond by `symhbm.next_sector`; two definitions, one from each side, are
+    two contacts. Contacts may act on the interfaces; one on both sides of a cut is given once, left
+    or right. Its degrees of freedom are those that are not right.
 
     The response of the whole disk to an engine order with constant normal loads is unique, hence
     this one. Where normal loads vary it is one of possibly several.
@@ -146,7 +146,7 @@ class Sector(PolynomialStructure):
     def with_contacts(self, **groups: Contacts) -> Self:
         """A copy with other contacts, groups by name, see `Model`; raises as `Model` does.
 
-        Places of the next sector are told by `symhbm.next_sector`, or by the columns ``n_dof`` to
+        Places of the next sector are named by `symhbm.next_sector`, or by the columns ``n_dof`` to
         ``2 n_dof - 1`` of arrays of weights.
         """
         other = object.__new__(type(self))

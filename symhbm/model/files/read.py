@@ -74,7 +74,7 @@ def read_structure(
 
     Returns
     -------
-    A `Model` in SI units. What was done to the matrices is told by one warning: units changed,
+    A `Model` in SI units. One warning says what was done to the matrices: units changed,
     triangles completed, degrees of freedom dropped that are supports (1e36 on the diagonal of the
     stiffness) or have rows of zeros, those without mass or stiffness, asymmetry, and a lowest
     natural frequency below 0.01 or above 1e6 Hz, which wrong units have; matrices that are there

@@ -16,7 +16,7 @@ _STEEP = 0.1
 _LARGER = 3.0
 """Radius of a triangle over those beside it, from which on it spans what is no interface."""
 _TOLD = 0.01
-"""Share of the area of such triangles that is told."""
+"""Share of the area of such triangles from which a warning names it."""
 _NOTHING = 1e-12
 """Area over the largest one that is 0 but for round-off."""
 

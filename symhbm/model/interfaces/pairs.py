@@ -315,7 +315,7 @@ def _rotation(about: int, angle: float) -> FloatArray:
 def _components(places: Places, node: int, point: FloatArray, about: int) -> dict[str, FloatArray]:
     """Unit vectors of the displacements of a node at a point, by the names of its places.
 
-    Cartesian directions of the next sector are told in the axes of this one.
+    Cartesian directions of the next sector are components in the axes of this one.
     """
     axial = np.eye(3)[about]
     radial = point - (point @ axial) * axial

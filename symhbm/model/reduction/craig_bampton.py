@@ -229,7 +229,7 @@ def _sector(
         raise ValueError(_NOTHING_TOUCHED)
     shared, chosen = _interface(sector, np.flatnonzero(np.isin(left, touched)), interface_modes)
     inner = np.setdiff1d(touched, left)
-    # Right of a sector is the left of the next one, told in the axes of that one.
+    # Right of a sector is the left of the next one, in the axes of that one.
     turned = sector.interfaces.rotation[left][:, left] @ shared
     boundary = np.concatenate([left, right, inner])
     motion = sp.block_diag([shared, turned, sp.eye_array(len(inner))], format="csr")
@@ -239,7 +239,7 @@ def _sector(
     n = len(chosen)
     reduced = ReducedModel(structure, kept, component, n)
     places = reduced.places
-    reduced._store(places=None)  # right is told in the axes of the next sector
+    reduced._store(places=None)  # right has the axes of the next sector
     result = ReducedSector(reduced, np.arange(n), np.arange(n, 2 * n), sector.n_sectors)
     result._set_contacts(_contacts(sector, component.basis))
     result._store(influences=tuple(map(result.coupling_felt, sector.influences)))

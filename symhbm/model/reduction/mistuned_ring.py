@@ -248,7 +248,7 @@ def mistuned_ring(
     A `Model` of all sectors one after the other, contacts sector by sector. An `EngineOrder` with
     the pattern of a sector acts on all of them, a `StaticLoad` of a sector on each; other forces
     are those of the whole disk, whose degrees of freedom are numbered sector by sector. Motions of
-    each sector are told in its own axes.
+    each sector have its own axes.
 
     Raises
     ------

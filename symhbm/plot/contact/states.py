@@ -24,7 +24,7 @@ from symhbm.plot.rendering import pictured
 from symhbm.results import Description, meaning
 
 MOST_ROWS = 40
-"""Most rows of contacts and parameter sets: more cannot be told apart."""
+"""Most rows of contacts and parameter sets: more cannot be distinguished."""
 LOOKS: dict[int, tuple[Any, str]] = {
     Behaviour.STICKS: ("#2f5d8a", "sticks"),
     Behaviour.SLIPS: ("#f0a030", "slips"),

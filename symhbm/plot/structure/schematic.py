@@ -65,7 +65,7 @@ def model(structure: Any, *, force: Any = None, ax: Axes | None = None) -> Pictu
 
     A stiffness or damping matrix is drawn where it is a sum of springs or dampers: symmetric, with
     no positive entry off its diagonal and no negative sum of a row. What a matrix has beyond that,
-    and coupling by inertia, is not drawn, and told below.
+    and coupling by inertia, is not drawn, and named below.
 
     Parameters
     ----------

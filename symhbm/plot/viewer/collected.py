@@ -219,7 +219,7 @@ class Collected:
         return [*parts.items()]
 
     def account(self) -> str:
-        """The account of the archive: what is told before an error stays."""
+        """The account of the archive: what is written before an error stays."""
         rows: list[tuple[str, str]] = []
         for name, section in self.tried(
             "The account", {}, lambda: dict(account(self.dataset, DIGITS))

@@ -18,7 +18,7 @@ _OF_POINTS = (
     *("frequency", "truncation_error", "sampling_error", "condensation_error", "residual_norm"),
     *("stability", "growth_rate", "highest_harmonic", "converged", "cycle_branch"),
 )
-"""What is told of a point beside its place on the curve."""
+"""Variables of a point that a page shows next to its place on the curve."""
 _STRAIGHT = 0.01
 """Distance [dB] of a drawn line from the curve between its points."""
 _SAME = 1e-9
@@ -105,7 +105,7 @@ def _rows(one: xr.Dataset, name: str, layout: Layout, places: bool = False) -> F
 
 
 def _told(one: xr.Dataset, layout: Layout) -> list[str]:
-    """Names of what is told of each point."""
+    """Names of the variables of each point that a page shows."""
     shown = {layout.x, *(panel.name for panel in layout.panels)}
     if not layout.along:
         return []
@@ -204,7 +204,7 @@ def _marks(
 
 
 def _event(one: xr.Dataset, value: FloatArray) -> Callable[[int, float], dict[str, Any]]:
-    """What else is told of an event: its point and its contact."""
+    """Further values of an event: its point and its contact."""
 
     def told(k: int, at: float) -> dict[str, Any]:
         contact = _entry(one, "event_contact", k)
@@ -216,7 +216,7 @@ def _event(one: xr.Dataset, value: FloatArray) -> Callable[[int, float], dict[st
 def _peaks(
     one: xr.Dataset, value: FloatArray, panels: list[FloatArray]
 ) -> Callable[[int, float], dict[str, Any]]:
-    """What else is told of a peak: its height, its point, and the places that peak there."""
+    """Further values of a peak: its height, its point, and the places that peak there."""
     parameter, tied = moving(one), {}
     for peak in located_peaks(one, parameter):
         tied.setdefault(peak.value, []).append(peak.dof)

@@ -50,7 +50,7 @@ def phase_resonances(
 def _quarters(corrector: Corrector, left: PathState, right: PathState) -> list[PathState]:
     """The solutions between two points that lag by a quarter of the period, or are a quarter ahead.
 
-    A resonance and an antiresonance within one step are told apart by a cubic between the points.
+    A resonance and an antiresonance within one step are separated by a cubic between the points.
     Raises ArithmeticError where the path cannot be solved for.
     """
     curve = corrector.curve

@@ -39,7 +39,7 @@ _MORE = (0.25, 0.75, 0.125, 0.375, 0.625, 0.875)
 class CycleCurve(UnforcedCurve):
     """Limit cycles, along a parameter or alone."""
 
-    NAMES: ClassVar = {"amplitude": "largest_displacement"}  # that of the first harmonic is told
+    NAMES: ClassVar = {"amplitude": "largest_displacement"}  # not of a harmonic
     curve: LimitCycleProblem
     branch: Cycles | None
 

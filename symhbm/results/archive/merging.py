@@ -292,7 +292,7 @@ class _Merger:
 
 
 def _versions(origin: dict) -> dict[str, list[str]]:
-    """Versions of the packages that are told of each process, or of the archive."""
+    """Packages whose versions are stored of each process, or of the archive."""
     return {
         f"{name}_version": sorted(
             {session[name] for session in origin["computed"]} | {origin[f"{name}_version"]}

@@ -94,7 +94,7 @@ def _finished(path: Path, dataset: xr.Dataset) -> Piece:
             curves = _tables(dataset, block, len(own.shape), tables.decode(*blank), request)
             finished = []
             for number, curve in zip(numbers[block].ravel().tolist(), curves, strict=True):
-                # Which of them machine code evaluated is not told, only whether some were.
+                # Which of them machine code evaluated is not stored, only whether some were.
                 state = states[min(done, len(states) - 1)]
                 curve["by_machine_code"] = np.full_like(curve["by_machine_code"], state)
                 finished.append((number, tables.encode(curve)))

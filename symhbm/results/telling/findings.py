@@ -20,7 +20,7 @@ _WORST = {
     "condensation_error": "condensation error",
     "periodicity": "periodicity",
 }
-"""Errors whose largest value is told."""
+"""Errors whose largest value is printed."""
 
 
 def findings(words: Words) -> Rows:
