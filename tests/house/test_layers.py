@@ -44,6 +44,7 @@ MOST_MODULES = 1550
 SLOW = {"matplotlib", "plotly", "netCDF4", "dask", "numba", "scipy.stats"}
 SLOW |= {f"scipy.{name}" for name in ("optimize", "interpolate", "integrate")}
 """Packages that not every computation needs, and take longer to import than one of those."""
+SUFFIXES = {".py", ".typed", ".js", ".css", ".html"}
 MOST_FILES, MOST_NAMES, MOST_ROOMS = 14, 40, 16
 LONGEST_CHAIN, MOST_ARROWS = 31, 2125
 """Files of which each imports the next, and imports of a file by another one, through doors."""
@@ -132,6 +133,11 @@ def test_chains_of_imports_stay_short():
         length[module] = 1 + max((length[below] for below in arrows[module]), default=0)
     assert max(length.values()) <= LONGEST_CHAIN
     assert sum(len(below) for below in arrows.values()) <= MOST_ARROWS
+
+
+def test_rooms_hold_sources_alone():
+    files = {path for path in (ROOT / "symhbm").rglob("*") if path.is_file()}
+    assert {path.suffix for path in files if path.parent.name != "__pycache__"} <= SUFFIXES
 
 
 @pytest.mark.parametrize("door", DOORS)
