@@ -7,13 +7,6 @@ from typing import TYPE_CHECKING, Any
 
 from symhbm.balance import HarmonicBalance, SwitchingAngles, goals
 from symhbm.continuation import SolveError, Status
-from symhbm.design import (
-    flutter_limit,
-    maximise_damping,
-    maximise_flutter_limit,
-    minimise_peak,
-    pareto_front,
-)
 from symhbm.model import (
     ContactPairs,
     ModalDamping,
@@ -33,29 +26,36 @@ from symhbm.model.contacts import Contacts, Friction, Gap, laws
 from symhbm.model.cyclic import Influence, RotatingModel, Sector
 from symhbm.model.files import read_structure, save_structure
 from symhbm.model.reduction import craig_bampton, mistuned_ring
-from symhbm.peaks import peak_curve
-from symhbm.response import (
-    campbell,
-    datasets,
-    follow,
-    frf,
-    limit_cycles,
-    natural_modes,
-    nonlinear_modes,
-    other_branches,
-    periodic_motion,
-    resume,
-    solve,
-    static_states,
-    verify,
-)
-from symhbm.results import Run
-from symhbm.results.archive import load, save
 
 if TYPE_CHECKING:
     from symhbm import plot
+    from symhbm.design import (
+        flutter_limit,
+        maximise_damping,
+        maximise_flutter_limit,
+        minimise_peak,
+        pareto_front,
+    )
     from symhbm.ensembles import mistuning, statistics
+    from symhbm.peaks import peak_curve
     from symhbm.plot.viewer import view
+    from symhbm.response import (
+        campbell,
+        datasets,
+        follow,
+        frf,
+        limit_cycles,
+        natural_modes,
+        nonlinear_modes,
+        other_branches,
+        periodic_motion,
+        resume,
+        solve,
+        static_states,
+        verify,
+    )
+    from symhbm.results import Run
+    from symhbm.results.archive import load, save
 
 __version__ = version("symhbm")
 
@@ -118,14 +118,20 @@ __all__ = [
 ]
 
 
-_LAZY = {
-    "mistuning": "symhbm.ensembles.mistuning",
-    "plot": "symhbm.plot",
-    "statistics": "symhbm.ensembles.statistics",
+_LATER = {
+    "symhbm.design": "flutter_limit maximise_damping maximise_flutter_limit minimise_peak"
+    " pareto_front",
+    "symhbm.ensembles": "mistuning statistics",
+    "symhbm.peaks": "peak_curve",
+    "symhbm.plot": "plot",
+    "symhbm.plot.viewer": "view",
+    "symhbm.response": "campbell datasets follow frf limit_cycles natural_modes nonlinear_modes"
+    " other_branches periodic_motion resume solve static_states verify",
+    "symhbm.results": "Run",
+    "symhbm.results.archive": "load save",
 }
-"""Rooms that need matplotlib or scipy.stats, which are slow to import and not needed to compute."""
-_LATE = {"view": "symhbm.plot.viewer"}
-"""Functions of such rooms."""
+"""Rooms that need xarray, matplotlib or scipy.stats, and their names; imported when asked for."""
+_ROOM_OF = {name: room for room, names in _LATER.items() for name in names.split()}
 
 
 def __dir__() -> list[str]:
@@ -133,10 +139,11 @@ def __dir__() -> list[str]:
 
 
 def __getattr__(name: str) -> Any:
-    if name in _LAZY:
-        return import_module(_LAZY[name])
-    if name in _LATE:
-        return getattr(import_module(_LATE[name]), name)
+    if name in _ROOM_OF:
+        room = import_module(_ROOM_OF[name])
+        found = room if room.__name__ == f"symhbm.{name}" else getattr(room, name)
+        globals()[name] = found
+        return found
     # With name and module Python tells the nearest name: "Did you mean: 'frf'?"
     here = sys.modules[__name__]
     raise AttributeError(f"module 'symhbm' has no attribute {name!r}", name=name, obj=here)
