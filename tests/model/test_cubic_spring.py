@@ -335,7 +335,7 @@ def test_random_oscillators(damping_ratio, bend, mass, natural, length):
     assert float(result.peak_amplitude[0]) == pytest.approx(oscillator.maximum()[0], rel=1e-9)
 
 
-@pytest.mark.parametrize(("length", "time"), [(1e3, 1e3), (1.0, 1e3), (1e6, 1.0)])
+@pytest.mark.parametrize(("length", "time"), quick_first([(1e3, 1e3), (1.0, 1e3), (1e6, 1.0)], 1))
 def test_units_do_not_matter(length, time):
     """Millimetres and milliseconds: the same points, folds and amplitudes."""
     scaled = Duffing(

@@ -5,7 +5,6 @@ import pickle
 import numpy as np
 import pytest
 import scipy.sparse as sp
-from rings import assembled
 from scipy.sparse.linalg import spsolve
 from sectors import random_disk, wave, with_friction
 
@@ -75,26 +74,6 @@ def test_condensed_stiffness_is_that_of_all_equations(order):
             assert np.allclose(
                 (ahead - behind) / 0.2, slope, rtol=1e-5, atol=1e-4 * abs(slope).max()
             )
-
-
-@pytest.mark.slow
-@pytest.mark.filterwarnings("ignore:a structure of 1,944")  # it is large on purpose
-@pytest.mark.parametrize("opens", [False, True])
-def test_responses_are_those_of_the_ring_of_twelve(opens):
-    disk, tip, pattern = damped_disk((1, 3, 1, 1), n_sectors=12, opens=opens)
-    force = sh.forces.EngineOrder(5, pattern={1: pattern, 2: {tip: 60 - 60j}})
-    small = sh.condense(disk, force, (2000, 9000), HARMONICS, places=[tip])
-    condensed = sh.HarmonicBalance(small, force, HARMONICS)
-    point = sh.solve(condensed, 4100.0)
-    assert (point.contact_state.values > 0).any()
-    everywhere = sh.datasets.recover(condensed, point)
-    ring = assembled(disk, force.placed(disk.number_of))
-    motion = sh.solve(sh.HarmonicBalance(ring.model, ring.force, HARMONICS), 4100.0).coefficient
-    size = abs(motion).max().item()
-    for j in (0, 2, 11):
-        of_sector = np.tensordot(ring.motions[j].toarray(), motion.values, 1)
-        told = sh.datasets.sector_response(everywhere, j).coefficient.values
-        assert abs(of_sector - told).max() < 1e-9 * size
 
 
 def test_peaks_are_those_of_the_sector():

@@ -44,20 +44,6 @@ def test_a_sector_moves_as_the_whole_ring(contacts, cartesian, order):
         assert abs(opposite.coefficient - first.coefficient).max() > 1e-2 * size
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("contacts", [with_friction, with_opening])
-def test_peaks_are_those_of_the_ring_of_twelve(contacts):
-    disk = contacts(random_disk(12, True))
-    force = wave(5, disk)
-    ring = assembled(disk, force)
-    band = 20.0, 32.0
-    one = sh.frf(sh.HarmonicBalance(disk, force, HARMONICS), band)
-    whole = sh.frf(sh.HarmonicBalance(ring.model, ring.force, HARMONICS), band)
-    assert one.n_peaks > 0
-    assert np.allclose(one.peak_frequency, whole.peak_frequency, rtol=1e-9)
-    assert np.allclose(one.peak_amplitude, whole.peak_amplitude, rtol=1e-9)
-
-
 def test_contacts_of_one_interface_are_the_same_left_and_right():
     """A place on the cut belongs to both sectors: told from either, it is one contact."""
     disk = random_disk(6, True)
@@ -233,21 +219,6 @@ def test_archives_and_loops_of_contacts(tmp_path):
     sh.plot.hysteresis(point, contact=0)
     with pytest.raises(ValueError, match="engine_order: expected 2"):
         sh.plot.hysteresis(point.assign(engine_order=1), contact=0)
-
-
-@pytest.mark.parametrize("condensed", [True, pytest.param(False, marks=pytest.mark.slow)])
-@pytest.mark.slow
-def test_peaks_are_followed_over_parameters(condensed):
-    """By second derivatives, which the contacts' phases from wave to wave enter."""
-    disk = with_friction(random_disk(6, True))
-    force = wave(2, disk)
-    model = sh.condense(disk, force, (18, 33), HARMONICS, progress=False) if condensed else disk
-    problem = sh.HarmonicBalance(model, force, HARMONICS)
-    curve = sh.peak_curve(
-        problem, "normal_load", (1.9, 2.1), [2.0], frequency_band=(20, 31), progress=False
-    )
-    peak = sh.frf(problem, (20, 31), progress=False).peak_amplitude.max().item()
-    assert curve.peak_amplitude.sel(normal_load=2.0).item() == pytest.approx(peak, rel=1e-9)
 
 
 def test_nodes_left_out_of_both_interfaces_are_told():
