@@ -232,7 +232,7 @@ def test_a_name_of_several_groups_is_refused():
     assert "damper_mass" in swept.coords
 
 
-def test_draws_and_designs_of_groups():
+def test_draws_of_groups():
     problem = pressed((1,))
     draws = sh.mistuning.uniform(
         problem, 3, seed=0, **{"root.normal_load": 0.1, "damper_mass": 0.2}
@@ -249,12 +249,6 @@ def test_draws_and_designs_of_groups():
         progress=False,
     )
     np.testing.assert_allclose(curves.peak_amplitude[2, 0], third.peak_amplitude[0], rtol=1e-10)
-    best = sh.minimise_peak(problem, "damper_mass", frequency_band=(12, 30), bounds=(1e-4, 2e-2))
-    lowest = float(best.design_amplitude)
-    for factor in (0.9, 1.1):
-        mass = factor * float(best.design_value[0])
-        beside = sh.frf(problem.with_parameters(damper_mass=mass), (12, 30), progress=False)
-        assert float(beside.amplitude.max()) >= lowest * (1 - 1e-9)
 
 
 def test_an_archive_names_the_law_it_lacks(tmp_path):
