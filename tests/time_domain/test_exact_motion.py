@@ -19,6 +19,7 @@ from symhbm.time_domain.event_march import march
 from symhbm.time_domain.exact_motion import exact_motion
 from symhbm.time_domain.linear_motion import DEGREE, LinearMotion, extremes
 from tests.problems import ring_of_blades
+from tests.quick import quick_first
 from tests.reference import EXACT
 
 TURN = 2 * np.pi
@@ -197,7 +198,7 @@ def test_friction_from_a_slider_marched_over_samples(name):
     problem, motion = solved(name)
     model = problem.model
     limit = model.friction_coefficient * model.normal_load
-    count = 100_000
+    count = 25_000
     tau = TURN * np.arange(count) / count
     x, _, friction = motion.at(tau)
     spring = model.contact_stiffness * (x @ model.directions.toarray().T)
@@ -216,52 +217,6 @@ def test_friction_from_a_slider_marched_over_samples(name):
     bound[settled] *= 2
     assert np.all(bound <= 1e-6 * np.maximum(limit, np.abs(spring).max()))
     assert np.all(np.abs(marched - friction) <= bound)
-
-
-@each_case
-def test_events_and_limits(name):
-    """At events force and velocity have their limits to round-off; in between they keep them."""
-    problem, motion = solved(name)
-    model = problem.model
-    limit = model.friction_coefficient * model.normal_load
-    tau = np.linspace(0, TURN, 5001)
-    x, velocity, friction = motion.at(tau)
-    assert np.all(np.abs(friction) <= limit * (1 + 1e-12) + 1e-15)
-    assert np.all(np.abs(x).max(axis=0) <= motion.amplitude * (1 + 1e-13))
-    # The largest of 5000 samples misses the peak by at most (pi / 5000)^2 n^2 / 2 of harmonic n.
-    assert np.all(np.abs(x).max(axis=0) >= motion.amplitude * (1 - 1e-4))
-    speed = np.abs(velocity @ model.directions.toarray().T).max(axis=0, initial=0.0)
-    _, rate, force = motion.at(motion.event_angle)
-    for contact, kind, v, f in zip(
-        motion.event_contact, motion.event_kind, rate, force, strict=True
-    ):
-        assert abs(f[contact]) == pytest.approx(limit[contact], rel=1e-13)
-        if kind == "stick":
-            assert abs(model.directions[[contact]] @ v) <= 1e-12 * speed[contact]
-    free = np.array([j for j in range(model.n_contacts) if j in motion.neutral_contacts], dtype=int)
-    high, low = friction[:, free].max(axis=0), friction[:, free].min(axis=0)
-    noise = 1e-14 * np.abs(model.contact_stiffness).max() * motion.amplitude.max()
-    # Centred: to the second difference of 5000 samples, (pi / 5000)^2 n^2 / 2 with n up to 10.
-    np.testing.assert_allclose(high, -low, rtol=0, atol=2e-5 * np.abs(friction).max() + noise)
-
-
-@each_case
-def test_floquet_multipliers(name):
-    """None beyond one, to the round-off of an eigenvalue; one is for contacts that never slip."""
-    problem, motion = solved(name)
-    size = np.abs(motion.multipliers)
-    assert np.all(size <= 1 + 1e-9)
-    if problem.model.damping_matrix.diagonal().any():
-        # The least damped case loses 2e-4 of a motion per period.
-        assert np.all(size <= 1 - 1e-5)
-    slipped = np.isin(motion.event_contact[motion.event_kind == "slip"], motion.neutral_contacts)
-    assert not slipped.any()
-    active = motion._linear.active
-    assert len(motion.multipliers) + len(motion.neutral_contacts) == (
-        2 * problem.model.n_dof + len(active)
-    )
-    stuck = motion.stick_fraction[active] == 1.0
-    np.testing.assert_array_equal(active[stuck], motion.neutral_contacts)
 
 
 def test_neutral_multipliers_are_ones_of_the_whole_derivative():
@@ -326,9 +281,7 @@ def test_against_a_general_integrator():
     np.testing.assert_allclose(run.y[2 * n :, -1], friction, rtol=0, atol=1e-9 * limit.max())
 
 
-@pytest.mark.parametrize(
-    ("name", "size"), [("blade", 1e-3), ("6 blades", 1e-4), ("all harmonics, slip", 1e-4)]
-)
+@pytest.mark.parametrize(("name", "size"), [("blade", 1e-3), ("all harmonics, slip", 1e-4)])
 def test_unique_from_random_starts(name, size):
     """Multipliers below 0.9998 magnify 1e-14 by 5000: 1e-8 leaves a margin."""
     problem, motion = solved(name)
@@ -348,45 +301,6 @@ def test_unique_from_random_starts(name, size):
         assert other.iterations > motion.iterations
         for a, b in zip(other.at(tau), motion.at(tau), strict=True):
             np.testing.assert_allclose(a, b, rtol=0, atol=1e-8 * np.abs(b).max())
-
-
-def test_marching_comes_to_the_same_motion():
-    """Without Newton's method: 40 periods shrink the start by 0.44^40 = 5e-15."""
-    problem, motion = solved("blade")
-    linear = LinearMotion(problem, motion.frequency)
-    state = np.zeros(3)
-    for _ in range(40):
-        state = march(linear, state, TURN).end
-    np.testing.assert_allclose(state, motion.state, rtol=0, atol=1e-10 * np.abs(motion.state).max())
-
-
-def test_symmetries():
-    """Exact invariances; 1e-10 where the march takes other round-offs."""
-    tau = np.linspace(0, TURN, 50)
-    hertz = 77.0
-    base = exact_motion(ring(1), TURN * hertz).at(tau)
-    size = [np.abs(part).max() for part in base]
-
-    scaled = exact_motion(ring(1, force_amplitude=7.0, normal_load=700.0), TURN * hertz).at(tau)
-    aliased = exact_motion(ring(14), TURN * hertz).at(tau)
-    split = exact_motion(ring(1, friction_coefficient=5.0, normal_load=10.0), TURN * hertz).at(tau)
-    for part, (one, seven, alias, other) in enumerate(
-        zip(base, scaled, aliased, split, strict=True)
-    ):
-        np.testing.assert_allclose(seven, 7 * one, rtol=0, atol=1e-9 * size[part])
-        np.testing.assert_allclose(alias, one, rtol=0, atol=1e-10 * size[part])
-        np.testing.assert_allclose(other, one, rtol=0, atol=1e-10 * size[part])
-
-    mirrored = exact_motion(ring(12), TURN * hertz).at(tau)
-    flip = -np.arange(13) % 13
-    np.testing.assert_allclose(mirrored[0][:, flip], base[0], rtol=0, atol=1e-10 * size[0])
-    # Contact j joins blades j and j + 1, in the mirror -j and -j - 1 in the other direction.
-    contact = (-np.arange(13) - 1) % 13
-    np.testing.assert_allclose(-mirrored[2][:, contact], base[2], rtol=0, atol=1e-10 * size[2])
-    # The wave itself: blade i is blade 0 a little later.
-    shifted = exact_motion(ring(1), TURN * hertz).at(tau[:, None] - TURN * np.arange(13) / 13)
-    for i in range(13):
-        np.testing.assert_allclose(base[0][:, i], shifted[0][:, i, 0], atol=1e-10 * size[0])
 
 
 def test_half_period_is_no_restriction():
@@ -453,27 +367,7 @@ def test_just_beyond_the_onset_of_slip_of_a_ring(hertz, start):
     np.testing.assert_allclose(amplitude, motion.amplitude, rtol=1e-5)
 
 
-@pytest.mark.parametrize(
-    ("build", "band"),
-    [
-        (partial(blade, normal_load=10.0), (15, 30)),
-        (partial(ring, 1, normal_load=100.0), (70, 85)),
-        (partial(mistuned, 6, 100.0, sh.forces.PointForce()), (240, 330)),
-    ],
-)
-def test_every_onset_of_slip(build, band):
-    """Frequencies a part in a million to one in a thousand inside of it."""
-    problem = build()
-    for hertz in onsets(problem, band):
-        motion = exact_motion(problem, TURN * hertz)
-        assert motion.converged
-        assert motion.periodicity < 1e-12
-        assert motion.iterations < 15
-        assert len(motion.event_angle)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("seed", range(20))
+@pytest.mark.parametrize("seed", quick_first(range(20), 2))
 def test_onsets_of_slip_of_any_ring(seed):
     """Tuned or not, engine order or point force, onset and end of slip."""
     rng = np.random.default_rng(seed)

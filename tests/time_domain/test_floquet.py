@@ -118,7 +118,7 @@ def test_events_of_the_exact_motion_leave_no_error(name, monkeypatch):
     assert distance(computed, motion.multipliers) < 1e-11
 
 
-@settings(max_examples=100)
+@settings(max_examples=50)
 @given(
     coefficients=st.lists(st.floats(-1, 1), min_size=7, max_size=7),
     stiffness=st.floats(0.1, 100),
@@ -283,7 +283,7 @@ def damped(draw):
     return sh.HarmonicBalance(model, force, harmonics), rng
 
 
-@settings(max_examples=150)
+@settings(max_examples=40)
 @given(damped(), st.floats(0.1, 10))
 def test_no_friction_motion_lets_a_small_one_grow(case, omega):
     """Any motion at all: friction and damping take energy from small motions beside it."""

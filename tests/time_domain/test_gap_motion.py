@@ -7,10 +7,7 @@ import pytest
 
 import symhbm as sh
 from symhbm.continuation import Status, newton
-from symhbm.time_domain.event_march import march
 from symhbm.time_domain.exact_motion import exact_motion
-from symhbm.time_domain.floquet import multipliers
-from symhbm.time_domain.linear_motion import LinearMotion
 from symhbm.time_domain.stability import growth
 from tests.pressed_contact import TURN, gap_stop, solved, stop
 from tests.reference import STATED
@@ -55,16 +52,6 @@ def test_events_and_energy(name):
     assert motion.stick_fraction[0] + motion.open_fraction[0] == 1
 
 
-@each_motion
-def test_multipliers_from_coefficients(name):
-    """The march from a state of the Fourier sum; kinks leave some above harmonic 20."""
-    motion = motion_of(name)
-    balance = gap_stop().with_harmonics(range(21))
-    unknowns = motion.coefficients(balance.harmonics)[0].ravel()
-    values = multipliers(balance, motion.frequency, unknowns)
-    np.testing.assert_allclose(np.abs(values), np.abs(motion.multipliers), rtol=1e-3)
-
-
 def test_the_closed_form_of_opening():
     """The closed motion is linear and opens where its amplitude is the gap: ``|X| = N0 / k_n``."""
     for opens in (31.82780472, 22.51015948):
@@ -76,37 +63,6 @@ def test_the_closed_form_of_opening():
         ]
         # The resonance of the closed contact is at 27.6 Hz.
         assert closed == [opens < 27, opens > 27]
-
-
-def test_derivative_of_the_march():
-    """Central differences, from states that open and close several times in two periods."""
-    linear = LinearMotion(gap_stop(), TURN * 21.5)
-    rng = np.random.default_rng(1)
-    for _ in range(10):
-        state = np.append(5e-3 * rng.uniform(-1, 1, 2), 0.0)
-        run = march(linear, state, 2 * TURN)
-        assert len(run.event_angle) >= 2
-        step = np.append(1e-8 * rng.uniform(-1, 1, 2), 0.0)
-        ends = [march(linear, state + s * step, 2 * TURN).end for s in (1, -1)]
-        np.testing.assert_allclose(
-            (ends[0] - ends[1]) / 2, run.jacobian @ step, rtol=0, atol=1e-5 * np.abs(step).max()
-        )
-
-
-def test_energy_without_force():
-    """An undamped body between events keeps its energy, that of the spring that opens included."""
-    problem = stop(1, 0, 1e4, sh.forces.HarmonicForce(cosine={1: [1e-12]}), 2e4, 10.0)
-    linear = LinearMotion(problem, 100.0)
-    run = march(linear, np.array([2e-3, 0.0, 0.0]), 5 * TURN)
-    assert len(run.event_angle) > 5
-
-    def energy(x, slope):
-        pressed = np.maximum(10 + 2e4 * x, 0)
-        stored = 5e3 * x**2 + pressed**2 / 4e4 - 10 * x
-        return stored + (100 * slope) ** 2 / 2
-
-    start = energy(2e-3, 0.0)
-    assert energy(*run.end[:2]) == pytest.approx(start, rel=1e-9)
 
 
 @pytest.mark.parametrize("gap", [0.0, 1e-9, 5e-4, 3e-3])

@@ -127,31 +127,6 @@ def test_multipliers_shrink_as_the_volume(name):
     assert product == pytest.approx(expected, rel=1e-10)
 
 
-@pytest.mark.parametrize("name", ["duffing", "chain without friction"])
-def test_against_another_integrator(name):
-    """Radau in time from the state at the start, with the equations of motion written anew."""
-    problem, motion = solved(name)
-    model, omega = problem.model, TURN * float(motion.frequency)
-    mass, damping, stiffness = (
-        getattr(model, f"{part}_matrix").toarray() for part in ("mass", "damping", "stiffness")
-    )
-    directions = model.directions.toarray()
-    n = model.n_dof
-
-    def rates(t, state):
-        x, v = state[:n], state[n:]
-        spring = directions.T @ (model.cubic_stiffness * (directions @ x) ** 3)
-        force = force_at(problem, omega * t) - damping @ v - stiffness @ x - spring
-        return np.concatenate([v, np.linalg.solve(mass, force)])
-
-    start = np.concatenate([motion.displacement.values[0], motion.velocity.values[0]])
-    t = motion.angle.values[::64] / omega
-    end = solve_ivp(rates, (0, t[-1]), start, "Radau", t, rtol=1e-8, atol=1e-10)
-    # Radau's own tolerance, over a few hundred steps.
-    np.testing.assert_allclose(end.y[:n].T, motion.displacement[::64], rtol=0, atol=1e-6)
-    np.testing.assert_allclose(end.y[n:].T, motion.velocity[::64], rtol=0, atol=1e-6)
-
-
 @each_case
 def test_periodic_and_energy_balanced(name):
     """What is done is lost, to 1e-9; an unstable motion grows from the integrator's tolerance."""
@@ -200,26 +175,6 @@ def test_balance_of_all_harmonics(name):
     np.testing.assert_allclose(sum(terms), 0.0, atol=1e-9 * largest)
 
 
-@pytest.mark.parametrize("name", ["chain", "blade"])
-def test_friction_is_that_of_a_slider(name):
-    """The law marched over samples of the displacement, which knows no event."""
-    problem, _ = solved(name)
-    model, count = problem.model, 20_000
-    motion = sh.periodic_motion(problem, CASES[name][1], n_angles=count, throw=True)
-    limit = model.friction_coefficient * model.normal_load
-    friction = motion.friction_force.values
-    spring = model.contact_stiffness * (motion.displacement.values @ model.directions.toarray().T)
-    steps = np.diff(spring, axis=0)
-    force, marched = friction[0], [friction[0]]
-    for step in steps:
-        force = np.clip(force + step, -limit, limit)
-        marched.append(force)
-    # Samples miss the tips of reversals, by an eighth of the second difference of the spring.
-    bound = np.abs(np.diff(steps, axis=0)).max(axis=0) / 8 + 1e-11 * np.abs(spring).max()
-    assert np.all(bound < 1e-5 * np.abs(spring).max())
-    assert np.all(np.abs(np.array(marched) - friction) <= bound)
-
-
 @pytest.mark.parametrize(
     ("build", "frequency"),
     [(blade, 19.5), (ring, 63.0), (chain, 0.12)],
@@ -239,28 +194,6 @@ def test_weak_springs_leave_the_exact_motion_with_friction(build, frequency):
     # Zeros of defective blocks are good to a root of round-off.
     sizes = [size[size > 1e-3] for size in sizes]
     np.testing.assert_allclose(*sizes, rtol=1e-9)
-
-
-@pytest.mark.parametrize(
-    ("name", "harmonics", "bound"),
-    [
-        # Measured 2e-7 and 5e-6: friction leaves errors of the third power of 1 / harmonic.
-        ("blade", np.arange(1, 32, 2), 1e-6),
-        ("chain", range(16), 1e-5),
-        # Smooth: what harmonic 20 leaves is round-off, and the integrator's tolerance.
-        ("chain without friction", range(20), 1e-10),
-    ],
-)
-def test_harmonic_balance_with_many_harmonics(name, harmonics, bound):
-    """Also the place of a contact that never slips: centred, by both."""
-    problem, motion = solved(name)
-    balance = sh.HarmonicBalance(problem.model, problem.excitation, harmonics)
-    response = sh.solve(balance, float(motion.frequency), throw=True)
-    np.testing.assert_allclose(motion.amplitude, response.amplitude, rtol=bound)
-    size = float(motion.amplitude.max())
-    common = [n for n in (0, 1, 2, 3) if n in balance.harmonics]
-    computed, expected = (part.coefficient.sel(harmonic=common) for part in (motion, response))
-    np.testing.assert_allclose(computed, expected, rtol=0, atol=bound * size)
 
 
 def test_contact_that_never_slips_is_centred():

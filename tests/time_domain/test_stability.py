@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from scipy.integrate import solve_ivp
 
 import symhbm as sh
 from symhbm.time_domain.floquet import multipliers
@@ -35,12 +34,6 @@ def test_the_branch_between_the_folds_is_unstable(band):
     folds = check_folds(curve)
     # Zero: the folds are solved to 1e-12, and the exponent goes with the root of the distance.
     assert np.all(np.abs(curve.growth_rate.values[folds]) < 1e-5)
-
-
-def test_three_solutions():
-    grid = sh.frf(duffing(), (0.5 / TURN, 2 / TURN), at=[1.2 / TURN])
-    order = np.argsort(grid.amplitude.values.ravel())
-    assert grid.stability.values.ravel()[order].tolist() == [1, 0, 1]
 
 
 def test_what_is_not_kept_is_not_computed(monkeypatch):
@@ -114,29 +107,6 @@ def test_linear_oscillator_has_its_decay_rate():
     # -c / (2 m); the cube of a motion of a nanometre is nothing.
     assert float(point.growth_rate) == pytest.approx(-0.025, rel=1e-9)
     assert int(point.stability) == 1
-
-
-@pytest.mark.parametrize("omega", [0.8, 1.2, 1.5])
-def test_against_the_integrated_variation(omega):
-    """Multipliers of the motion of many harmonics, by a general integrator."""
-    problem = duffing((1, 3, 5, 7, 9))
-    grid = sh.frf(problem, (0.5 / TURN, 2 / TURN), at=[omega / TURN])
-    for i in range(int(grid.n_solutions[0])):
-        coefficient = grid.coefficient.values[0, i, 0]
-        unknowns = coefficient.ravel()
-
-        def rate(t, state, unknowns=unknowns):
-            x = problem.basis.values(omega * t) @ unknowns
-            stiffness = 1 + 0.3 * x**2
-            y = state.reshape(2, 2)
-            return np.array([y[1], -stiffness * y[0] - 0.05 * y[1]]).ravel()
-
-        period = TURN / omega
-        end = solve_ivp(rate, (0, period), np.eye(2).ravel(), rtol=1e-11, atol=1e-12).y[:, -1]
-        largest = np.abs(np.linalg.eigvals(end.reshape(2, 2))).max()
-        # The harmonics left out: the ninth is 1e-8 of the first here.
-        growth = float(grid.growth_rate[0, i])
-        assert np.exp(growth * period) == pytest.approx(largest, rel=1e-6)
 
 
 @pytest.mark.parametrize("harmonics", [(1,), (1, 3)])

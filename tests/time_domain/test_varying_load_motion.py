@@ -136,15 +136,6 @@ def test_reference_states(name):
     np.testing.assert_allclose(np.unique(motion.event_angle), sorted(events), rtol=0, atol=1e-11)
 
 
-@each_system
-def test_energy(name):
-    """Round-off of the integrals: what the force does goes into contacts and damping."""
-    _, motion = found(name)
-    assert motion.work == pytest.approx(motion.friction_loss.sum() + motion.damping_loss, rel=1e-12)
-    assert motion.friction_loss.min() > 0
-    assert motion.periodicity < 1e-13
-
-
 def marched(u, v, stiffness, normal_stiffness, friction, load):
     """Friction and normal force of samples of two periods by the law alone, sample by sample."""
     normal = np.maximum(load + normal_stiffness * v, 0.0)
@@ -193,11 +184,6 @@ def check_forces(problem, motion, count=20000):
             moved = np.abs(np.diff(normal)).max() + 10 * max(normal.max(), 1.0) / count
             scale = np.array([1, 1, 1, max(normal.max(), 1.0)])
             np.testing.assert_allclose(exact, scale * of_samples, rtol=0, atol=moved + size)
-
-
-@each_system
-def test_forces_are_those_of_the_law(name):
-    check_forces(*found(name), 40000)
 
 
 @pytest.mark.parametrize(
