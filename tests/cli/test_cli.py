@@ -594,6 +594,10 @@ def test_a_broken_bound_is_an_exit_code(archive):
         (["export", "{grid}", "--table", "sets", "--select", "frequency=150:160"], "whole curve"),
         (["export", "{grid}", "--output", "{here}"], "expected a file name"),
         (["resume", "{none}", "--workers", "0"], "x>=1"),
+        (["verify", "{point}", "--bound", "residual=1"], "'residual' is no figure"),
+        (["verify", "{point}", "--bound", "energy_error"], "expected FIGURE=VALUE"),
+        (["verify", "{point}", "--exact", "some"], "exact='some'"),
+        (["verify", "{point}", "--output", "{none}/out.nc"], "cannot be written"),
     ],
 )
 def test_bad_input_is_one_line(archive, tmp_path, arguments, message):

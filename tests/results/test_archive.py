@@ -118,13 +118,6 @@ def test_a_working_file_is_not_written_over(tmp_path):
         sh.save(dataset("point"), tmp_path / "archive.nc.partial", overwrite=True)
 
 
-def test_the_file_is_open_to_others(tmp_path):
-    """Plain xarray reads the numbers without this library."""
-    path = sh.save(dataset("path"), tmp_path / "archive.nc")
-    with xr.open_dataset(path) as plain:
-        xr.testing.assert_equal(plain.amplitude, dataset("path").amplitude)
-
-
 @every_case
 def test_rebuilt_problem_is_the_original(tmp_path, case):
     originals = {"path": BLADE, "grid": BLADE, "general": GENERAL}

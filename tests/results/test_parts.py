@@ -468,11 +468,6 @@ def test_statistics_grow_with_what_is_there(interrupted, made):
             np.testing.assert_array_equal(values.values, expected[variable].values, variable)
         part = statistic(sh.load(made("grid", (2, 2))))
         assert [int(part[count]) for count in counts] == [3, 0, 2], name
-        whole = statistic(merge([made("grid", (2, 2)), made("grid", (1, 2))]))
-        one = statistic(sh.load(made("grid")))
-        whole.attrs.pop("merged_from", None)
-        xr.testing.assert_identical(whole, one)
-        assert int(whole.n_missing) == 0
     worst = sh.statistics.worst(some, tuned)
     assert int(worst.sample) in (0, 1, 2)
     empty = some.isel(sample=slice(3, None))

@@ -30,62 +30,98 @@ def assert_computed_alone(one, problem):
             np.testing.assert_array_equal(one[name], alone[name], err_msg=str(name))
 
 
-@pytest.mark.parametrize(
-    ("name", "values"),
-    [("normal_load", [1.0, 3.0, 10.0]), ("mass", [1.0, 1.2]), ("force_amplitude", (1, 2))],
+def along(values, *dims, **coords):
+    return xr.DataArray(values, dims=dims, coords=coords)
+
+
+PATTERNS = np.array([[1.0, 2.0, 3.0], [3.0, 3.0, 4.0]])
+UNEVEN = np.array([1.0, 1.1, 0.9])
+DRAWS = xr.Dataset(
+    {
+        "normal_load": (("sample", "contact"), PATTERNS),
+        "stiffness": (("sample", "dof"), 1e4 * np.array([UNEVEN, UNEVEN[::-1]])),
+    },
+    coords={"sample": [7, 3]},
 )
-def test_a_list_is_a_dimension_of_its_own_name(name, values):
-    curves = sweep(BLADE, {name: values})
-    assert curves[name].dims == (name,)
-    assert curves[name].values.tolist() == list(values)
-    assert curves.amplitude.dims == (name, "point", "dof")
-    assert curves.peak_amplitude.dims == (name, "peak")
-    assert curves.status.dims == curves.n_points.dims == (name,)
-    for value in values:
-        assert_computed_alone(curves.sel({name: value}), BLADE.with_parameters(**{name: value}))
+PAIRED = {
+    "normal_load": along([1.0, 3.0], "sample"),
+    "contact_stiffness": along([1e4, 2e4], "sample"),
+    "mass": [1.0, 1.1],
+}
+FOLLOWING = {
+    "normal_load": [1.0, 3.0],
+    "contact_stiffness": along([1e4, 2e4], "normal_load"),
+}
+# What is swept, the dimensions of its results, one set of it, and the values of that set.
+SWEEPS = {
+    "nothing": (BLADE, None, (), {}, {}),
+    "an empty mapping": (BLADE, {}, (), {}, {}),
+    "an empty dataset": (BLADE, xr.Dataset(), (), {}, {}),
+    "one number": (BLADE, {"normal_load": 5}, (), {}, {"normal_load": 5}),
+    "a list": (
+        *(BLADE, {"normal_load": [1.0, 3.0, 10.0]}, ("normal_load",)),
+        *({"normal_load": 2}, {"normal_load": 10.0}),
+    ),
+    "a tuple": (
+        *(BLADE, {"force_amplitude": (1, 2)}, ("force_amplitude",)),
+        *({"force_amplitude": 1}, {"force_amplitude": 2}),
+    ),
+    "every blade": (
+        *(RING, {"stiffness": np.array([1e4, 1.1e4])}, ("stiffness",)),
+        *({"stiffness": 1}, {"stiffness": [1.1e4] * 3}),
+    ),
+    "engine orders": (
+        *(RING, {"engine_order": [2, 0]}, ("engine_order",)),
+        *({"engine_order": 1}, {"engine_order": 0}),
+    ),
+    "a product": (
+        *(BLADE, {"stiffness": [1e4, 9e3], "normal_load": [1.0, 3.0]}),
+        *(("stiffness", "normal_load"), {"stiffness": 1, "normal_load": 0}),
+        {"stiffness": 9e3, "normal_load": 1.0},
+    ),
+    "pairs": (
+        *(BLADE, PAIRED, ("sample", "mass"), {"sample": 1, "mass": 1}),
+        {"normal_load": 3.0, "contact_stiffness": 2e4, "mass": 1.1},
+    ),
+    "what depends on a list": (
+        *(BLADE, FOLLOWING, ("normal_load",), {"normal_load": 1}),
+        {"normal_load": 3.0, "contact_stiffness": 2e4},
+    ),
+    "a pattern of contacts": (
+        *(RING, {"normal_load": along(UNEVEN, "contact")}, (), {}, {"normal_load": UNEVEN}),
+    ),
+    "a pattern of blades": (
+        *(RING, {"stiffness": along(1e4 * UNEVEN, "dof")}, (), {}, {"stiffness": 1e4 * UNEVEN}),
+    ),
+    "patterns": (
+        *(RING, {"normal_load": along(PATTERNS.T, "contact", "sample")}, ("sample",)),
+        *({"sample": 1}, {"normal_load": PATTERNS[1]}),
+    ),
+    "a dataset": (
+        *(RING, DRAWS, ("sample",), {"sample": 1}),
+        {"normal_load": PATTERNS[1], "stiffness": 1e4 * UNEVEN[::-1]},
+    ),
+}
 
 
-def test_a_list_sets_every_blade():
-    curves = sweep(RING, {"stiffness": np.array([1e4, 1.1e4])})
-    assert curves.stiffness.dims == ("stiffness",)
-    uniform = RING.with_parameters(stiffness=[1.1e4] * 3)
-    assert_computed_alone(curves.isel(stiffness=1), uniform)
-
-
-def test_engine_orders_stay_integers():
-    curves = sweep(RING, {"engine_order": [2, 0]})
-    assert curves.engine_order.dtype == np.int64
-    assert curves.engine_order.values.tolist() == [2, 0]
-    for order in (0, 2):
-        assert_computed_alone(
-            curves.sel(engine_order=order), RING.with_parameters(engine_order=order)
+@pytest.mark.parametrize("name", SWEEPS)
+def test_each_set_is_computed_as_if_alone(name):
+    problem, over, dims, chosen, values = SWEEPS[name]
+    curves = sweep(problem, over)
+    assert curves.amplitude.dims == (*dims, "point", "dof")
+    assert curves.peak_amplitude.dims == (*dims, "peak")
+    assert curves.status.dims == curves.n_points.dims == dims
+    one = curves.isel(chosen)
+    for parameter, value in values.items():
+        np.testing.assert_array_equal(
+            one[parameter], np.ravel(value)[0] if dims == (parameter,) else value
         )
-
-
-def test_one_number_is_no_dimension():
-    curves = sweep(BLADE, {"normal_load": 5})
-    assert curves.normal_load.dims == ()
-    assert_computed_alone(curves, BLADE.with_parameters(normal_load=5))
-    assert sh.datasets.rebuild(curves).parameters["normal_load"].tolist() == [5.0]
-
-
-@pytest.mark.parametrize("over", [None, {}, xr.Dataset()], ids=repr)
-def test_nothing_to_sweep(over):
-    curve = sweep(BLADE, over)
-    assert curve.amplitude.dims == ("point", "dof")
-    assert_computed_alone(curve, BLADE)
-
-
-def test_several_names_give_their_product():
-    curves = sweep(BLADE, {"normal_load": [1.0, 3.0, 10.0], "stiffness": [1e4, 9e3]})
-    assert curves.amplitude.dims == ("normal_load", "stiffness", "point", "dof")
-    assert curves.n_points.shape == (3, 2)
-    for load in (1.0, 10.0):
-        for stiffness in (1e4, 9e3):
-            assert_computed_alone(
-                curves.sel(normal_load=load, stiffness=stiffness),
-                BLADE.with_parameters(normal_load=load, stiffness=stiffness),
-            )
+    assert_computed_alone(one, problem.with_parameters(**values))
+    rebuilt = sh.datasets.rebuild(one).parameters
+    for parameter, value in values.items():
+        np.testing.assert_array_equal(
+            rebuilt[parameter], np.broadcast_to(value, np.shape(rebuilt[parameter]))
+        )
 
 
 def test_order_of_the_names_is_the_order_of_the_dimensions():
@@ -95,71 +131,16 @@ def test_order_of_the_names_is_the_order_of_the_dimensions():
     assert curves.contact_state.dims[2:] == ("frequency", "contact")
 
 
-def test_names_that_share_a_dimension_go_in_pairs():
-    loads, stiffnesses = [1.0, 3.0], [1e4, 2e4]
-    over = {
-        "normal_load": xr.DataArray(loads, dims="sample"),
-        "contact_stiffness": xr.DataArray(stiffnesses, dims="sample"),
-        "mass": [1.0, 1.1],
-    }
-    curves = sweep(BLADE, over)
-    assert curves.amplitude.dims == ("sample", "mass", "point", "dof")
-    assert curves.normal_load.dims == curves.contact_stiffness.dims == ("sample",)
-    for i in range(2):
-        assert_computed_alone(
-            curves.isel(sample=i, mass=1),
-            BLADE.with_parameters(normal_load=loads[i], contact_stiffness=stiffnesses[i], mass=1.1),
-        )
-
-
-def test_a_list_and_what_depends_on_it():
-    """The second name follows the first along the dimension of the first."""
-    over = {
-        "normal_load": [1.0, 3.0],
-        "contact_stiffness": xr.DataArray([1e4, 2e4], dims="normal_load"),
-    }
-    curves = sweep(BLADE, over)
-    assert curves.amplitude.dims == ("normal_load", "point", "dof")
-    chosen = BLADE.with_parameters(normal_load=3.0, contact_stiffness=2e4)
-    assert_computed_alone(curves.sel(normal_load=3.0), chosen)
-
-
-@pytest.mark.parametrize(("name", "dim"), [("normal_load", "contact"), ("stiffness", "dof")])
-def test_a_pattern(name, dim):
-    values = VALUES[name] * np.array([1.0, 1.1, 0.9])
-    curve = sweep(RING, {name: xr.DataArray(values, dims=dim)})
-    assert curve.amplitude.dims == ("point", "dof")
-    assert curve[name].dims == (dim,)
-    assert_computed_alone(curve, RING.with_parameters(**{name: values}))
-
-
-@pytest.mark.parametrize("dims", [("sample", "contact"), ("contact", "sample")])
-def test_an_ensemble_of_patterns(dims):
-    values = np.array([[1.0, 2.0, 3.0], [3.0, 3.0, 4.0]])
-    draws = xr.DataArray(values, dims=("sample", "contact")).transpose(*dims)
-    curves = sweep(RING, {"normal_load": draws})
-    assert curves.amplitude.dims == ("sample", "point", "dof")
-    assert curves.normal_load.dims == ("sample", "contact")
-    np.testing.assert_array_equal(curves.normal_load, values)
-    for i in range(2):
-        assert_computed_alone(curves.isel(sample=i), RING.with_parameters(normal_load=values[i]))
+def test_engine_orders_stay_integers():
+    curves = sweep(RING, {"engine_order": [2, 0]})
+    assert curves.engine_order.dtype == np.int64
+    assert curves.engine_order.values.tolist() == [2, 0]
 
 
 def test_a_dataset_is_a_mapping_of_its_variables():
-    rng = np.random.default_rng(1)
-    draws = xr.Dataset(
-        {
-            "normal_load": (("sample", "contact"), rng.uniform(2, 4, (3, 3))),
-            "stiffness": (("sample", "dof"), rng.uniform(0.9e4, 1.1e4, (3, 3))),
-        },
-        coords={"sample": [7, 3, 5]},
-    )
-    curves = sweep(RING, draws)
-    assert curves.amplitude.dims == ("sample", "point", "dof")
-    assert curves.sample.values.tolist() == [7, 3, 5]
-    xr.testing.assert_identical(curves, sweep(RING, dict(draws.data_vars)))
-    chosen = {str(name): draws[name].sel(sample=3).values for name in draws}
-    assert_computed_alone(curves.sel(sample=3), RING.with_parameters(**chosen))
+    curves = sweep(RING, DRAWS)
+    assert curves.sample.values.tolist() == [7, 3]
+    xr.testing.assert_identical(curves, sweep(RING, dict(DRAWS.data_vars)))
 
 
 @pytest.mark.parametrize("labels", [[10, 20], [0.5, -0.5], ["tuned", "mistuned"]], ids=str)
