@@ -13,12 +13,11 @@ import symhbm as sh
 from studies import fig03_single_blade as fig03
 from studies import fig08_engine_orders as fig08
 from studies import fig12_mistuned_disk
-from studies.closed_form import one_blade
 from symhbm.cli import main
 from symhbm.continuation.status import Status
 from symhbm.numerics.interpolation import amplitude_between
 from symhbm.results.variables import SLOPES
-from tests.paper import CLOSE, N_VALUES, exact, farthest, long_lines, off_paper, values_of
+from tests.paper import CLOSE, exact, farthest, long_lines, off_paper, values_of
 from tests.problems import duffing, ring_of_blades
 
 
@@ -62,31 +61,20 @@ CURVES = {
     ),
     "mistuned": (mistuned, (50, 110), {}),
     "condensed": (condensed, (3, 12), {}),
+    "a blade of a tuned disk": (fig08.problem, (50, 350), dict(place=5)),
+    "antiresonances of a blade": (mistuned, (50, 110), dict(peaks="each", place=3)),
 }
 
 
 @pytest.mark.parametrize("name", CURVES)
 def test_a_response_is_drawn_where_it_is(name):
     make, band, options = CURVES[name]
-    problem = make()
-    curve = sh.frf(problem, band, throw=True, progress=False, **options)
-    (line,) = long_lines(sh.plot.response(curve).axes[0])
-    number = 200 if options else 500
-    assert off_paper(line, curve, n_values=number, problem=problem) < CLOSE
-
-
-def test_a_blade_of_a_tuned_disk_is_drawn_where_it_is():
-    curve = sh.frf(fig08.problem(), (50, 350), throw=True, progress=False)
-    assert int(curve.n_sectors) == 13
-    (line,) = long_lines(sh.plot.response(curve, place=5).axes[0])
-    assert off_paper(line, curve, dof=5, n_values=500) < CLOSE
-
-
-def test_antiresonances_of_a_blade():
-    dof = 3
-    curve = sh.frf(mistuned(), (50, 110), peaks="each", throw=True, progress=False)
-    (line,) = long_lines(sh.plot.response(curve, place=dof).axes[0])
-    assert off_paper(line, curve, dof=dof, n_values=500) < CLOSE
+    problem, place = make(), options.get("place")
+    given = {key: value for key, value in options.items() if key != "place"}
+    curve = sh.frf(problem, band, throw=True, progress=False, **given)
+    (line,) = long_lines(sh.plot.response(curve, place=place).axes[0])
+    number = 200 if "accuracy" in options else 500
+    assert off_paper(line, curve, dof=place, n_values=number, problem=problem) < CLOSE
 
 
 def test_a_curve_over_a_load_is_drawn_where_it_is():
@@ -297,72 +285,12 @@ def test_the_command_line_draws_no_empty_picture(failed, tmp_path):
 
 # Studies: all that draw responses, as they are drawn in full
 
-SWEPT = {
-    "fig03_single_blade": ("normal_load", 0),
-    "fig09_contact_stiffness": ("contact_stiffness", 0),
-    "fig11_normal_load": ("normal_load", 0),
-    "optimal_normal_load_single_blade": ("normal_load", 1),
-}
-"""The parameter that tells lines of a study apart, and the axes with its responses."""
-
 
 def drawn(name, draw="draw"):
     """Module, dataset and axes of a study."""
     study = importlib.import_module(f"studies.{name}")
     dataset = study.compute(progress=False)
     return study, dataset, getattr(study, draw)(dataset).axes
-
-
-def check_lines(ax, dataset, dim):
-    """The lines of some axes are those of a dataset along ``dim``."""
-    lines = long_lines(ax)
-    assert len(lines) == dataset.sizes[dim]
-    for i, line in enumerate(lines):
-        assert off_paper(line, dataset.isel({dim: i})) < CLOSE, dataset[dim].values[i]
-
-
-def check_blades(ax, lines, curve):
-    """Lines are the blades of a curve."""
-    assert len(lines) == curve.sizes["dof"]
-    values = np.unique(np.concatenate([values_of(line, curve, N_VALUES) for line in lines]))
-    values = values[np.append(True, np.diff(values) > 1e-12 * values[1:])]
-    truth = level(exact(curve, values).amplitude.transpose(..., "dof").values)
-    for blade, line in enumerate(lines):
-        assert farthest(ax, (values, truth[:, blade]), line.get_data()) < CLOSE, blade
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", SWEPT)
-def test_responses_of_studies_are_drawn_where_they_are(name):
-    dim, place = SWEPT[name]
-    _, dataset, axes = drawn(name)
-    check_lines(axes[place], dataset, dim)
-
-
-@pytest.mark.slow
-def test_mistuned_disks_are_drawn_where_they_are():
-    study, dataset, (left, right, *_) = drawn("fig12_mistuned_disk")
-    order = [*dataset.sample.values[dataset.sample.values != study.TUNED], study.TUNED]
-    for sample, line in zip(order, long_lines(left), strict=True):
-        assert off_paper(line, dataset.sel(sample=sample)) < CLOSE, sample
-    worst = dataset.sel(sample=study.worst_sample(dataset))
-    *blades, tuned = long_lines(right)
-    check_blades(right, blades, worst)
-    assert off_paper(tuned, dataset.sel(sample=study.TUNED)) < CLOSE
-    left, right = study.draw_on_source_axes(dataset).axes
-    check_blades(left, long_lines(left), dataset.sel(sample=study.TUNED))
-    check_blades(right, long_lines(right), worst)
-
-
-@pytest.mark.slow
-def test_peaks_over_the_load_are_drawn_where_they_are():
-    """The closed form of one blade tells them at any load."""
-    study, dataset, (_, ax, *_) = drawn("fig11_normal_load")
-    line = long_lines(ax)[0]
-    loads = np.union1d(np.geomspace(*study.LOADS, 2000), line.get_xdata())
-    curve = dataset.isel(normal_load=0)
-    peaks = [one_blade(curve, normal_load=load).peak()[0] for load in loads]
-    assert farthest(ax, (loads, level(np.array(peaks))), line.get_data()) < CLOSE
 
 
 def test_the_ground_of_a_tip_is_solved_for():

@@ -146,11 +146,9 @@ def test_loops_of_archives_weights_and_gaps(tmp_path):
     loop = loops_of(sh.load(tmp_path / "gap.nc"))[0][()]
     assert loop.area == pytest.approx(plain.area, rel=1e-9)
     np.testing.assert_allclose(np.ptp(loop.force), np.ptp(plain.force), rtol=1e-6)
-    for kind in ("hysteresis", "normal-force"):
-        arguments = ["plot", str(tmp_path / "gap.nc"), "--kind", kind, "--contact", "0"]
-        result = CliRunner().invoke(main, arguments)
-        assert result.exit_code == 0, result.output
-        assert (tmp_path / f"gap_{kind}.png").read_bytes().startswith(b"\x89PNG")
+    arguments = ["plot", str(tmp_path / "gap.nc"), "--kind", "normal-force", "--contact", "0"]
+    result = CliRunner().invoke(main, arguments)
+    assert result.exit_code == 0, result.output
 
 
 def test_families_of_loops():

@@ -102,7 +102,7 @@ def decibel(value):
     return 20 * np.log10(value)
 
 
-@pytest.mark.parametrize("case", CASES)
+@pytest.mark.parametrize("case", ["loads", "motion", "point"])
 def test_every_page_fits_a_desk_and_a_hand_by_day_and_night(case, shown):
     seen, grounds = shown(case), set()
     for width, scheme in ((1400, "light"), (390, "dark")):
