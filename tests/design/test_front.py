@@ -5,7 +5,7 @@ from dataclasses import replace
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-from designs import BAND, BEST_AMPLITUDE, BEST_LOAD, blade, ring
+from designs import BAND, BEST_AMPLITUDE, BEST_LOAD, blade
 from scipy.optimize import minimize_scalar
 
 import symhbm as sh
@@ -79,11 +79,6 @@ class TestOneBlade:
         assert sh.verify(front, progress=False).residual_stored.max() < 1e-9
 
 
-def test_the_order_of_aims_turns_the_front_around(front):
-    turned = front_of(blade(), aims=dict(reversed(AIMS.items())))
-    assert turned.front_aim.values[::-1, ::-1] == pytest.approx(front.front_aim.values, rel=1e-9)
-
-
 def test_no_design_of_a_grid_is_better_in_both_aims():
     """Brute force over two variables, with stored amplitudes of dense responses alone."""
     names = ["normal_load", "contact_stiffness"]
@@ -126,14 +121,6 @@ def test_of_several_optima_of_one_aim_the_end_is_the_best_in_the_other():
     assert friction == pytest.approx(0.8)
     assert load == pytest.approx(BEST_LOAD * 0.5 / 0.8, rel=2e-3)  # a millionth of the peak
     assert front.front_value.values[-1] == pytest.approx([0.5, 0.8], rel=1e-6)
-
-
-def test_a_ring_is_one_blade():
-    problem, ratio = ring(), 2 * np.sin(np.pi * 3 / 13)
-    front = front_of(problem, (0.5, 20.0), (5.0, 350.0), n_points=4)
-    peaks = [closed_peak(0.5 * v, contact=1e6, ratio=ratio) for v in front.front_value.values[:, 0]]
-    assert front.front_aim.values[:, 0] == pytest.approx(peaks, rel=1e-9)
-    assert (front.n_sectors == 13).all()
 
 
 def test_two_bands_against_each_other():
@@ -313,7 +300,7 @@ def test_its_picture_has_all_points(front):
         sh.plot.pareto_front(front.drop_vars("front_aim"))
 
 
-def test_the_command_line_tells_and_draws_it(tmp_path):
+def test_the_command_line_tells_it(tmp_path):
     from click.testing import CliRunner
 
     from symhbm.cli import main
@@ -323,6 +310,3 @@ def test_the_command_line_tells_and_draws_it(tmp_path):
     told = CliRunner().invoke(main, ["info", str(target)], catch_exceptions=False).output
     assert "front 0               peak 0.000308229, load 3.08858, normal_load 3.08858 N" in told
     assert "3 of 3 points are on the front" in " ".join(told.split())
-    drawn = CliRunner().invoke(main, ["plot", str(target)], catch_exceptions=False).output
-    assert drawn.strip().endswith("front_pareto-front.png")
-    assert (tmp_path / "front_pareto-front.png").stat().st_size > 10_000

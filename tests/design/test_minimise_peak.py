@@ -2,7 +2,6 @@
 
 from dataclasses import replace
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from designs import (
@@ -15,8 +14,6 @@ from designs import (
     design,
     ring,
 )
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from scipy.optimize import minimize_scalar
 from xarray import DataArray
 
@@ -30,6 +27,7 @@ from symhbm.design.program import ActiveSet, Program
 from symhbm.design.search import Descent, Design, SearchResult
 from symhbm.peaks.survey import survey
 from symhbm.results.sweep import parse
+from tests.quick import quick_first
 
 AMPLITUDE = 1e-10
 """Relative; the reference has 13 digits, and responses are solved for to 1e-12."""
@@ -104,12 +102,6 @@ class TestOneBlade:
         omega = np.sqrt((stiffness + contact / 2) / mass)
         assert 2 * np.pi * optimum.active_frequency.item() == pytest.approx(omega, rel=AMPLITUDE)
 
-    def test_by_friction_it_is_the_same_product(self):
-        optimum = design(blade(normal_load=4.0), "friction_coefficient", (0.1, 5.0))
-        assert value(optimum) * 4.0 == pytest.approx(BEST_LOAD * 0.5, rel=LOAD)
-        assert amplitude(optimum) == pytest.approx(BEST_AMPLITUDE, rel=AMPLITUDE)
-        assert optimum.variable_units.item() == "1"
-
     def test_both_factors_together_have_no_one_optimum(self):
         names = ["friction_coefficient", "normal_load"]
         bounds = {"friction_coefficient": (0.1, 1.0), "normal_load": (0.1, 100.0)}
@@ -163,14 +155,6 @@ class TestOneBlade:
 
 
 class TestHomogeneity:
-    @given(st.floats(-3, 3).map(lambda power: 10.0**power))
-    @settings(max_examples=4)
-    def test_load_and_response_go_with_the_force(self, scale):
-        bounds = (BEST_LOAD * scale / 3, BEST_LOAD * scale * 3)
-        optimum = design(blade(force=scale), bounds=bounds)
-        assert value(optimum) == pytest.approx(BEST_LOAD * scale, rel=LOAD)
-        assert amplitude(optimum) == pytest.approx(BEST_AMPLITUDE * scale, rel=AMPLITUDE)
-
     def test_derivatives_by_the_force_are_ratios(self, best):
         assert best.design_value_by_force_amplitude.item() == pytest.approx(value(best), rel=LOAD)
         by_force = best.design_amplitude_by_force_amplitude.item()
@@ -332,16 +316,6 @@ class TestCertificate:
     def test_no_load_beside_is_better(self, best):
         assert_lowest_peak(best)
 
-    def test_no_response_of_any_case_is_higher(self, both):
-        dense = sh.frf(
-            sh.datasets.rebuild(both),
-            BAND,
-            at=np.linspace(*BAND, 200),
-            over=over(**CASES),
-            progress=False,
-        )
-        assert dense.amplitude.max() <= amplitude(both) * (1 + 1e-9)
-
     def test_certificate_of_proved_and_unproved_statements(self, best):
         text = best.certificate.item()
         assert "At this design the largest response over 5 to 40 Hz is 0.00030822885" in text
@@ -479,28 +453,12 @@ class TestEnds:
 
 
 class TestArchive:
-    def test_with_cases_as_well(self, both, tmp_path):
-        assert sh.load(sh.save(both, tmp_path / "both.nc")).identical(both)
-
-    def test_the_rebuilt_problem_is_the_optimal_one(self, best):
-        problem = sh.datasets.rebuild(best)
-        assert problem.parameters["normal_load"] == pytest.approx(value(best), rel=1e-15)
-        again = sh.frf(problem, BAND, progress=False)
-        assert again.peak_amplitude.max() == pytest.approx(amplitude(best), rel=AMPLITUDE)
-
     def test_a_case_that_is_rebuilt_has_its_own_values(self, both):
         problem = sh.datasets.rebuild(both.isel(case=1))
         assert problem.parameters["contact_stiffness"] == 2e4
         assert problem.parameters["normal_load"] == pytest.approx(value(both), rel=1e-15)
         again = sh.frf(problem, BAND, progress=False)
         assert again.peak_amplitude.max() == pytest.approx(amplitude(both), rel=AMPLITUDE)
-
-    def test_it_draws_as_any_response(self, best):
-        figure = sh.plot.response(best)
-        drawn = [line.get_ydata() for axis in figure.axes for line in axis.lines]
-        top = max(float(np.max(values)) for values in drawn)
-        assert top == pytest.approx(20 * np.log10(amplitude(best)), rel=1e-12)  # the peak's dot
-        plt.close(figure)
 
 
 def test_a_band_that_is_not_followed_to_its_end_proves_nothing(monkeypatch):
@@ -517,7 +475,7 @@ def test_a_band_that_is_not_followed_to_its_end_proves_nothing(monkeypatch):
     assert str(sh.Status.PEAK_NOT_LOCATED) in optimum.certificate.item()
 
 
-@pytest.mark.parametrize("band", [[(15.0, 18.0)], [(5.0, 15.0), (22.0, 30.0)]])
+@pytest.mark.parametrize("band", quick_first([[(15.0, 18.0)], [(5.0, 15.0), (22.0, 30.0)]], 1))
 def test_beside_a_resonance_the_ends_of_bands_count(band):
     """The peak outside is no maximum; the ends of two bands rise against each other."""
     with pytest.warns(RuntimeWarning, match="no peak lies in the band"):

@@ -282,12 +282,6 @@ class TestExecutors:
             optimum = design(blade(), bounds=NEAR, over=PAIR, executor=executor)
         assert same(optimum, pair)
 
-    def test_a_closed_executor_is_not_needed(self, pair):
-        with ThreadPoolExecutor(1) as executor:
-            pass
-        with pytest.warns(RuntimeWarning, match="cannot schedule new futures after shutdown"):
-            assert same(design(blade(), bounds=NEAR, over=PAIR, executor=executor), pair)
-
 
 @pytest.fixture(scope="module")
 def draws():
@@ -314,9 +308,3 @@ class TestRing:
         for name in Statistic:
             for other in Statistic:
                 assert values[name, name] <= values[other, name] + 1e-10
-
-    def test_processes_change_nothing(self, draws):
-        fresh = draws.isel(sample=[2, 0])
-        with ProcessPoolExecutor(2) as executor:
-            optimum = self.best(draws, fresh=fresh, executor=executor)
-        assert optimum.identical(self.best(draws, fresh=fresh))

@@ -101,6 +101,7 @@ def test_a_peak_curve_is_that_of_the_whole_structure():
     assert small.attrs["largest_of"] == "4 degrees of freedom kept of 24"
 
 
+@pytest.mark.slow
 def test_a_design_is_that_of_the_whole_structure():
     whole, small = (
         sh.minimise_peak(

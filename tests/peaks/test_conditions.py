@@ -5,7 +5,6 @@ from functools import cache
 
 import numpy as np
 import pytest
-from closed_forms import OneBlade
 
 import symhbm as sh
 from symhbm.balance.second_order import SecondOrder
@@ -195,68 +194,6 @@ def test_symmetry_and_scaling_of_derivatives(case):
         scaled = by["force_amplitude"] * problem.excitation.amplitude
         scaled = scaled + by["normal_load"] @ problem.model.normal_load
         assert scaled.item() == pytest.approx(conditions.maximum.amplitude, rel=1e-9)
-
-
-@pytest.mark.parametrize("load", [1.0, 2.5, 5.0, 18.0])
-def test_closed_form_of_one_blade(load):
-    problem = blade(normal_load=load)
-    second_order = SecondOrder(problem, ("normal_load",))
-    branch = follow_branch(FrequencyProblem(problem), (RADIANS * 5, RADIANS * 40), 5000, True)
-    peak = max(branch.peaks, key=lambda peak: peak.amplitude)
-    conditions = solve(Conditions.of(second_order, Maximum.at_peak(problem, peak)))
-    form = OneBlade(1, 0.5, 1e4, 1e4, 0.5 * load)
-    omega, amplitude = max(form.peaks(), key=lambda pair: pair[1])
-    assert conditions.maximum.amplitude == pytest.approx(amplitude, rel=1e-10)
-
-    # On the closed curve between frequency and amplitude, where its slope by frequency is 0.
-    def value(a, limit):
-        return np.polyval(replace(form, slip_limit=limit).polynomial(a), omega)
-
-    step, limit = 1e-4, form.slip_limit
-    by_limit = (value(amplitude, limit * (1 + step)) - value(amplitude, limit * (1 - step))) / limit
-    by_amplitude = value(amplitude * (1 + step), limit) - value(amplitude * (1 - step), limit)
-    expected = -0.5 * by_limit / (by_amplitude / amplitude)
-    # The square of the step, and round-off of the closed form over it.
-    assert conditions.gradient.item() == pytest.approx(expected, rel=1e-6)
-
-
-@pytest.mark.parametrize(("name", "index"), [("normal_load", 1), ("stiffness", 0), ("mass", 2)])
-def test_differences_of_whole_responses(name, index):
-    """Differences of peaks located by continuation, independent of these conditions."""
-    second_order, peaks = solved("ring 1")
-    problem = peaks[0][0].problem
-    step = 1e-5
-    sides = []
-    for sign in (-1, 1):
-        values = np.array(problem.parameters[name])
-        values[index] *= 1 + sign * step
-        band = RADIANS * 50, RADIANS * 110
-        curve = FrequencyProblem(problem.with_parameters(**{name: values}))
-        sides.append(follow_branch(curve, band, 5000, True).peaks)
-    kinds = set()
-    for _, conditions in peaks:
-        maximum = conditions.maximum
-        low, high = (
-            min(
-                (peak for peak in side if peak.dof == maximum.dof),
-                key=lambda peak: abs(peak.value - maximum.frequency),
-            )
-            for side in sides
-        )
-        size = 2 * step * problem.parameters[name][index]
-        columns = second_order.places[name]
-        columns = slice(
-            columns.start - problem.n_unknowns - 1, columns.stop - problem.n_unknowns - 1
-        )
-        pairs = (
-            ((high.amplitude - low.amplitude) / size, conditions.gradient[columns]),
-            ((high.value - low.value) / size, conditions.frequency_gradient[columns]),
-        )
-        for by, exact in pairs:
-            # Where smooth peaks stand is located to 1e-9, over steps of 1e-5.
-            assert by == pytest.approx(exact[index], abs=1e-4 * np.abs(exact).max())
-        kinds.add(maximum.kind)
-    assert kinds == {MaximumKind.SMOOTH, MaximumKind.CORNER}
 
 
 def test_edge_of_the_band():
