@@ -44,6 +44,8 @@ def test_down_as_up(name):
     (at, high), (found, low) = peaks(up), peaks(down)
     np.testing.assert_allclose(found, at, rtol=1e-6)
     np.testing.assert_allclose(low, high, rtol=1e-8)
+    events = (np.sort(found.event_frequency) for found in (up, down))
+    np.testing.assert_allclose(*events, rtol=1e-8)
 
 
 @pytest.mark.parametrize("name", cases(FEW[:2], cells()))

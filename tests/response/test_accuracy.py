@@ -15,26 +15,12 @@ from symhbm.response.accuracy.harmonic_sets import HarmonicSets
 from symhbm.response.accuracy.truncation import SMALLEST
 from symhbm.time_domain.exact_motion import exact_motion
 from tests.pressed_contact import two_way
+from tests.problems import duffing
+from tests.quick import quick_first
 
 TURN = 2 * np.pi
 ACCURACIES = (1e-2, 1e-3, 1e-4)
-LOADS = (0.5, 1, 2, 3, 5, 18)
-
-
-def mistuned(sample):
-    """The ensemble of the source's Fig. 12, one harmonic to begin with."""
-    rng = np.random.default_rng([1949, sample])
-    draw = lambda nominal, width: nominal * (1 + width * rng.uniform(-1, 1, 13))  # noqa: E731
-    disk = sh.bladed_disk(
-        13,
-        mass=1,
-        stiffness=1e4,
-        damping=0.5,
-        contact_stiffness=draw(1e6, 0.2),
-        friction_coefficient=draw(0.5, 0.4),
-        normal_load=draw(10, 0.3),
-    )
-    return sh.HarmonicBalance(disk, sh.forces.EngineOrder(3, amplitude=1.0), (1,))
+LOADS = (1, 5, 0.5, 2, 3, 18)
 
 
 @cache
@@ -72,7 +58,7 @@ def assert_kept(problem, band, at, accuracy):
     return response
 
 
-@pytest.mark.parametrize("load", LOADS)
+@pytest.mark.parametrize("load", quick_first(LOADS, 2))
 def test_blades(load):
     at = np.linspace(10.1, 29.9, 29)
     problem = blade(load)
@@ -89,27 +75,6 @@ def test_rings(order, load, at):
     if order == 1:
         # 63 Hz is far off with one harmonic, whose contacts reverse twice and not 6 times.
         assert response.reversals.sel(frequency=63).values.tolist() == [6] * 13
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("load", [10, 100])
-@pytest.mark.parametrize("order", range(1, 7))
-def test_all_rings(order, load):
-    problem = fig08.problem().with_parameters(engine_order=order, normal_load=load)
-    path = sh.frf(problem, (5, 350)).frequency.values
-    at = np.unique(np.append(path[:: max(1, len(path) // 20)], np.linspace(20, 340, 9)))
-    for accuracy in ACCURACIES:
-        assert_kept(problem, (5, 350), at, accuracy)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("sample", range(10))
-def test_mistuned_rings(sample):
-    problem = mistuned(sample)
-    path = sh.frf(problem, (50, 350)).frequency.values
-    at = path[:: len(path) // 25]
-    for accuracy in ACCURACIES:
-        assert_kept(problem, (50, 350), at, accuracy)
 
 
 def test_the_path_is_one_curve():
@@ -185,8 +150,7 @@ def test_errors_between_the_points_of_the_path_are_reported(monkeypatch):
 @pytest.mark.slow
 def test_folding_responses():
     """Smooth forces: a geometric fall, and errors measured across the path, as folds move too."""
-    model = sh.Model([[1.0]], [[0.05]], [[1.0]], contacts=[(0,)], cubic_stiffness=0.1)
-    problem = sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=0.18))
+    problem = duffing()
     path = sh.frf(problem, (0.08, 0.32), accuracy=1e-3)
     assert path.status.item() == sh.Status.REACHED_END
     assert 1 < path.sizes["harmonic"] < 5
@@ -222,7 +186,7 @@ def test_sets_grow_as_symmetry_allows():
         )
 
 
-def test_archives_with_harmonics_by_point(tmp_path):
+def test_ensembles_with_harmonics_by_point():
     problem = blade(1)
     loads = {"normal_load": [1, 3, 300]}
     ensemble = sh.frf(problem, (10, 30), over=loads, accuracy=1e-3)
@@ -235,12 +199,9 @@ def test_archives_with_harmonics_by_point(tmp_path):
     assert stuck.highest_harmonic.values[:n_points].tolist() == [1] * n_points
     assert np.all(stuck.coefficient.values[:n_points, :, 1:] == 0)
     assert np.all(np.isnan(stuck.coefficient.values[n_points:]))
-    sh.save(ensemble, tmp_path / "accuracy.nc")
-    archive = sh.load(tmp_path / "accuracy.nc")
-    assert archive.identical(ensemble)
-    verified = sh.verify(archive, exact=12, bounds={"exact_difference": 1e-3})
+    verified = sh.verify(ensemble, exact=12, bounds={"exact_difference": 1e-3})
     assert '"passed": true' in verified.attrs["verification"]
-    assert sh.datasets.rebuild(archive).harmonics == tuple(archive.harmonic.values)
+    assert sh.datasets.rebuild(ensemble).harmonics == tuple(ensemble.harmonic.values)
 
 
 @pytest.mark.parametrize("value", [0.0, 1.0, -1e-3, np.nan, "1e-3", [1e-3]])
@@ -257,7 +218,7 @@ def test_sampled_friction_has_another_error():
         sh.frf(sampled, (10, 30), accuracy=1e-3)
 
 
-@pytest.mark.parametrize("hertz", [18, 24, 27])
+@pytest.mark.parametrize("hertz", [18, 27])
 def test_normal_forces_are_within_their_estimate(hertz):
     problem = two_way()
     exact = sh.periodic_motion(problem, hertz, n_angles=4096)

@@ -7,30 +7,20 @@ import symhbm as sh
 from studies import fig03_single_blade as fig03
 from studies import fig08_engine_orders as fig08
 from symhbm.time_domain.exact_motion import exact_motion
+from tests.problems import one_blade, ring_of_blades
 
 RNG = np.random.default_rng(11)
 HALF_STUCK = sh.HarmonicBalance(
-    sh.bladed_disk(
+    ring_of_blades(
         6,
         mass=RNG.uniform(0.9, 1.1, 6),
-        stiffness=1e4,
-        damping=0.5,
         contact_stiffness=RNG.uniform(0.8e5, 1.2e5, 6),
-        friction_coefficient=0.5,
-        # Contacts that slip, that stick, without a spring's limit and without friction.
         normal_load=[2.0, 500.0, 4.0, 1e4, 0.0, 3.0],
     ),
     sh.forces.EngineOrder(1, amplitude=1.0),
 )
 EVEN = sh.HarmonicBalance(
-    sh.single_blade(
-        mass=1,
-        stiffness=1e4,
-        damping=0.5,
-        contact_stiffness=1e4,
-        friction_coefficient=0.5,
-        normal_load=2.0,
-    ),
+    one_blade(normal_load=2.0),
     sh.forces.HarmonicForce(cosine={0: [0.3], 1: [1.0], 2: [0.8]}, sine={3: [0.7]}),
     (0, 1, 2, 3),
 )

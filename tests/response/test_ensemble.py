@@ -9,7 +9,6 @@ from functools import lru_cache
 
 import numpy as np
 import pytest
-from closed_forms import OneBlade
 from dense_scan import TWO_PI, OddHarmonicRing, OneHarmonicRing, Top, scan, tops
 
 import symhbm as sh
@@ -18,6 +17,7 @@ from symhbm.continuation.path import Path
 from symhbm.continuation.problem import FrequencyProblem
 from symhbm.continuation.start import solve_point
 from symhbm.continuation.status import Status
+from tests.problems import ring_of_blades
 
 BLADES = 13
 MASS, DAMPING, STIFFNESS = 1.0, 0.5, 1e4
@@ -37,13 +37,12 @@ alone holds the blades, with a force that is smaller 4e6/(c omega) = 6000 times.
 
 @lru_cache
 def tuned(harmonics=(1,)):
-    disk = sh.bladed_disk(
+    disk = ring_of_blades(
         BLADES,
         mass=MASS,
         stiffness=STIFFNESS,
         damping=DAMPING,
         contact_stiffness=1e6,
-        friction_coefficient=0.5,
         normal_load=10.0,
     )
     return sh.HarmonicBalance(disk, sh.forces.EngineOrder(3, amplitude=1.0), harmonics)
@@ -136,53 +135,6 @@ def work(problem):
     return len(points), path.rejected, corrector.solves
 
 
-def test_the_scan_finds_the_closed_form():
-    """A tuned ring is one blade, whose peak is a root of a polynomial."""
-    ring = rewritten(tuned().with_parameters(normal_load=100.0))
-    points = scan(ring, (209, 213), spacing=0.02, fine=0.01)
-    ratio = 2 * np.sin(3 * np.pi / BLADES)
-    [(omega, amplitude)] = OneBlade(MASS, DAMPING, STIFFNESS, 1e6, 50.0, ratio=ratio).peaks()
-    [top] = tops(ring, points)
-    # Blades tie to round-off and lead in turn: their slopes vanish 1e-10 apart.
-    assert top.hz == pytest.approx(omega / TWO_PI, rel=1e-9)
-    assert top.level == pytest.approx(amplitude, rel=1e-9)
-    assert top.kind == "smooth"
-
-
-def test_the_scan_has_the_exact_jacobian_and_slope():
-    """Against central differences, whose error with these steps is 1e-9 and less."""
-    ring = rewritten(mistuned(0))
-    hz, step = np.array([77.3, 148.66, 196.0, 292.0]), 1e-5
-    points = ring.solve(hz)
-    assert points.slip.any()
-    ahead, behind = (ring.solve(hz + side * step) for side in (1, -1))
-    change = (ahead.level - behind.level) / (2 * step)
-    np.testing.assert_allclose(change, points.slope, rtol=1e-5)
-    x, omega = points.unknowns, TWO_PI * hz
-    jacobian = ring.jacobian(x, omega)
-    for unknown in range(2 * BLADES):
-        shift = np.zeros(2 * BLADES)
-        shift[unknown] = 1e-6 * np.abs(x).max()
-        ahead, behind = (ring.balance(x + side * shift, omega)[0] for side in (1, -1))
-        column = (ahead - behind) / (2 * shift[unknown])
-        scale = np.abs(jacobian).max()
-        np.testing.assert_allclose(column, jacobian[:, :, unknown], rtol=0, atol=1e-6 * scale)
-
-
-def test_a_comparison_that_can_fail():
-    scanned = [Top(100.0, 1.0, "smooth", 0.1), Top(110.0, 2.0, "corner", 0.1)]
-    found = [(100.0, 1.0, "smooth"), (110.0, 2.0, "corner")]
-    assert differences(found, scanned) == []
-    faint = Top(120.0, 1.0, "smooth", 1e-12)
-    assert differences(found, [*scanned, faint]) == []
-    assert differences([*found, (120.0, 1.0, "corner")], [*scanned, faint]) == []
-    assert differences(found[:1], scanned)[0].startswith("missed")
-    assert differences(found, scanned[1:])[0].startswith("invented")
-    assert len(differences([found[0], (110.001, 2.0, "corner")], scanned)) == 2
-    assert differences([found[0], (110.0, 2.00001, "corner")], scanned)[0].startswith("another v")
-    assert differences([found[0], (110.0, 2.0, "smooth")], scanned)[0].startswith("another k")
-
-
 def assert_peaks_of_the_scan(problem, band, spacing=0.005, followed=BAND):
     curve = sh.frf(problem, followed, progress=False)
     assert_complete(curve)
@@ -194,7 +146,7 @@ def assert_peaks_of_the_scan(problem, band, spacing=0.005, followed=BAND):
     assert differences(inside, expected) == []
 
 
-@pytest.mark.parametrize(("sample", "band"), [(0, (70, 90)), (1, (285, 325)), (2, (180, 240))])
+@pytest.mark.parametrize(("sample", "band"), [(0, (70, 90)), (1, (285, 325))])
 def test_peaks_of_one_harmonic(sample, band):
     """A part of the band at the resolution of the whole."""
     assert_peaks_of_the_scan(mistuned(sample), band)
@@ -273,7 +225,7 @@ def assorted(sample):
 
 @pytest.mark.parametrize(
     "sample",
-    [pytest.param(i, marks=[pytest.mark.slow] if i >= 6 else []) for i in range(60)],
+    [pytest.param(i, marks=[pytest.mark.slow] if i >= 2 else []) for i in range(60)],
 )
 def test_assorted_rings_reach_the_end(sample):
     curve = sh.frf(assorted(sample), BAND, progress=False)
@@ -281,16 +233,11 @@ def test_assorted_rings_reach_the_end(sample):
     assert curve.frequency.values[[0, -1]].tolist() == list(BAND)
 
 
-CASES = {
-    "tuned EO 1, 10 N": lambda: tuned().with_parameters(engine_order=1, normal_load=10.0),
-    "tuned EO 3, 10 N": lambda: tuned().with_parameters(engine_order=3, normal_load=10.0),
-    "tuned EO 1, 100 N": lambda: tuned().with_parameters(engine_order=1, normal_load=100.0),
-    "tuned EO 3, 100 N": lambda: tuned().with_parameters(engine_order=3, normal_load=100.0),
-    "mistuned": lambda: mistuned(0),
-}
-
-
-def assert_same_from(problem, starts):
+@pytest.mark.parametrize(
+    "starts", [[148.0], pytest.param(np.linspace(5, 200, 50), marks=pytest.mark.slow)]
+)
+def test_the_start_of_the_band_changes_nothing(starts):
+    problem = mistuned(0)
     expected = peaks_of(sh.frf(problem, (5.0, BAND[1]), progress=False))
     assert expected
     for start in starts:
@@ -302,54 +249,6 @@ def assert_same_from(problem, starts):
         except AssertionError as error:
             error.add_note(f"from {start} Hz")
             raise
-
-
-@pytest.mark.parametrize("case", CASES)
-def test_the_start_of_the_band_changes_nothing(case):
-    assert_same_from(CASES[case](), [31.0, 76.0, 190.0] if case != "mistuned" else [148.0])
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("case", CASES)
-def test_no_start_of_the_band_changes_anything(case):
-    assert_same_from(CASES[case](), np.linspace(5, 200, 50))
-
-
-GRID = np.linspace(*BAND, 201)
-FEW = [
-    pytest.param(i, marks=[pytest.mark.slow] if i >= 1 else [], id=f"sample {i}") for i in range(20)
-]
-
-
-@pytest.mark.parametrize("sample", FEW)
-def test_both_ways_give_one_curve(sample):
-    problem = mistuned(sample)
-    path = sh.frf(problem, BAND[::-1], progress=False)
-    assert_complete(path)
-    assert path.frequency.values[[0, -1]].tolist() == [BAND[1], BAND[0]]
-    up, down = (sh.frf(problem, band, at=GRID, progress=False) for band in (BAND, BAND[::-1]))
-    assert_same_peaks(sorted(peaks_of(path)), sorted(peaks_of(up)))
-    assert_same_peaks(peaks_of(down), peaks_of(path))
-    assert up.converged.all()
-    assert down.converged.all()
-    largest = up.amplitude.max("dof")
-    assert float((np.abs(down.amplitude - up.amplitude) / largest).max()) < SAME_CURVE
-
-
-@pytest.mark.parametrize("sample", FEW)
-def test_names_of_blades_change_nothing(sample):
-    """Numbered from another blade, the engine order has another phase and the response too."""
-    problem, shift = mistuned(sample), 1 + sample % (BLADES - 1)
-    names = ("contact_stiffness", "friction_coefficient", "normal_load")
-    rolled = problem.with_parameters(
-        **{name: np.roll(problem.parameters[name], shift) for name in names}
-    )
-    response, moved_response = (sh.frf(p, BAND, at=GRID, progress=False) for p in (problem, rolled))
-    assert_same_peaks(peaks_of(moved_response), peaks_of(response))
-    np.testing.assert_array_equal(moved_response.peak_dof, (response.peak_dof + shift) % BLADES)
-    moved = np.roll(response.amplitude.values, shift, axis=1)
-    error = np.abs(moved_response.amplitude.values - moved) / moved.max(axis=1)[:, None]
-    assert error.max() < SAME_CURVE
 
 
 @pytest.mark.slow

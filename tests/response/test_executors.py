@@ -17,17 +17,10 @@ import symhbm as sh
 from symhbm.continuation.correctors import compiled as compiled_corrector
 from symhbm.numerics import machine_code
 from symhbm.response import ensemble
+from tests.problems import ring_of_blades
 from tests.quick import quick_first
 
-DISK = sh.bladed_disk(
-    3,
-    mass=1.0,
-    stiffness=1e4,
-    damping=0.5,
-    contact_stiffness=1e4,
-    friction_coefficient=0.5,
-    normal_load=3.0,
-)
+DISK = ring_of_blades(3)
 RING = sh.HarmonicBalance(DISK, sh.forces.EngineOrder(1), harmonics=(1, 3))
 BAND, GRID = (15.0, 24.0), [16.0, 18.0, 20.0, 22.0]
 N_SETS = 9
@@ -66,8 +59,8 @@ def cluster():
 
 @pytest.mark.parametrize(
     "pool",
-    [lambda: ThreadPoolExecutor(3), lambda: processes("fork"), lambda: processes("spawn")],
-    ids=["threads", "fork", "spawn"],
+    [lambda: ThreadPoolExecutor(3), lambda: processes("fork")],
+    ids=["threads", "fork"],
 )
 def test_executors_change_nothing(pool, tmp_path):
     with pool() as executor:
@@ -156,13 +149,6 @@ def test_interrupts_are_not_recorded(monkeypatch):
         call()
     with ThreadPoolExecutor(1) as executor, pytest.raises(KeyboardInterrupt):
         call(executor=executor)
-
-
-def test_a_closed_executor():
-    executor = ThreadPoolExecutor(1)
-    executor.shutdown()
-    with pytest.warns(RuntimeWarning, match=r"the executor failed .*shutdown.* in this process"):
-        xr.testing.assert_identical(call(executor=executor), expected())
 
 
 def test_an_executor_that_closes_on_the_way(monkeypatch):
@@ -292,57 +278,6 @@ def test_a_cluster_that_loses_workers():
         client.register_plugin(Fatal())
         with pytest.warns(RuntimeWarning, match="KilledWorker"):
             xr.testing.assert_identical(call(executor=executor), expected())
-
-
-@pytest.mark.slow
-@pytest.mark.filterwarnings("default::ResourceWarning")
-def test_a_cluster_whose_worker_is_killed_from_outside(tmp_path):
-    """A scheduler and three worker processes; one is killed while the others and it compute."""
-    distributed = pytest.importorskip("distributed", reason="the package distributed is absent")
-    loads = xr.DataArray(
-        np.random.default_rng(6).uniform(2, 4, (60, 3)), dims=("sample", "contact")
-    )
-    over, options = {"normal_load": loads}, dict(at=GRID, progress=False)
-    alone = sh.frf(RING, BAND, over=over, **options)
-    with (
-        distributed.LocalCluster(
-            n_workers=3, threads_per_worker=1, processes=True, dashboard_address=":0"
-        ) as cluster,
-        distributed.Client(cluster) as client,
-        client.get_executor() as executor,
-    ):
-        workers, submit = set(client.run(os.getpid).values()), executor.submit
-        assert len(workers) == 3
-        assert MAIN not in workers
-        counts, killed, lock = {"submitted": 0, "finished": 0}, [], threading.Lock()
-
-        def kill_one(_):
-            with lock:
-                counts["finished"] += 1
-                if not killed:
-                    killed.append(counts["submitted"] - counts["finished"])
-                    os.kill(min(workers), signal.SIGKILL)
-
-        def watched(*given, **named):
-            future = submit(*given, **named)
-            with lock:
-                counts["submitted"] += 1
-            future.add_done_callback(kill_one)
-            return future
-
-        executor.submit = watched
-        with sh.frf(
-            RING, BAND, over=over, executor=executor, archive=tmp_path / "x.nc", **options
-        ) as archive:
-            xr.testing.assert_identical(archive.load(), alone)
-        # Work was under way when the first piece had come back, and the worker is no more.
-        assert killed[0] > 0
-        client.wait_for_workers(3, timeout=1800)  # one that never comes back
-        assert min(workers) not in client.run(os.getpid).values()
-        executor.submit = submit
-        xr.testing.assert_identical(
-            sh.frf(RING, BAND, over=over, executor=executor, **options), alone
-        )
 
 
 def mistuned(harmonics):

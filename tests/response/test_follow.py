@@ -4,7 +4,6 @@ from functools import cache
 
 import numpy as np
 import pytest
-import xarray as xr
 from closed_forms import OneBlade
 from scipy.optimize import brentq, minimize_scalar
 
@@ -14,6 +13,7 @@ from studies import fig08_engine_orders as fig08
 from symhbm.model.contacts.coulomb.located import locate
 from symhbm.model.contacts.coulomb.sampled import locate_sampled
 from symhbm.numerics.fourier import FourierBasis
+from tests.problems import ring_of_blades
 
 TWO_PI = 2 * np.pi
 MU = 0.5
@@ -69,11 +69,9 @@ def mistuned_ring(n_blades=5, seed=1, engine_order=1, harmonics=(1,), load=20.0)
     def around(nominal, width):
         return nominal * (1 + width * rng.uniform(-1, 1, n_blades))
 
-    disk = sh.bladed_disk(
+    disk = ring_of_blades(
         n_blades,
-        mass=1,
         stiffness=around(1e4, 0.02),
-        damping=0.5,
         contact_stiffness=around(2e4, 0.1),
         friction_coefficient=around(MU, 0.3),
         normal_load=around(load, 0.3),
@@ -84,43 +82,7 @@ def mistuned_ring(n_blades=5, seed=1, engine_order=1, harmonics=(1,), load=20.0)
 # One blade, closed form
 
 
-@pytest.mark.parametrize("frequency", [10.0, 17.3, 19.5, 22.5, 30.0])
-def test_amplitude_over_normal_load(frequency):
-    grid = np.append(np.geomspace(0.01, 100, 25), [282.0, 300.0, 400.0])
-    up, down = both_ways(
-        fig03.problem(), "normal_load", (0.01, 400.0), at=grid, frequency=frequency
-    )
-    expected = [blade_amplitude(blade_with(normal_load=f), frequency) for f in grid]
-    for result in (up, down):
-        assert result.amplitude.dims == ("normal_load", "dof")
-        # Required: 1e-9.
-        np.testing.assert_allclose(result.amplitude[:, 0], expected, rtol=1e-9)
-        assert float(result.frequency) == frequency
-        assert result.converged.all()
-    path = sh.follow(fig03.problem(), "normal_load", (0.01, 400.0), frequency=frequency)
-    assert path.amplitude.dims == ("point", "dof")
-    for load, amplitude in zip(path.normal_load.values, path.amplitude.values[:, 0], strict=True):
-        exact = blade_amplitude(blade_with(normal_load=float(load)), frequency)
-        assert amplitude == pytest.approx(exact, rel=1e-9)
-
-
-@pytest.mark.parametrize("frequency", [10.0, 17.3, 22.0, 22.5079])
-def test_stuck_response_is_constant_and_has_no_peak(frequency):
-    limit = 1e4 / stuck_stiffness(frequency) / MU
-    for curve in both_ways(fig03.problem(), "normal_load", (limit / 2, 500), frequency=frequency):
-        load = curve.normal_load.values
-        stuck = curve.amplitude.values[load >= limit * (1 + 1e-12), 0]
-        assert len(stuck) >= 2
-        # The residual, 1e-12, over the dynamic amplification, at most 200.
-        np.testing.assert_allclose(stuck, 1 / stuck_stiffness(frequency), rtol=1e-10)
-        assert (curve.contact_state.values[load > limit * (1 + 1e-12)] == 0).all()
-        assert (curve.peak_normal_load.values < limit * (1 - 1e-6)).all()
-    above = sh.follow(fig03.problem(), "normal_load", (limit * 1.01, 500), frequency=frequency)
-    assert int(above.n_peaks) == 0
-    assert int(above.n_events) == 0
-
-
-@pytest.mark.parametrize("frequency", [15.5, 17.3, 22.0, 22.5])
+@pytest.mark.parametrize("frequency", [15.5, 22.0])
 def test_events_over_each_friction_parameter(frequency):
     """The contact is at its limit where ``k_d A = mu F_n``, A that of the stuck blade."""
     stiffness = stuck_stiffness(frequency)
@@ -142,7 +104,7 @@ def test_events_over_each_friction_parameter(frequency):
             assert curve[f"event_{name}"].values[0] in curve[name].values
 
 
-@pytest.mark.parametrize("frequency", [15.0, 17.5, 20.0])
+@pytest.mark.parametrize("frequency", [15.0, 20.0])
 @pytest.mark.parametrize("load", [2.5, 40.0])
 def test_events_over_contact_stiffness(frequency, load):
     """``k_d A(k_d) = g`` is a quadratic: onset, end, or both."""
@@ -161,14 +123,6 @@ def test_events_over_contact_stiffness(frequency, load):
     for place, kind in zip(expected, up.event_kind.values, strict=True):
         beyond = place * 1.01 / np.hypot(d + place * 1.01, c) > g
         assert (kind == "onset of slip") == beyond
-    for curve in (up, down):
-        for stiffness, amplitude in zip(
-            curve.contact_stiffness.values[::4], curve.amplitude.values[::4, 0], strict=True
-        ):
-            blade = blade_with(contact_stiffness=float(stiffness), normal_load=load)
-            exact = blade_amplitude(blade, frequency)
-            # Required: 1e-9; on the slope of a resonance the closed form loses a digit.
-            assert amplitude == pytest.approx(exact, rel=1e-9)
 
 
 def maxima(function, low, high, count=4000):
@@ -190,12 +144,9 @@ def maxima(function, low, high, count=4000):
     ("name", "band", "changes"),
     [
         ("normal_load", (0.05, 400.0), {}),
-        ("contact_stiffness", (10.0, 1e5), {}),
         ("contact_stiffness", (10.0, 1e5), {"normal_load": 3.0}),
         ("mass", (0.3, 3.0), {"normal_load": 3.0}),
         ("stiffness", (2e3, 3e4), {"normal_load": 3.0}),
-        ("damping", (0.05, 5.0), {"normal_load": 3.0}),
-        ("friction_coefficient", (1e-3, 5.0), {}),
         ("force_amplitude", (0.01, 100.0), {"normal_load": 3.0}),
     ],
 )
@@ -226,9 +177,7 @@ def test_peaks_over_a_parameter(name, band, changes, frequency):
 @pytest.mark.parametrize(
     ("name", "band", "harmonics"),
     [
-        ("normal_load", (0.0, 200.0), (1,)),
         ("normal_load", (0.0, 200.0), (1, 3)),
-        ("friction_coefficient", (0.0, 3.0), (1,)),
         ("contact_stiffness", (0.0, 3e4), (1,)),
         ("damping", (0.0, 2.0), (1,)),
         ("stiffness", (0.0, 2e4), (1,)),
@@ -270,6 +219,8 @@ def test_bands_with_zero_at_one_end(name, band, harmonics):
         ("normal_load", (1.0, 60.0), (1, 3)),
         ("force_amplitude", (0.1, 10.0), (1,)),
         ("cubic_stiffness", (-1e6, 1e7), (1, 3)),
+        ("normal_load[2]", (0.0, 30.0), (1,)),
+        ("cubic_stiffness[4]", (0.0, 1e9), (1,)),
     ],
 )
 def test_values_on_a_grid_agree_with_single_points(name, band, harmonics):
@@ -277,12 +228,16 @@ def test_values_on_a_grid_agree_with_single_points(name, band, harmonics):
     grid = np.linspace(*band, 5)
     frequency = 19.0
     up, down = both_ways(problem, name, band, at=grid, frequency=frequency)
+    name, _, index = name.partition("[")
     for i, value in enumerate(grid):
-        moved = problem.with_parameters(**{name: value})
+        values = np.array(problem.parameters[name], dtype=float)
+        if index:
+            values[int(index[:-1])] = value
+        moved = problem.with_parameters(**{name: values if index else value})
         point = sh.solve(moved, frequency, throw=True)
         for result in (up, down):
             row = result.isel({name: i})
-            if name == "cubic_stiffness":
+            if "solution" in row.dims:
                 row = row.isel(solution=0)
             assert float(row[name]) == value
             largest = float(point.amplitude.max())
@@ -294,115 +249,7 @@ def test_values_on_a_grid_agree_with_single_points(name, band, harmonics):
             )
 
 
-@pytest.mark.parametrize(("name", "index"), [("contact_stiffness", 2), ("stiffness", 3)])
-def test_events_forward_equal_backward(name, index):
-    problem = mistuned_ring()
-    band = (5e3, 5e4)
-    up, down = both_ways(problem, f"{name}[{index}]", band, frequency=19.0)
-    # Required: 1e-9.
-    np.testing.assert_allclose(
-        np.sort(up[f"event_{name}"]), np.sort(down[f"event_{name}"]), rtol=1e-9
-    )
-    # The place of a flat top is good to the root of what its height is good to.
-    order = np.argsort(up[f"peak_{name}"].values), np.argsort(down[f"peak_{name}"].values)
-    np.testing.assert_allclose(
-        up[f"peak_{name}"][order[0]], down[f"peak_{name}"][order[1]], rtol=1e-6
-    )
-    np.testing.assert_allclose(
-        up.peak_amplitude[order[0]], down.peak_amplitude[order[1]], rtol=1e-9
-    )
-    onset = np.sort(up.event_contact[up.event_kind == "onset of slip"])
-    end = np.sort(down.event_contact[down.event_kind == "end of slip"])
-    np.testing.assert_array_equal(onset, end)
-
-
 # Rings
-
-
-@pytest.mark.parametrize(("engine_order", "frequency"), [(1, 77.4), (3, 211.4), (6, 317.0)])
-def test_all_contacts_of_a_tuned_ring_together(engine_order, frequency):
-    ratio = 2 * np.sin(np.pi * engine_order / 13)
-    limit = 1e6 * ratio / stuck_stiffness(frequency, ratio, 1e6) / MU
-    band = limit / 20, 2 * limit
-    problem = fig08.problem().with_parameters(engine_order=engine_order)
-    grid = np.linspace(*band, 9)
-    expected = [
-        blade_amplitude(OneBlade(1.0, 0.5, 1e4, 1e6, MU * f, ratio=ratio), frequency) for f in grid
-    ]
-    up, down = both_ways(problem, "normal_load", band, frequency=frequency)
-    for curve, kind in ((up, "end of slip"), (down, "onset of slip")):
-        assert sorted(curve.event_contact.values.tolist()) == list(range(13))
-        assert set(curve.event_kind.values) == {kind}
-        assert len(set(curve.event_normal_load.values)) == 1
-        # Required: 1e-9.
-        assert float(curve.event_normal_load[0]) == pytest.approx(limit, rel=1e-9)
-    for curve in both_ways(problem, "normal_load", band, at=grid, frequency=frequency):
-        for dof in range(13):
-            np.testing.assert_allclose(curve.amplitude.sel(dof=dof), expected, rtol=1e-9)
-
-
-@pytest.mark.parametrize(("name", "value"), [("normal_load", 30.0), ("cubic_stiffness", 1e9)])
-def test_one_contact_of_the_ring(name, value):
-    problem = fig08.problem().with_parameters(engine_order=3, normal_load=50.0)
-    grid = np.linspace(0, value, 5)[1:]
-    nominal = problem.parameters[name]
-    up, down = both_ways(problem, f"{name}[4]", (0.0, value), at=grid, frequency=211.0)
-    for single in grid:
-        values = nominal.copy()
-        values[4] = single
-        point = sh.solve(problem.with_parameters(**{name: values}), 211.0, throw=True)
-        largest = float(point.amplitude.max())
-        for result in (up, down):
-            row = result.sel({name: single})
-            if "solution" in row.dims:
-                row = row.isel(solution=0)
-            # Required: 1e-9.
-            np.testing.assert_allclose(row.amplitude, point.amplitude, rtol=0, atol=1e-9 * largest)
-            np.testing.assert_array_equal(row.contact_state, point.contact_state)
-
-
-def test_one_contact_at_its_nominal_value_changes_nothing():
-    problem = mistuned_ring()
-    value = float(problem.parameters["normal_load"][2])
-    curve = sh.follow(problem, "normal_load[2]", (value / 2, 2 * value), at=[value], frequency=19.0)
-    point = sh.solve(problem, 19.0)
-    np.testing.assert_allclose(curve.amplitude[0], point.amplitude, rtol=1e-9)
-
-
-@pytest.mark.parametrize(
-    ("seed", "name"), [(0, "normal_load"), (1, "force_amplitude"), (2, "friction_coefficient")]
-)
-def test_mistuned_rings_near_their_resonances(seed, name):
-    """Contacts stick one by one; single points from nothing are the reference."""
-    problem = mistuned_ring(seed=seed, engine_order=1 + seed % 2)
-    response = sh.frf(problem, (12, 55), throw=True)
-    top = float(response.peak_frequency[int(np.argmax(response.peak_amplitude.values))])
-    band = {
-        "normal_load": (0.5, 200.0),
-        "force_amplitude": (0.05, 30.0),
-        "friction_coefficient": (0.01, 5.0),
-    }[name]
-    grid = np.geomspace(*band, 5)[1:-1]
-    for frequency in (top,) if seed else (top, top * 0.97):
-        up, down = both_ways(problem, name, band, frequency=frequency)
-        assert up.converged.all()
-        assert np.all(np.diff(up[name]) > 0)
-        assert np.all(np.diff(down[name]) < 0)
-        assert int(up.n_events) >= 5
-        np.testing.assert_allclose(
-            up[f"event_{name}"], down[f"event_{name}"].values[::-1], rtol=1e-9
-        )
-        on_grid = sh.follow(problem, name, band, at=grid, frequency=frequency, throw=True)
-        for value in grid:
-            point = sh.solve(problem.with_parameters(**{name: value}), frequency, throw=True)
-            largest = float(point.amplitude.max())
-            # Required: 1e-9.
-            np.testing.assert_allclose(
-                on_grid.amplitude.sel({name: value}),
-                point.amplitude,
-                rtol=0,
-                atol=1e-9 * largest,
-            )
 
 
 def scan_peaks(grid, level):
@@ -411,67 +258,7 @@ def scan_peaks(grid, level):
     return 1 + np.flatnonzero(level[1:-1] > below)
 
 
-def test_peaks_of_a_mistuned_ring_over_the_load():
-    problem = mistuned_ring(seed=2)
-    grid = np.geomspace(0.2, 300, 150)
-    band = 0.2, 300.0
-    scan = sh.follow(problem, "normal_load", band, at=grid, frequency=19.0, throw=True)
-    for peaks in ("largest", "each"):
-        for ends in (band, band[::-1]):
-            curve = sh.follow(problem, "normal_load", ends, frequency=19.0, peaks=peaks)
-            assert int(curve.n_peaks) > 0
-            levels = scan.amplitude.values
-            levels = levels if peaks == "each" else levels.max(axis=1, keepdims=True)
-            for column, level in enumerate(levels.T):
-                mine = curve.peak_dof.values == column
-                mine |= peaks == "largest"
-                places = curve.peak_normal_load.values[mine]
-                heights = curve.peak_amplitude.values[mine]
-                for top in scan_peaks(grid, level):
-                    near = (places >= grid[top - 1]) & (places <= grid[top + 1])
-                    assert near.any(), (column, grid[top])
-                    # The located peak is at least as high as the scan.
-                    assert heights[near].max() >= level[top] * (1 - 1e-9)
-                for place, height in zip(places, heights, strict=True):
-                    for side in (-1, 1):
-                        moved = problem.with_parameters(normal_load=place * (1 + side * 1e-3))
-                        beside = sh.solve(moved, 19.0, throw=True).amplitude.values
-                        beside = beside[column] if peaks == "each" else beside.max()
-                        assert beside < height
-
-
 # Frequency responses: downwards, and peaks of each blade
-
-
-@pytest.mark.parametrize(
-    ("which", "harmonics"),
-    [("blade", (1, 3)), ("tuned", (1,)), ("mistuned", (1,)), ("mistuned", (1, 3))],
-)
-def test_frequency_response_downwards(which, harmonics):
-    problem, band = {
-        "blade": (fig03.problem(harmonics).with_parameters(normal_load=3), (10.0, 30.0)),
-        "tuned": (fig08.problem(harmonics).with_parameters(engine_order=3), (195.0, 230.0)),
-        "mistuned": (mistuned_ring(3, harmonics=harmonics), (12.0, 45.0)),
-    }[which]
-    grid = np.linspace(*band, 21)
-    up = sh.frf(problem, band, at=grid, throw=True)
-    down = sh.frf(problem, band[::-1], at=grid, throw=True)
-    largest = up.amplitude.max("dof")
-    # Required: 1e-9.
-    assert float((abs(up.amplitude - down.amplitude) / largest).max()) < 1e-9
-    np.testing.assert_array_equal(up.contact_state, down.contact_state)
-    np.testing.assert_allclose(
-        np.sort(down.event_frequency), np.sort(up.event_frequency), rtol=1e-9
-    )
-    # A peak is found at the same height; its place is that of a flat top, or of an event.
-    assert int(up.n_peaks) == int(down.n_peaks) > 0
-    order = np.argsort(down.peak_frequency.values)
-    np.testing.assert_allclose(down.peak_frequency[order], up.peak_frequency, rtol=1e-8)
-    np.testing.assert_allclose(down.peak_amplitude[order], up.peak_amplitude, rtol=1e-9)
-    assert down.peak_kind.values[order].tolist() == up.peak_kind.values.tolist()
-    path = sh.frf(problem, band[::-1], throw=True)
-    assert path.frequency.values[[0, -1]].tolist() == list(band[::-1])
-    assert np.all(np.diff(path.frequency) < 0)
 
 
 @cache
@@ -484,12 +271,10 @@ def scan_of_a_ring(seed):
     return grid, scan.amplitude.values
 
 
-@pytest.mark.parametrize("seed", [1, 2])
-@pytest.mark.parametrize("down", [False, True])
-def test_peaks_of_each_blade_against_a_dense_scan(seed, down):
+@pytest.mark.parametrize(("seed", "band"), [(1, (13.0, 40.0)), (2, (40.0, 13.0))])
+def test_peaks_of_each_blade_against_a_dense_scan(seed, band):
     problem = mistuned_ring(4, seed)
     grid, amplitude = scan_of_a_ring(seed)
-    band = (40.0, 13.0) if down else (13.0, 40.0)
     result = sh.frf(problem, band, peaks="each", throw=True)
     events = result.event_frequency.values
     kinds = set()
@@ -512,7 +297,7 @@ def test_peaks_of_each_blade_against_a_dense_scan(seed, down):
     assert kinds == {"smooth", "corner"}
 
 
-@pytest.mark.parametrize("start", [1.0, 5.0, 13.0, 25.0, 33.0, 40.0])
+@pytest.mark.parametrize("start", [1.0, 13.0, 33.0])
 def test_a_weak_narrow_resonance_is_found_from_any_start(start):
     """All contacts stick near 16 Hz, so that the response is linear; its two peaks are 40 % high.
 
@@ -545,83 +330,7 @@ def test_a_weak_narrow_resonance_is_found_from_any_start(start):
     )
 
 
-@pytest.mark.parametrize("down", [False, True])
-def test_peaks_of_each_blade_of_a_tuned_ring(down):
-    problem = fig08.problem().with_parameters(engine_order=3)
-    band = (350.0, 50.0) if down else (50.0, 350.0)
-    curve = sh.frf(problem, band, peaks="each", throw=True)
-    ((omega, amplitude),) = OneBlade(
-        1.0, 0.5, 1e4, 1e6, 50.0, ratio=2 * np.sin(np.pi * 3 / 13)
-    ).peaks()
-    assert sorted(curve.peak_dof.values.tolist()) == list(range(13))
-    # Required: 1e-9; the place of a flat top is good to its root.
-    np.testing.assert_allclose(curve.peak_amplitude, amplitude, rtol=1e-9)
-    np.testing.assert_allclose(curve.peak_frequency, omega / TWO_PI, rtol=1e-7)
-    assert set(curve.peak_kind.values) == {"smooth"}
-    largest = sh.frf(problem, band, throw=True)
-    assert int(largest.n_peaks) == 1
-
-
 # Sweeps, reasons to stop, archives
-
-
-def test_over_other_parameters():
-    result = sh.follow(
-        fig03.problem(),
-        "normal_load",
-        (0.5, 50),
-        at=[1.0, 5.0, 20.0],
-        over={"contact_stiffness": [1e4, 2e4], "force_amplitude": [1.0, 2.0, 3.0]},
-        frequency=19.0,
-        throw=True,
-    )
-    assert dict(result.amplitude.sizes) == {
-        "contact_stiffness": 2,
-        "force_amplitude": 3,
-        "normal_load": 3,
-        "dof": 1,
-    }
-    for stiffness in (1e4, 2e4):
-        for force in (1.0, 2.0, 3.0):
-            for load in (1.0, 5.0, 20.0):
-                blade = blade_with(
-                    contact_stiffness=stiffness, force_amplitude=force, normal_load=load
-                )
-                chosen = dict(contact_stiffness=stiffness, force_amplitude=force, normal_load=load)
-                found = float(result.amplitude.sel(chosen)[0])
-                # Required: 1e-9.
-                assert found == pytest.approx(blade_amplitude(blade, 19.0), rel=1e-9)
-
-
-def test_reasons_to_stop():
-    problem = fig03.problem()
-    options = dict(frequency=19.0, max_points=5)
-    with pytest.warns(RuntimeWarning, match="the curve is incomplete"):
-        curve = sh.follow(problem, "normal_load", (0.5, 50), **options)
-    assert "largest number of points" in str(curve.status.values)
-    assert curve.sizes["point"] == 5
-    with pytest.raises(sh.SolveError, match="largest number of points") as caught:
-        sh.follow(problem, "normal_load", (0.5, 50), throw=True, **options)
-    xr.testing.assert_identical(caught.value.result, curve)
-    full = sh.follow(problem, "normal_load", (0.5, 50), frequency=19.0)
-    assert "end of the band was reached" in str(full.status.values)
-
-
-def test_an_undamped_resonance_over_the_stiffness_is_unbounded():
-    """The linear blade without damping at its own frequency: f0/|k - m w^2|, a pole in k."""
-    blade = fig03.problem().model.with_parameters(damping=0, normal_load=0)
-    problem = sh.HarmonicBalance(blade, sh.forces.PointForce())
-    pole = (TWO_PI * 15.0) ** 2
-    for curve in both_ways(problem, "stiffness", (0.5 * pole, 2 * pole), frequency=15.0):
-        assert curve.peak_kind.values.tolist() == ["unbounded"]
-        assert curve.status.item() == sh.Status.WITHOUT_BOUND
-        assert np.isinf(curve.peak_amplitude[0])
-        # Required: 1e-9.
-        assert float(curve.peak_stiffness[0]) == pytest.approx(pole, rel=1e-9)
-        assert curve.converged.all()
-        exact = 1 / np.abs(curve.stiffness - pole)
-        far = np.abs(curve.stiffness / pole - 1) > 1e-3
-        np.testing.assert_allclose(curve.amplitude[far, 0], exact[far], rtol=1e-8)
 
 
 @pytest.mark.parametrize("band", [(0.0, 1.0), (1.0, 0.0)])
@@ -638,87 +347,38 @@ def test_without_damping_at_one_end(band):
             assert row == pytest.approx(1 / (value * 100), rel=1e-7)
 
 
-@pytest.mark.parametrize("index", [None, 2])
-def test_archives_give_the_problem_back(tmp_path, index):
-    problem = mistuned_ring()
-    for name in ("normal_load", "stiffness"):
-        nominal = problem.parameters[name]
-        band = 0.8 * nominal.min(), 1.2 * nominal.max()
-        moving = name if index is None else f"{name}[{index}]"
-        curve = sh.follow(problem, moving, band, frequency=19.0)
-        loaded = sh.load(sh.save(curve, tmp_path / f"{name}.nc"))
-        xr.testing.assert_identical(loaded, curve)
-        whole = sh.datasets.rebuild(loaded)
-        np.testing.assert_array_equal(whole.parameters[name], nominal)
-        for k in (0, 3, -1):
-            point = loaded.isel(point=k)
-            rebuilt = sh.datasets.rebuild(point)
-            expected = nominal.copy()
-            expected[slice(None) if index is None else index] = float(point[name])
-            np.testing.assert_array_equal(rebuilt.parameters[name], expected)
-            again = sh.solve(rebuilt, float(point.frequency), throw=True)
-            # Required: 1e-9.
-            np.testing.assert_allclose(again.amplitude, point.amplitude, rtol=1e-9)
-    repeated = sh.follow(sh.datasets.rebuild(curve), moving, band, frequency=19.0)
-    xr.testing.assert_identical(repeated, curve)
+def test_points_give_the_problem_back():
+    problem, name, index = mistuned_ring(), "stiffness", 2
+    nominal = problem.parameters[name]
+    band = 0.8 * nominal.min(), 1.2 * nominal.max()
+    curve = sh.follow(problem, f"{name}[{index}]", band, frequency=19.0)
+    np.testing.assert_array_equal(sh.datasets.rebuild(curve).parameters[name], nominal)
+    point = curve.isel(point=3)
+    rebuilt = sh.datasets.rebuild(point)
+    expected = nominal.copy()
+    expected[index] = float(point[name])
+    np.testing.assert_array_equal(rebuilt.parameters[name], expected)
+    again = sh.solve(rebuilt, float(point.frequency), throw=True)
+    # Required: 1e-9.
+    np.testing.assert_allclose(again.amplitude, point.amplitude, rtol=1e-9)
 
 
 @pytest.mark.parametrize("name", ["force_amplitude", "cubic_stiffness"])
-def test_archives_of_a_grid(tmp_path, name):
-    problem = fig03.problem((1, 3)).with_parameters(normal_load=3.0)
-    curve = sh.follow(
-        problem,
-        name,
-        (0.5, 2.0),
-        at=[0.5, 1.5],
-        over={"damping": [0.5, 1.0]},
-        frequency=19.0,
-    )
-    loaded = sh.load(sh.save(curve, tmp_path / "grid.nc"))
-    xr.testing.assert_identical(loaded, curve)
-    rebuilt = sh.datasets.rebuild(loaded.sel({name: 1.5, "damping": 1.0}))
+def test_rows_of_a_grid_give_the_problem_back(name):
+    """Each row of the sweep is the curve of its value, as a single point tells."""
+    problem, over = fig03.problem((1, 3)).with_parameters(normal_load=3.0), [0.5, 1.0]
+    options = dict(at=[0.5, 1.5], over={"damping": over}, frequency=19.0)
+    curve = sh.follow(problem, name, (0.5, 2.0), **options)
+    row = curve.sel({name: 1.5, "damping": 1.0})
+    rebuilt = sh.datasets.rebuild(row)
     assert np.all(np.asarray(rebuilt.parameters[name]) == 1.5)
     assert rebuilt.parameters["damping"].tolist() == [1.0]
+    np.testing.assert_allclose(
+        row.amplitude.squeeze(), sh.solve(rebuilt, 19.0).amplitude.squeeze(), rtol=1e-9
+    )
     assert np.all(
-        np.asarray(sh.datasets.rebuild(loaded).parameters[name]) == problem.parameters[name]
+        np.asarray(sh.datasets.rebuild(curve).parameters[name]) == problem.parameters[name]
     )
-
-
-def test_units_of_the_followed_parameter():
-    curve = sh.follow(fig03.problem(), "normal_load", (1, 3), frequency=19.0)
-    for name in ("normal_load", "event_normal_load", "peak_normal_load"):
-        assert curve[name].attrs["units"] == "N"
-    assert curve.frequency.attrs["units"] == "Hz"
-    assert "normal_load_nominal" in curve
-
-
-def test_millimetres_and_milliseconds():
-    """The same points in kg, mm and ms as in SI."""
-    length, time = 1e3, 1e3
-    force = length / time**2
-    blade = sh.single_blade(
-        mass=1,
-        stiffness=1e4 / time**2,
-        damping=0.5 / time,
-        contact_stiffness=1e4 / time**2,
-        friction_coefficient=MU,
-        normal_load=100 * force,
-    )
-    scaled = sh.HarmonicBalance(blade, sh.forces.PointForce(amplitude=force))
-    for name, band, unit in (
-        ("normal_load", (0.1, 200), force),
-        ("contact_stiffness", (100, 1e5), 1 / time**2),
-        ("force_amplitude", (0.1, 100), force),
-    ):
-        one = sh.follow(fig03.problem(), name, band, frequency=22.0, throw=True)
-        other = sh.follow(
-            scaled, name, tuple(b * unit for b in band), frequency=22.0 / time, throw=True
-        )
-        assert int(one.n_points) == int(other.n_points)
-        # Round-off moves points along the path, and the path by its square: 1e-9 is required there.
-        np.testing.assert_allclose(other[name] / unit, one[name], rtol=1e-7)
-        np.testing.assert_allclose(other[f"event_{name}"] / unit, one[f"event_{name}"], rtol=1e-9)
-        np.testing.assert_allclose(other.peak_amplitude / length, one.peak_amplitude, rtol=1e-9)
 
 
 # Bad input
@@ -731,9 +391,6 @@ def follow(**options):
     return sh.follow(**arguments | options)
 
 
-NAN, INF = float("nan"), float("inf")
-
-
 @pytest.mark.parametrize(
     ("options", "words"),
     [
@@ -743,28 +400,12 @@ NAN, INF = float("nan"), float("inf")
         (dict(parameter=["normal_load"]), ["normal_load", "allowed"]),
         (dict(parameter="engine_order"), ["parameter='engine_order'", "expected"]),
         (dict(band=(3.0, 3.0)), ["band=(3.0, 3.0)", "two different values", "[N]"]),
-        (dict(band=(3.0,)), ["band=(3.0,)", "two different values"]),
-        (dict(band=3.0), ["band=3.0", "two different values"]),
-        (dict(band=(1.0, 2.0, 3.0)), ["band=(1.0, 2.0, 3.0)", "two different values"]),
         (dict(band=(-1.0, 3.0)), ["band=(-1.0, 3.0)", ">= 0"]),
         (dict(parameter="mass", band=(0.0, 3.0)), ["band=(0.0, 3.0)", "> 0"]),
         (dict(parameter="force_amplitude", band=(-1.0, 1.0)), ["band=(-1.0, 1.0)", ">= 0"]),
-        (dict(band=(1.0, NAN)), ["band=(1.0, nan)", "finite"]),
-        (dict(band=(1.0, INF)), ["band=(1.0, inf)", "finite"]),
-        (dict(band=("1", "2")), ["band=('1', '2')", "real numbers"]),
-        (dict(band=None), ["band=None", "real numbers"]),
-        (dict(at=[0.5]), ["at=[0.5]", "1 to 5"]),
         (dict(at=[5.5]), ["at=[5.5]", "1 to 5"]),
-        (dict(at=[3.0, 2.0]), ["at=[3.0, 2.0]", "ascending"]),
         (dict(band=(5.0, 1.0), at=[3.0, 2.0]), ["at=[3.0, 2.0]", "ascending"]),
-        (dict(at=[]), ["at=[]", "ascending"]),
-        (dict(at=3.0), ["at=3.0", "ascending"]),
-        (dict(at=[NAN]), ["at=[nan]", "finite"]),
         (dict(frequency=0.0), ["frequency=0.0", "> 0"]),
-        (dict(frequency=-1.0), ["frequency=-1.0", "> 0"]),
-        (dict(frequency=NAN), ["frequency=nan", "finite"]),
-        (dict(frequency="19"), ["frequency='19'", "real number"]),
-        (dict(frequency=None), ["frequency=None", "real number"]),
         (dict(frequency=(10.0, 20.0)), ["frequency=(10.0, 20.0)", "one number"]),
         (dict(parameter="normal_load[5]"), ["parameter='normal_load[5]'", "from 0 to 4"]),
         (dict(parameter="normal_load[-1]"), ["parameter='normal_load[-1]'", "from 0 to 4"]),
@@ -775,16 +416,8 @@ NAN, INF = float("nan"), float("inf")
         (dict(parameter="normal_laod[0]"), ["'normal_laod'", "normal_load"]),
         (dict(parameter=3), ["3 is no parameter"]),
         (dict(over={"normal_load": [1.0, 2.0]}), ["over", "normal_load", "followed"]),
-        (dict(over={"mas": [1.0]}), ["'mas'", "allowed", "mass"]),
-        (dict(over=[1.0]), ["over=[1.0]", "mapping"]),
-        (dict(over=3.0), ["over=3.0", "mapping"]),
         (dict(peaks="all"), ["peaks='all'", "one of 'largest', 'each'"]),
-        (dict(peaks=None), ["peaks=None", "one of 'largest', 'each'"]),
-        (dict(peaks=["each"]), ["peaks=['each']", "one of 'largest', 'each'"]),
         (dict(peaks=np.array(["each", "largest"])), ["peaks=", "one of 'largest', 'each'"]),
-        (dict(max_points=1), ["max_points=1", ">= 2"]),
-        (dict(executor=3), ["executor=3", "Executor"]),
-        (dict(problem=None), ["problem=None", "HarmonicBalance"]),
     ],
     ids=lambda value: None if isinstance(value, list) else "-".join(map(str, value)),
 )
@@ -794,23 +427,6 @@ def test_bad_input(options, words):
     message = str(caught.value)
     missing = [word for word in words if word not in message]
     assert not missing, message
-
-
-@pytest.mark.parametrize("options", [dict(peaks="all"), dict(band=(20.0, 20.0))])
-def test_bad_input_of_a_frequency_response(options):
-    ((name, value),) = options.items()
-    with pytest.raises(ValueError, match="expected") as caught:
-        sh.frf(mistuned_ring(), **{"band": (10.0, 20.0)} | options)
-    assert f"{name}={value!r}" in str(caught.value)
-
-
-def test_parameters_of_a_model_of_matrices():
-    """Matrices have no named masses: the message lists what there is."""
-    model = sh.Model([[1.0]], [[0.1]], [[1.0]])
-    problem = sh.HarmonicBalance(model, sh.forces.PointForce())
-    with pytest.raises(KeyError, match="allowed: contact_stiffness") as caught:
-        sh.follow(problem, "mass", (1, 2), frequency=0.1)
-    assert "force_amplitude" in str(caught.value)
 
 
 def test_a_model_without_contacts():
@@ -824,8 +440,9 @@ def test_a_model_without_contacts():
         sh.follow(problem, "normal_load[0]", (0.5, 2), frequency=0.1)
 
 
-@pytest.mark.parametrize("harmonics", [(1,), (1, 3), (0, 1, 2, 3)])
-@pytest.mark.parametrize("problem", [fig03.problem, fig08.problem], ids=["blade", "ring"])
+@pytest.mark.parametrize(
+    ("problem", "harmonics"), [(fig03.problem, (0, 1, 2, 3)), (fig08.problem, (1, 3))]
+)
 def test_down_to_no_force_at_all(problem, harmonics):
     """Towards rest motions become too small for squares of their inverses; at rest they are 0."""
     start = problem(harmonics).with_parameters(normal_load=1.0)

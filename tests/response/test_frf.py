@@ -1,10 +1,5 @@
 """Frequency responses against closed forms: ends reached, peaks found, work bounded."""
 
-import json
-from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
-from concurrent.futures.process import BrokenProcessPool
-from pathlib import Path
-
 import numpy as np
 import pytest
 import xarray as xr
@@ -17,11 +12,10 @@ from studies import fig03_single_blade as fig03
 from studies import fig08_engine_orders as fig08
 from symhbm.numerics import check
 from symhbm.results.request import check_grid
+from tests.problems import ring_of_blades
 from tests.quick import quick_first
+from tests.reference import EXACT
 
-EXACT = json.loads(
-    (Path(__file__).parent.parent.parent / "data" / "reference" / "exact_values.json").read_text()
-)
 TWO_PI = 2 * np.pi
 
 
@@ -58,7 +52,7 @@ def test_peaks_of_figure_3(figure_3, load):
 
 @pytest.mark.parametrize("load", fig03.NORMAL_LOADS)
 def test_every_point_of_figure_3_lies_on_the_closed_form(figure_3, load):
-    curve = figure_3.sel(normal_load=load).isel(point=slice(0, None))
+    curve = figure_3.sel(normal_load=load)
     blade = OneBlade(1.0, 0.5, 1e4, 1e4, 0.5 * load)
     for i in range(int(curve.n_points)):
         point = curve.isel(point=i)
@@ -77,12 +71,6 @@ def test_peaks_of_figure_8(figure_8, case):
     assert float(curve.peak_frequency[0]) == pytest.approx(frequency, rel=1e-9)
 
 
-def test_blades_of_figure_8_are_equal(figure_8):
-    amplitude = figure_8.amplitude
-    spread = (amplitude.max("dof") - amplitude.min("dof")) / amplitude.max("dof")
-    assert float(spread.max()) < 1e-9
-
-
 def test_work_of_the_figures(figure_3, figure_8):
     """Linear solves, peaks and events included, and points, of a curve."""
     solves = np.concatenate([ds.linear_solves.values.ravel() for ds in (figure_3, figure_8)])
@@ -91,7 +79,7 @@ def test_work_of_the_figures(figure_3, figure_8):
 
 
 @pytest.mark.parametrize("engine_order", range(7))
-@pytest.mark.parametrize("load", quick_first([1, 10, 0, 100, 0.5, 2, 1e5], 2))
+@pytest.mark.parametrize("load", quick_first([1, 10, 0, 100, 0.5, 2, 1e5], 1))
 def test_every_resonance_of_the_ring_from_any_start(engine_order, load):
     blade = ring_equivalent(engine_order, load)
     expected = blade.peaks()
@@ -107,19 +95,6 @@ def test_every_resonance_of_the_ring_from_any_start(engine_order, load):
         assert curve.frequency.values[[0, -1]].tolist() == [first, 350]
 
 
-def test_events_of_the_blade_are_at_the_limit():
-    """At the onset k_d A = g, where the response still is the linear one."""
-    curve = sh.frf(fig03.problem().with_parameters(normal_load=3), (10, 30))
-    assert curve.event_kind.values.tolist() == ["onset of slip", "end of slip"]
-    amplitude = 1.5 / 1e4
-    for frequency in curve.event_frequency.values:
-        omega = TWO_PI * frequency
-        linear = 1 / np.hypot(2e4 - omega**2, 0.5 * omega)
-        assert linear == pytest.approx(amplitude, rel=1e-9)
-        at = int(np.argmin(np.abs(curve.frequency.values - frequency)))
-        assert curve.frequency.values[at] == frequency
-
-
 def test_all_contacts_of_a_tuned_ring_let_go_together(figure_8):
     curve = figure_8.sel(engine_order=3)
     assert int(curve.n_events) == 26
@@ -131,14 +106,15 @@ def test_all_contacts_of_a_tuned_ring_let_go_together(figure_8):
 def test_grid_equals_single_points():
     problem = fig03.problem((1, 3)).with_parameters(normal_load=2)
     grid = [10, 15.5, 17.25, 17.3, 22, 30]
-    curve = sh.frf(problem, (10, 30), at=grid)
+    curve, down = (sh.frf(problem, band, at=grid) for band in ((10, 30), (30, 10)))
     assert curve.amplitude.dims == ("frequency", "dof")
     assert curve.frequency.values.tolist() == grid
     for frequency in grid:
         point = sh.solve(problem, frequency, throw=True)
-        assert float(curve.amplitude.sel(frequency=frequency)[0]) == pytest.approx(
-            float(point.amplitude[0]), rel=1e-10
-        )
+        for found in (curve, down):
+            row = found.sel(frequency=frequency)
+            np.testing.assert_allclose(row.amplitude, point.amplitude, rtol=1e-10)
+            np.testing.assert_array_equal(row.contact_state, point.contact_state)
     path = sh.frf(problem, (10, 30))
     np.testing.assert_array_equal(curve.peak_amplitude, path.peak_amplitude)
 
@@ -202,18 +178,15 @@ def test_light_damping_keeps_its_digits():
     assert float(curve.peak_amplitude[0]) == pytest.approx(1e4, rel=1e-7)
 
 
-@pytest.mark.parametrize("length", [1e3, 1.0])
-def test_units_do_not_matter(length):
+def test_units_do_not_matter():
     """Millimetres, kilograms and milliseconds give the same curve."""
-    time = 1e3 if length != 1 else 1.0
+    length, time = 1e3, 1e3
     force = length / time**2
-    disk = sh.bladed_disk(
+    disk = ring_of_blades(
         13,
-        mass=1,
         stiffness=1e4 / time**2,
         damping=0.5 / time,
         contact_stiffness=1e6 / time**2,
-        friction_coefficient=0.5,
         normal_load=100 * force,
     )
     problem = sh.HarmonicBalance(disk, sh.forces.EngineOrder(3, amplitude=force))
@@ -225,57 +198,6 @@ def test_units_do_not_matter(length):
     np.testing.assert_allclose(curve.event_frequency * time, reference.event_frequency, rtol=1e-9)
     # Points differ where round-off decides on the last iteration before them.
     assert abs(int(curve.n_points) - int(reference.n_points)) <= 1
-
-
-def test_response_scales_with_force_and_load():
-    problem = fig03.problem((1, 3)).with_parameters(normal_load=2)
-    scaled = problem.with_parameters(normal_load=2e3, force_amplitude=1e3)
-    grid = np.linspace(10, 30, 41)
-    one, other = (sh.frf(p, (10, 30), at=grid, throw=True) for p in (problem, scaled))
-    np.testing.assert_allclose(other.amplitude, 1e3 * one.amplitude, rtol=1e-9)
-
-
-def test_no_force_no_motion():
-    curve = sh.frf(fig03.problem().with_parameters(force_amplitude=0), (10, 30), throw=True)
-    assert not curve.amplitude.any()
-    assert int(curve.n_peaks) == 0
-
-
-def test_linear_structure_against_a_dense_scan():
-    """Near its second resonance the two masses lead in turn: three peaks, none missed or added."""
-    stiffness = np.array([[2.0, -1.0], [-1.0, 2.0]])
-    model = sh.Model(np.eye(2), 0.01 * np.eye(2), stiffness)
-    curve = sh.frf(sh.HarmonicBalance(model, sh.forces.PointForce()), (0.05, 0.5), throw=True)
-    omega = TWO_PI * np.linspace(0.05, 0.5, 450_001)
-    dynamic = stiffness + (0.01j * omega - omega**2)[:, None, None] * np.eye(2)
-    level = np.abs(np.linalg.solve(dynamic, np.eye(2)[:, :1]))[:, :, 0].max(axis=1)
-    tops = 1 + np.flatnonzero((level[1:-1] > level[:-2]) & (level[1:-1] > level[2:]))
-    assert len(tops) == 3
-    np.testing.assert_allclose(curve.peak_frequency, omega[tops] / TWO_PI, rtol=0, atol=1e-6)
-    np.testing.assert_allclose(curve.peak_amplitude, level[tops], rtol=1e-6)
-
-
-@pytest.mark.parametrize("pool", [ThreadPoolExecutor, ProcessPoolExecutor])
-def test_executors_change_nothing(pool):
-    over = {"normal_load": [1, 3, 10, 100]}
-    alone = sh.frf(fig03.problem(), (10, 30), over=over)
-    with pool(2) as executor:
-        shared = sh.frf(fig03.problem(), (10, 30), over=over, executor=executor)
-    xr.testing.assert_identical(alone, shared)
-
-
-class _DyingExecutor(ThreadPoolExecutor):
-    def submit(self, fn, /, *args, **kwargs):
-        future: Future = Future()
-        future.set_exception(BrokenProcessPool("killed"))
-        return future
-
-
-def test_a_dead_worker_costs_nothing():
-    over = {"normal_load": [1, 3]}
-    with pytest.warns(RuntimeWarning, match="a worker died"):
-        curve = sh.frf(fig03.problem(), (10, 30), over=over, executor=_DyingExecutor(1))
-    xr.testing.assert_identical(curve, sh.frf(fig03.problem(), (10, 30), over=over))
 
 
 def test_an_incomplete_curve_says_so():
@@ -297,53 +219,8 @@ def test_grid_beyond_a_broken_path_is_solved_from_nothing():
     assert "largest number of points" in str(curve.status.values)
 
 
-def mistuned_ring(sample, load=10.0, harmonics=(1,)):
-    """Ring of the source's Fig. 12: mu +-40 %, k_d +-20 %, F_n +-30 %, uniform."""
-    rng = np.random.default_rng([2013, sample])
-    stiffness, friction, loads = (
-        nominal * (1 + width * rng.uniform(-1, 1, 13))
-        for nominal, width in ((1e6, 0.2), (0.5, 0.4), (load, 0.3))
-    )
-    disk = fig08.problem().model.with_parameters(
-        contact_stiffness=stiffness, friction_coefficient=friction, normal_load=loads
-    )
-    return sh.HarmonicBalance(disk, sh.forces.EngineOrder(3), harmonics)
-
-
-@pytest.mark.parametrize("sample", range(6))
-def test_mistuned_rings_reach_the_end(sample):
-    """Contacts let go one by one, with acute corners: no step goes back, none is lost."""
-    problem = mistuned_ring(sample)
-    curve = sh.frf(problem, (50, 350), throw=True)
-    assert curve.converged.all()
-    assert np.all(np.diff(curve.frequency) > 0)
-    assert int(curve.n_events) > 20
-    # Two methods: the path against single frequencies solved from nothing.
-    for i in range(20, int(curve.n_points), 60):
-        point = sh.solve(problem, float(curve.frequency[i]), throw=True)
-        largest = float(point.amplitude.max())
-        np.testing.assert_allclose(curve.amplitude[i], point.amplitude, rtol=0, atol=1e-8 * largest)
-
-
-@pytest.mark.parametrize("sample", range(2))
-def test_peaks_of_mistuned_rings_against_a_dense_scan(sample):
-    """Every local maximum of a 0.02 Hz scan is a located peak, and the other way round."""
-    problem = mistuned_ring(sample)
-    grid = np.linspace(180, 240, 3001)
-    scan = sh.frf(problem, (180, 240), at=grid, throw=True)
-    level = scan.amplitude.max("dof").values
-    tops = 1 + np.flatnonzero((level[1:-1] > level[:-2]) & (level[1:-1] > level[2:]))
-    peaks = scan.peak_frequency.values
-    assert {"smooth", "corner"} >= set(scan.peak_kind.values)
-    for top in tops:
-        assert np.abs(peaks - grid[top]).min() < 0.02
-    for frequency, amplitude in zip(peaks, scan.peak_amplitude.values, strict=True):
-        near = np.abs(grid - frequency) < 0.1
-        assert amplitude >= level[near].max() * (1 - 1e-9)
-
-
 @pytest.mark.parametrize("band", [(10, 30), (30, 10)])
-@pytest.mark.parametrize("load", [282.5, 282.84, 282.8427, 282.843, 283])
+@pytest.mark.parametrize("load", [282.8427, 282.843, 283])
 def test_slip_for_a_moment_at_the_top_of_a_resonance(load, band):
     """Full stick needs 282.8431 N and more: slip lasts for 1e-4 of the width, or not at all."""
     curve = sh.frf(fig03.problem().with_parameters(normal_load=load), band, throw=True)
@@ -354,7 +231,7 @@ def test_slip_for_a_moment_at_the_top_of_a_resonance(load, band):
 
 
 @pytest.mark.parametrize("harmonics", [(1,), (1, 3)])
-@pytest.mark.parametrize("stiffness", [1e6, 1e9, 1e12])
+@pytest.mark.parametrize("stiffness", [1e6, 1e12])
 def test_stiff_contacts_in_gross_slip(stiffness, harmonics):
     """The force keeps its digits although k_d y exceeds it a billion times."""
     blade = fig03.problem().model.with_parameters(contact_stiffness=stiffness, normal_load=0.5)
@@ -397,15 +274,7 @@ def test_superharmonic_peaks(harmonics, load, expected):
 
 def test_corners_on_the_flank_of_a_superharmonic_are_passed():
     """Steps that shrank from corner to corner do not end the path: both directions agree."""
-    disk = sh.bladed_disk(
-        13,
-        mass=1,
-        stiffness=1e4,
-        damping=0.5,
-        contact_stiffness=1e6,
-        friction_coefficient=0.5,
-        normal_load=5.56,
-    )
+    disk = ring_of_blades(13, contact_stiffness=1e6, normal_load=5.56)
     problem = sh.HarmonicBalance(disk, sh.forces.EngineOrder(1), harmonics=(1, 3))
     there, back = (sh.frf(problem, band, throw=True, progress=False) for band in ((5, 70), (70, 5)))
     # Solved for, to about 1e-12.

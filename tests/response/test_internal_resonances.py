@@ -5,6 +5,7 @@ import pytest
 
 import symhbm as sh
 from tests import alternating
+from tests.quick import quick_first
 
 CUBIC = dict(cubic_stiffness=1e9)
 SLIDER = dict(contact_stiffness=5e3, friction_coefficient=1.0, normal_load=1.0)
@@ -65,15 +66,17 @@ def inside(values, band):
     return np.sort(values[(values > band[0]) & (values < band[1])])
 
 
+CASES = [
+    ("cubic", 2.95, (1, 3, 5), 0.034, 3),
+    ("quadratic", 1.9, (0, 1, 2), 1e-3, 2),
+    ("friction", 2.9, (1, 3), 1e-3, 2),
+    ("cubic", 2.95, (1, 3), 0.034, 1),
+    ("stop", 1.9, (0, 1, 2, 3), 2e-3, 2),
+]
+
+
 @pytest.mark.parametrize(
-    ("kind", "ratio", "harmonics", "amplitude", "number"),
-    [
-        ("cubic", 2.95, (1, 3), 0.034, 1),
-        ("cubic", 2.95, (1, 3, 5), 0.034, 3),
-        ("quadratic", 1.9, (0, 1, 2), 1e-3, 2),
-        ("stop", 1.9, (0, 1, 2, 3), 2e-3, 2),
-        ("friction", 2.9, (1, 3), 1e-3, 2),
-    ],
+    ("kind", "ratio", "harmonics", "amplitude", "number"), quick_first(CASES, 3)
 )
 def test_both_modes_are_all_motions_at_one_amplitude(kind, ratio, harmonics, amplitude, number):
     contacts = {"contact": laws(kind)[0]}

@@ -16,16 +16,10 @@ import symhbm as sh
 from symhbm import workers as worker
 from symhbm.response import ensemble
 from symhbm.results.archive.working_files import working_file
+from tests.problems import one_blade
 
 BLADE = sh.HarmonicBalance(
-    sh.single_blade(
-        mass=1.0,
-        stiffness=1e4,
-        damping=0.5,
-        contact_stiffness=1e4,
-        friction_coefficient=0.5,
-        normal_load=3.0,
-    ),
+    one_blade(),
     sh.forces.PointForce(),
 )
 LOADS = [0.5, 1.0, 3.0, 500.0]

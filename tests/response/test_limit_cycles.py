@@ -57,8 +57,7 @@ def test_values_of_one_blade(damping, highest, amplitudes, frequencies):
     assert (found.contact_state == 1).all()
 
 
-@pytest.mark.parametrize("load", [0.3, 3.0, 30.0])
-@pytest.mark.parametrize("damping", [-25.0, -5.0, -0.2])
+@pytest.mark.parametrize(("load", "damping"), [(0.3, -25.0), (3.0, -0.2), (30.0, -5.0)])
 def test_closed_form_of_one_blade(load, damping):
     found = cycles(blade(damping, normal_load=load), amplitudes=(1e-6, 10.0))
     assert found.sizes["point"] == 2
@@ -108,7 +107,7 @@ def test_grid_over_the_damping():
 
 @pytest.mark.parametrize(
     ("name", "band"),
-    [("normal_load", (0, 10)), ("friction_coefficient", (0.1, 1.0)), ("mass", (0.5, 2))],
+    [("normal_load", (0, 10)), ("mass", (0.5, 2))],
 )
 def test_cycles_over_other_parameters(name, band):
     found = cycles(blade(-2.0), name, band)
@@ -237,7 +236,7 @@ EXACT = [
 ]
 
 
-@pytest.mark.parametrize(("structure", "coarse", "harmonics", "error"), quick_first(EXACT, 2))
+@pytest.mark.parametrize(("structure", "coarse", "harmonics", "error"), quick_first(EXACT, 1))
 def test_cycles_are_exact_motions(structure, coarse, harmonics, error):
     problem = sh.HarmonicBalance(structure, harmonics=coarse)
     found = sh.limit_cycles(problem, progress=False)
@@ -315,28 +314,6 @@ def ring_on_ground(damping, n=13):
     return sh.Model(eye, damping * eye, 1e4 * eye, contacts={"shrouds": shrouds, "roots": roots})
 
 
-@pytest.mark.parametrize("wave", [0, 2, -5])
-def test_one_sector_of_a_ring_is_the_whole_ring(wave):
-    problem = sh.HarmonicBalance(ring_on_ground(-2.0), harmonics=(1, 3))
-    found = sh.limit_cycles(problem, nodal_diameter=wave, progress=False)
-    assert found.n_sectors == 13
-    assert found.sizes["point"] == 2
-    whole = unforced(problem)
-    size, phase = first_harmonic(whole, 0)
-    curve = LimitCycleProblem(whole, None, phase, size=size)
-    for i in range(2):
-        point = found.isel(point=i)
-        motion = unknowns_of(whole.basis, whole.harmonics, point.coefficient.values)
-        start = np.append(motion, 2 * np.pi * point.frequency.item())
-        result = newton(
-            lambda u: curve.evaluate(u, 0.0), start * (1 + 1e-6 * np.cos(np.arange(len(start))))
-        )
-        assert result.converged
-        difference = result.unknowns[:-1] - motion.ravel()
-        assert np.abs(difference).max() < 1e-9 * point.amplitude.item()
-        assert result.unknowns[-1] == pytest.approx(start[-1], rel=1e-9)
-
-
 def test_waves_are_disturbed_by_all_waves():
     # All blades of a ring without contacts to the ground move together without friction.
     ring = sh.bladed_disk(13, damping=-2.0, **VALUES)
@@ -393,7 +370,7 @@ def all_sectors():
     return sh.Model(mass, damping, stiffness, contacts={"root": roots})
 
 
-@pytest.mark.parametrize("wave", [0, 2, -3])
+@pytest.mark.parametrize("wave", [0, -3])
 def test_air_drives_waves_by_its_coefficients(wave):
     found = [
         cycles(disk, harmonics=(1, 3), nodal_diameter=wave, place=1, stability=False)
@@ -407,19 +384,14 @@ def test_air_drives_waves_by_its_coefficients(wave):
 # What is asked for
 
 
-def test_sweeps_and_archives(tmp_path):
+def test_sweeps():
     problem = sh.HarmonicBalance(blade(-0.5), harmonics=(1, 3))
     given = dict(over={"damping": [-40.0, -20.0, -0.5]}, progress=False)
     found = sh.limit_cycles(problem, **given)
     assert found.amplitude.dims == ("damping", "point")
     assert found.n_points.values.tolist() == [0, 2, 2]
-    stored = sh.limit_cycles(problem, archive=tmp_path / "cycles.nc", **given)
-    assert stored.load().identical(
-        sh.limit_cycles(problem, archive=tmp_path / "cycles.nc", **given)
-    )
-    np.testing.assert_array_equal(stored.amplitude, found.amplitude)
     over = dict(over={"normal_load": [1.0, 3.0]}, progress=False)
-    folds = sh.limit_cycles(problem, "damping", (-30, 0), archive=tmp_path / "folds.nc", **over)
+    folds = sh.limit_cycles(problem, "damping", (-30, 0), **over)
     assert sh.datasets.rebuild(folds.isel(normal_load=0)).parameters["normal_load"] == 1.0
     # The damping that friction can balance does not depend on the load, the amplitude does.
     np.testing.assert_allclose(*folds.fold_damping, rtol=1e-9)

@@ -5,8 +5,9 @@ import pytest
 from random_contacts import random_system
 
 import symhbm as sh
+from tests.quick import quick_first
 
-FEW, EXACT, MANY = range(6), range(2), range(200)
+FEW, EXACT, MANY = range(2), range(1), range(200)
 TRUE = (
     sh.Status.REACHED_END,
     sh.Status.OTHER_SOLUTIONS,
@@ -67,7 +68,7 @@ def test_many_random_structures(seed):
     check_exact(seed)
 
 
-@pytest.mark.parametrize("seed", [1, 7, 8, 9, 14, 16])
+@pytest.mark.parametrize("seed", quick_first([1, 14, 7, 8, 9, 16], 2))
 def test_nothing_moves_without_a_force(seed):
     """Of any contacts, whose round-off was taken for motions, peaks and failures."""
     problem, band = random_system(seed)
@@ -83,7 +84,7 @@ def test_nothing_moves_without_a_force(seed):
     assert sh.solve(still, band[0]).converged
 
 
-@pytest.mark.parametrize("seed", [4, 14, 16, 22, 23])
+@pytest.mark.parametrize("seed", quick_first([4, 22, 14, 16, 23], 2))
 def test_static_loads_alone_hold_a_structure_in_one_place(seed):
     problem, band = random_system(seed)
     load = sh.forces.StaticLoad(np.random.default_rng(seed).uniform(-5, 5, problem.n_dof))

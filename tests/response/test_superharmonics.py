@@ -7,6 +7,7 @@ import symhbm as sh
 from symhbm.model.contacts.coulomb.located import locate
 from symhbm.numerics.fourier import FourierBasis
 from symhbm.response.accuracy.superharmonics import friction_beyond
+from tests.quick import quick_first
 
 
 @pytest.mark.parametrize("harmonics", [(1,), (3,), (1, 3, 5), (0, 1, 2, 3), (0, 2)])
@@ -56,8 +57,10 @@ def blade_and_mode(ratio, damping_ratio, normal_load):
     )
 
 
-@pytest.mark.parametrize("damping_ratio", [1e-3, 1e-5])
-@pytest.mark.parametrize("ratio", [3, 7, 15])
+@pytest.mark.parametrize(
+    ("ratio", "damping_ratio"),
+    quick_first([(3, 1e-5), (15, 1e-3), (3, 1e-3), (7, 1e-3), (7, 1e-5), (15, 1e-5)], 2),
+)
 def test_narrow_resonances_of_any_harmonic_are_found(ratio, damping_ratio):
     """Every peak of many harmonics is there, though one harmonic suffices around it."""
     problem = blade_and_mode(ratio, damping_ratio, normal_load=6.0)

@@ -20,25 +20,18 @@ from symhbm.response import describe as point
 from symhbm.response.describe import describe, describe_each
 from symhbm.results import tables
 from symhbm.results.archive.working_files import Store
+from tests.problems import BLADE
 
-VALUES: dict[str, Any] = dict(
-    mass=1.0,
-    stiffness=1e4,
-    damping=0.5,
-    contact_stiffness=1e4,
-    friction_coefficient=0.5,
-    normal_load=3.0,
-)
 BAND = (18.0, 21.0)
 LOADS = np.linspace(1, 4, 12)
 
 
 def blade(harmonics=(1,)):
-    return sh.HarmonicBalance(sh.single_blade(**VALUES), sh.forces.PointForce(), harmonics)
+    return sh.HarmonicBalance(sh.single_blade(**BLADE), sh.forces.PointForce(), harmonics)
 
 
 def disk(harmonics=(1,)):
-    return sh.HarmonicBalance(sh.bladed_disk(5, **VALUES), sh.forces.EngineOrder(1), harmonics)
+    return sh.HarmonicBalance(sh.bladed_disk(5, **BLADE), sh.forces.EngineOrder(1), harmonics)
 
 
 @pytest.fixture
@@ -97,12 +90,11 @@ def test_each_stored_point_is_evaluated_once(monkeypatch):
         assert curve.converged.all()
 
 
-@pytest.mark.parametrize("harmonics", [(1,), (1, 3), (0, 1, 2)])
-@pytest.mark.parametrize("samples", [None, 64])
+@pytest.mark.parametrize(("harmonics", "samples"), [((1,), None), ((0, 1, 2), None), ((1, 3), 64)])
 def test_points_at_once_are_points_alone(harmonics, samples):
     """Also of problems whose values differ, and where some are no solutions."""
     base = sh.HarmonicBalance(
-        sh.bladed_disk(3, **VALUES), sh.forces.PointForce(), harmonics, samples=samples
+        sh.bladed_disk(3, **BLADE), sh.forces.PointForce(), harmonics, samples=samples
     )
     problems = [base.with_parameters(normal_load=load) for load in (0.5, 1, 2, 500)]
     hz = np.array([18.0, 19.0, 20.0, 21.0])
@@ -161,7 +153,7 @@ def call(problem, loads: Any = LOADS, **options):
     return sh.frf(problem, BAND, over={"normal_load": loads}, progress=False, **options)
 
 
-@pytest.mark.parametrize("seconds", [0.0, 0.02, 1e9])
+@pytest.mark.parametrize("seconds", [0.0, 1e9])
 def test_the_size_of_pieces_changes_nothing(seconds, monkeypatch, tmp_path):
     expected = call(blade())
     monkeypatch.setattr(ensemble, "_PIECE", seconds)
@@ -304,7 +296,7 @@ def test_copies_do_not_see_each_others_springs():
 
 def test_points_between_others_are_found_in_few_solves():
     """On a path that bends sharply over the frequency: 152 solves, most of which found nothing."""
-    ring = sh.bladed_disk(13, **VALUES | dict(contact_stiffness=1e6, normal_load=10.0))
+    ring = sh.bladed_disk(13, **BLADE | dict(contact_stiffness=1e6, normal_load=10.0))
     response = sh.frf(sh.HarmonicBalance(ring, sh.forces.EngineOrder(3)), (150, 280))
     assert response.n_points.item() > 24
     assert response.linear_solves.item() <= 120
