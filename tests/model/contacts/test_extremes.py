@@ -111,3 +111,23 @@ def test_round_off_of_a_stiff_contact_stops_no_path(harmonics):
         assert response.rejected_steps.item() < 80
         peaks.append(response.peak_amplitude.max().item())
     assert peaks[1] == pytest.approx(peaks[0], rel=1e-5)
+
+
+def test_a_static_displacement_takes_no_digits_of_planar_friction():
+    """The slider moves with it: motions of 1e-12 m beside one of 1e-8 m, at the onset of slip."""
+    joint = sh.Friction(
+        tangential=(0,), across=(1,),
+        contact_stiffness=1e12, friction_coefficient=0.5, normal_load=2.0,
+    )  # fmt: skip
+    model = sh.Model(np.eye(2), np.eye(2), 1e4 * np.eye(2), contacts={"joint": joint})
+    problem = sh.HarmonicBalance(model, sh.forces.HarmonicForce({1: [1, 0]}), (0, 1, 2, 3))
+    rng, size = np.random.default_rng(0), problem.n_unknowns // 2
+    for _ in range(20):
+        motion, offset = 1e-12 * rng.normal(size=(2, size)), np.zeros((2, size))
+        motion[:, 0], offset[:, 0] = 0.0, 1e-8
+        margin = problem.evaluate(motion.ravel(), 100.0).states.margins[0]
+        motion *= np.exp(-margin) * (1 + 10.0 ** rng.uniform(-9, -1))
+        near, beside = (problem.evaluate((motion + of).ravel(), 100.0) for of in (0, offset))
+        assert beside.states.margins == pytest.approx(near.states.margins, abs=1e-14)
+        force = beside.residual - 1e4 * offset.ravel()
+        assert force == pytest.approx(near.residual, abs=1e-11)

@@ -40,14 +40,19 @@ STICK_SHARE, OPEN_SHARE, MEAN, LEAST, LARGEST, SLIP_DISTANCE = range(6)
 
 @Loop
 def series_of(order: Any, is_sine: Any, motion: Any, values: Any, waves: Any) -> None:
-    """Write ``k_t u_x``, ``k_t u_y`` and ``p`` as series (3, 2, H + 1)."""
+    """Write ``k_t u_x``, ``k_t u_y`` and ``p`` as series (3, 2, H + 1).
+
+    A slider moves with the mean of ``u``, which no force depends on and which takes digits: it is
+    left out.
+    """
     size = len(order)
     waves[:] = 0.0
     for k in range(len(motion) // size):
         stiffness = values[1] if k == 2 else values[0]
         for i in range(size):
             part = 1 if is_sine[i] else 0
-            waves[k, part, order[i]] += stiffness * motion[k * size + i]
+            if k == 2 or order[i] > 0:
+                waves[k, part, order[i]] += stiffness * motion[k * size + i]
     waves[2, 0, 0] += values[3]
 
 

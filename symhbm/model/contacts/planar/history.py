@@ -42,7 +42,8 @@ def history_of(
         direction[i] = of_points[i, FIRST] + turned
     wall = friction * carried * np.array([np.cos(direction), np.sin(direction)])
     rest = place[:2, None] if kind == RESTS else of_points[:, (FIRST, LAST)].T
-    force = np.where(state == Behaviour.SLIPS, wall, stiffness * displacement[:2] - rest)
+    moved = np.where(basis.order > 0, parts[:2], 0.0) @ basis.values(angle).T
+    force = np.where(state == Behaviour.SLIPS, wall, stiffness * moved - rest)
     force = np.where(state == Behaviour.OPENS, 0.0, force)
     if len(parts) > 2:
         force = np.vstack([force, np.where(state == Behaviour.OPENS, 0.0, carried)])
