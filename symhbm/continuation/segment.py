@@ -269,7 +269,7 @@ class Segment:
             guess[-1] = min(max(guess[-1], low), high)
         _along(self.left.state, self.normal, self.scale, share * self.length, anchor)
         plane = Hyperplane(anchor, self.scale, self.normal)
-        solution = self.corrector.correct(guess, self.scale, plane, self.switches, precision)
+        solution = self.corrector.reach(guess, self.scale, plane, self.switches, precision)
         if solution is None or not self._is_between(solution):
             return None
         if not self.curve.single_valued and solution.crosses:

@@ -16,6 +16,7 @@ from symhbm.numerics import RADIANS
 from tests import designs
 from tests.problems import rub
 from tests.quick import quick_first
+from tests.random_contacts import random_system
 
 GUARANTEED = 0.01
 SAME_PLACE = 1e-6
@@ -219,3 +220,15 @@ def test_every_peak_is_a_point(peaks, downwards):
         assert np.isin(curve.peak_frequency.values, curve.frequency.values).all()
         heading = np.sign(band[1] - band[0])
         assert (np.diff(curve.frequency.values) * heading > 0).all()
+
+
+def test_a_peak_beside_a_sharp_bend_of_a_stiff_contact_is_solved_for():
+    """There slip begins to reverse: slopes turn within 1e-4 of the frequency, and states stay."""
+    problem, _ = random_system(13)
+    names = [n for n in problem.model.parameters if n.endswith("contact_stiffness")]
+    problem = problem.with_parameters(**dict.fromkeys(names, 1e12))
+    response = sh.frf(problem, (42.8, 42.85), throw=True, progress=False)
+    (hertz,), (amplitude,) = response.peak_frequency.values, response.peak_amplitude.values
+    for side in (-1e-5, 1e-4):
+        beside = sh.solve(problem, hertz * (1 + side), throw=True).amplitude.max().item()
+        assert 0 < 1 - beside / amplitude < 10 * abs(side)

@@ -2,6 +2,8 @@
 
 import math
 from abc import ABC, abstractmethod
+from contextlib import suppress
+from dataclasses import replace
 from typing import Any, NamedTuple, Protocol
 
 import numpy as np
@@ -10,7 +12,7 @@ from numpy.typing import NDArray
 from symhbm.balance import Evaluation
 from symhbm.continuation.newton import NewtonResult, newton
 from symhbm.continuation.problem import ContinuationProblem, Corrected
-from symhbm.numerics import FloatArray
+from symhbm.numerics import FloatArray, bordered, length_of
 from symhbm.numerics.loops import Loop
 
 ON_LIMIT = 1e-9
@@ -19,6 +21,9 @@ BEYOND = 1e-11
 """Margin beyond which a contact is in the wrong state."""
 ROUND_OFF = 1e-15
 """Error of a margin by those of the unknowns, relative to the sum of its terms by each of them."""
+
+_FARTHEST = 0.5
+"""Scaled distance from a guess beyond which a solution is another one."""
 
 
 class Constraint(Protocol):
@@ -105,6 +110,40 @@ class Corrector(ABC):
         self, point: FloatArray, scale: FloatArray, row: FloatArray, switches: NDArray
     ) -> Corrected | None:
         """Tangent at a solution in the states ``switches``, along ``row`` or else the parameter."""
+
+    def reach(
+        self,
+        guess: FloatArray,
+        scale: FloatArray,
+        plane: Constraint,
+        switches: NDArray,
+        precision: float,
+    ) -> Corrected | None:
+        """As `correct`; where full steps fail, from where those lead that lower the residual.
+
+        Beside a sharp bend the derivatives at the guess are those of another side.
+        """
+        found = self.correct(guess, scale, plane, switches, precision)
+        if found is not None:
+            return found
+        start = guess / scale
+        with suppress(ArithmeticError):
+            force = self.curve.evaluate(guess[:-1], float(guess[-1]), switches).magnitude or 1.0
+
+            def equations(scaled: FloatArray) -> Evaluation:
+                point = scaled * scale
+                evaluation = self.curve.evaluate(point[:-1], float(point[-1]), switches)
+                value, row = plane(point, evaluation)
+                columns = evaluation.jacobian * scale[:-1], evaluation.by_parameter * scale[-1]
+                residual = np.append(evaluation.residual, force * value)
+                jacobian = bordered(*columns, force * row)
+                return replace(evaluation, residual=residual, jacobian=jacobian)
+
+            result = newton(equations, start)
+            self.solves += result.iterations
+            if result.converged and length_of(result.unknowns - start) <= _FARTHEST:
+                found = self.correct(result.unknowns * scale, scale, plane, switches, precision)
+        return found
 
     def free(self, unknowns: FloatArray, value: float) -> NewtonResult:
         """Solution at a ``value`` from ``unknowns`` (n_unknowns,), states of switches free."""
