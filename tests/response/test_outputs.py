@@ -265,7 +265,9 @@ def test_second_derivatives_of_peaks_of_differences():
         frequency_band=(5, 25), progress=False,
     )  # fmt: skip
     low, _, high = curve.peak_amplitude.values
-    assert (high - low) / (2 * step) == pytest.approx(curve.peak_amplitude_slope[1], rel=1e-5)
+    assert (high - low) / (2 * step) == pytest.approx(
+        curve.peak_amplitude_slope[1].item(), rel=1e-5
+    )
 
 
 def test_pictures_of_outputs(response):
