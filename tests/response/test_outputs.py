@@ -234,6 +234,8 @@ def test_exact_motions_have_exact_outputs():
     by_hand = motion.displacement.values @ STRESS.T
     np.testing.assert_allclose(motion.stress, by_hand, rtol=1e-12, atol=1e-6)
     assert np.all(motion.stress_amplitude >= np.abs(by_hand).max(0))
+    of_harmonics = np.einsum("rd,dhc->rhc", STRESS, motion.coefficient.values)
+    np.testing.assert_allclose(motion.stress_coefficient, of_harmonics, rtol=1e-12, atol=1e-6)
     tip = motion.amplitude.sel(dof=1).item()
     assert motion.tip_amplitude.item() == pytest.approx(tip, rel=1e-12)
 
