@@ -26,6 +26,7 @@ from symhbm.continuation.events import (
     LARGEST_PREDICTION_ERROR,
     SMALLEST_STEP,
     ResonanceFinder,
+    after_onset,
     beside_limit,
     beyond_limits,
     brief_crossing,
@@ -106,6 +107,7 @@ class Path:
         self._max_points = max_points
         self._orientation = 0
         self._predictor = Predictor.straight(len(self._start))
+        self._onset: PathPoint | None = None
         self._resonance_finder = ResonanceFinder(curve)
         self._solves_before = self.corrector.solves
 
@@ -129,6 +131,9 @@ class Path:
                 stuck = step < max(SHRINKAGE * usual, SMALLEST_STEP)
                 may_cross = self._curve.single_valued and self._curve.angles is None
                 if attempt is None and stuck and may_cross:
+                    if (after := self._after_onset(point)) is not None:
+                        point, step, usual = after, usual, 0.0
+                        continue
                     # A step that shrank from corner to corner does not suit the path beyond.
                     corner_step = max(usual, SMALLEST_CORNER_STEP)
                     attempt, length = self._cross_corner(point, corner_step)
@@ -139,6 +144,9 @@ class Path:
                     folds = None if attempt is None else self._folds(point, *attempt)
                     attempt, step = (None, step) if folds is None else (attempt, usual)
             if attempt is None:
+                if step < SMALLEST_STEP and (after := self._after_onset(point)) is not None:
+                    point, step, usual = after, usual or FIRST_STEP, 0.0
+                    continue
                 if step < SMALLEST_STEP:
                     self.status = Status.MINIMUM_STEP
                     if not self.corrector.defined:
@@ -375,6 +383,15 @@ class Path:
         far_side, switches = beyond
         far_side = beside_limit(self.corrector, solution, far_side, scale, switches, limits)
         return self._at_limit(base, solution, far_side, scale, switches)
+
+    def _after_onset(self, point: PathPoint) -> PathPoint | None:
+        """A point at which a contact begins to slip, with another tangent; once for each point."""
+        after = (
+            None if point is self._onset else after_onset(self.corrector, point, self._orientation)
+        )
+        if after is not None:
+            self._onset, self._predictor = after, Predictor.straight(len(after.state))
+        return after
 
     def _end_of_slip(self, base: PathPoint, step: float) -> tuple[PathPoint, float] | None:
         """The point within a step that failed at which a contact sticks again, None without one."""

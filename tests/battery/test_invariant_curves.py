@@ -6,6 +6,7 @@ import pickle
 import numpy as np
 import pytest
 import xarray as xr
+from scipy.signal import find_peaks
 
 import symhbm as sh
 from tests.problems import BAND, OWN_LAWS, cases, cell, cells, problem
@@ -26,9 +27,12 @@ def curve(given, band=BAND, **options):
 
 
 def peaks(found):
-    """Frequencies and amplitudes of all peaks, by their frequencies."""
-    order = np.argsort(found.peak_frequency.values)
-    return found.peak_frequency.values[order], found.peak_amplitude.values[order]
+    """Frequencies and amplitudes of the peaks that every curve has: those that rise by 1 %."""
+    frequency, amplitude = sh.plot.curve(found)
+    tops, _ = find_peaks(amplitude, prominence=0.01 * amplitude.max())
+    at = found.peak_frequency.values
+    located = np.abs(at[:, None] - np.sort(frequency[tops])).argmin(axis=0)
+    return at[located], found.peak_amplitude.values[located]
 
 
 TWO_INSTANTS = "pressed rotor point 0123"

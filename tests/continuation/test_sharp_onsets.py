@@ -7,6 +7,7 @@ import symhbm as sh
 from symhbm.continuation import FrequencyProblem, Status
 from symhbm.continuation.path import Path
 from symhbm.continuation.start import solve_point
+from tests.problems import problem as problem_of
 
 LIMITS = {"onset of slip", "end of slip"}
 BODIES = {
@@ -48,3 +49,15 @@ def test_slip_begins_and_ends_where_paths_turn(name):
     upwards, downwards = [np.array([point.state for point in found]) for found in limits]
     assert len(upwards)
     np.testing.assert_allclose(upwards, downwards[::-1], rtol=1e-8, atol=1e-14)
+
+
+def test_a_path_goes_on_beyond_an_onset_at_which_slip_is_small():
+    """A unique response, whose tangent at the onset says little of the slip beyond."""
+    problem, limits = problem_of("planar chain point 0123"), []
+    for start, end in 2 * np.pi * np.array([(18.5, 19.3), (19.3, 18.5)]):
+        path = Path(FrequencyProblem(problem), solve_point(problem, start).unknowns, start, end)
+        limits.append([(point.value, point.events[0].kind) for point in path if point.events])
+        assert path.status == Status.REACHED_END
+    (at, kinds), (again, _) = (zip(*found, strict=True) for found in limits)
+    assert kinds == ("onset of slip", "end of slip", "onset of slip")
+    np.testing.assert_allclose(at, again[::-1], rtol=1e-9)

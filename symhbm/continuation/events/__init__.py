@@ -21,7 +21,7 @@ from symhbm.continuation.events.crossing import (
 from symhbm.continuation.events.folds import find_folds, goes_between
 from symhbm.continuation.events.modes import Reduced, ResonanceFinder, reduced
 from symhbm.continuation.events.passed_pairs import passed_pairs
-from symhbm.continuation.events.sharp_onsets import beside_limit, end_of_slip
+from symhbm.continuation.events.sharp_onsets import after_onset, beside_limit, end_of_slip
 
 __all__ = [
     "BEYOND_CORNER",
@@ -31,6 +31,7 @@ __all__ = [
     "Curvature",
     "Reduced",
     "ResonanceFinder",
+    "after_onset",
     "at_crossing",
     "beside_limit",
     "beyond_limits",

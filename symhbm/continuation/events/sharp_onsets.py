@@ -8,7 +8,7 @@ away. At the limit itself the equations of stick are regular, at a small margin 
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.continuation.correctors import AtLimit, Corrector, Hyperplane
+from symhbm.continuation.correctors import ON_LIMIT, AtLimit, Corrector, Hyperplane
 from symhbm.continuation.point import PathPoint
 from symhbm.continuation.problem import Corrected
 from symhbm.numerics import FloatArray, length_of
@@ -40,9 +40,23 @@ def beside_limit(
     turns_back = float(np.dot(limit.direction, far_side.direction)) < 0
     if not turns_back or len(places) > 1 or not switches[places].all():
         return far_side
-    if not _may_be_sharp(corrector, int(places[0])):
+    if corrector.curve.single_valued or not _may_be_sharp(corrector, int(places[0])):
         return far_side
     return _beside(corrector, limit.point, scale, switches, int(places[0])) or far_side
+
+
+def after_onset(corrector: Corrector, point: PathPoint, orientation: int) -> PathPoint | None:
+    """A point on the limit at which a contact begins to slip, with the tangent of a small slip.
+
+    None of any other point, and where that tangent goes another way than ``orientation`` tells.
+    """
+    begins = np.flatnonzero(point.switches & (np.abs(point.margins) < ON_LIMIT))
+    if not point.events or len(begins) != 1 or not _may_be_sharp(corrector, int(begins[0])):
+        return None
+    found = _beside(corrector, point.state, point.scale, point.switches, int(begins[0]))
+    if found is None or found.sign != orientation:
+        return None
+    return point._replace(after=found.direction * point.scale, rate=found.rate)
 
 
 def _may_be_sharp(corrector: Corrector, switch: int) -> bool:
@@ -50,7 +64,7 @@ def _may_be_sharp(corrector: Corrector, switch: int) -> bool:
     problem = corrector.curve.problem
     group = problem.contacts.switch(switch)[0]
     planar = {"tangential", "across"} <= {*group.law.directions}
-    return planar and 0 in problem.harmonics and not corrector.curve.single_valued
+    return planar and 0 in problem.harmonics
 
 
 def _beside(
@@ -81,7 +95,7 @@ def end_of_slip(
     the path does not go to one; ``orientation`` is the sign of its tangents.
     """
     falls = base.switches & (base.margins > 0) & (base.rate < 0)
-    if not falls.any():
+    if not falls.any() or corrector.curve.single_valued:
         return None
     distances = np.full(len(falls), np.inf)
     distances[falls] = base.margins[falls] / -base.rate[falls]
