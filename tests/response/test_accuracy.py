@@ -15,12 +15,25 @@ from symhbm.response.accuracy.harmonic_sets import HarmonicSets
 from symhbm.response.accuracy.truncation import SMALLEST
 from symhbm.time_domain.exact_motion import exact_motion
 from tests.pressed_contact import two_way
-from tests.problems import duffing
+from tests.problems import duffing, ring_of_blades
 from tests.quick import quick_first
 
 TURN = 2 * np.pi
 ACCURACIES = (1e-2, 1e-3, 1e-4)
 LOADS = (1, 5, 0.5, 2, 3, 18)
+
+
+def mistuned(sample):
+    """The ensemble of the source's Fig. 12, one harmonic to begin with."""
+    rng = np.random.default_rng([1949, sample])
+    stiffness, friction, loads = (
+        nominal * (1 + width * rng.uniform(-1, 1, 13))
+        for nominal, width in ((1e6, 0.2), (0.5, 0.4), (10, 0.3))
+    )
+    disk = ring_of_blades(
+        13, contact_stiffness=stiffness, friction_coefficient=friction, normal_load=loads
+    )
+    return sh.HarmonicBalance(disk, sh.forces.EngineOrder(3, amplitude=1.0), (1,))
 
 
 @cache
@@ -75,6 +88,27 @@ def test_rings(order, load, at):
     if order == 1:
         # 63 Hz is far off with one harmonic, whose contacts reverse twice and not 6 times.
         assert response.reversals.sel(frequency=63).values.tolist() == [6] * 13
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("load", [10, 100])
+@pytest.mark.parametrize("order", range(1, 7))
+def test_all_rings(order, load):
+    problem = fig08.problem().with_parameters(engine_order=order, normal_load=load)
+    path = sh.frf(problem, (5, 350)).frequency.values
+    at = np.unique(np.append(path[:: max(1, len(path) // 20)], np.linspace(20, 340, 9)))
+    for accuracy in ACCURACIES:
+        assert_kept(problem, (5, 350), at, accuracy)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("sample", range(10))
+def test_mistuned_rings(sample):
+    problem = mistuned(sample)
+    path = sh.frf(problem, (50, 350)).frequency.values
+    at = path[:: len(path) // 25]
+    for accuracy in ACCURACIES:
+        assert_kept(problem, (50, 350), at, accuracy)
 
 
 def test_the_path_is_one_curve():
