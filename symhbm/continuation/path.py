@@ -144,9 +144,6 @@ class Path:
                     folds = None if attempt is None else self._folds(point, *attempt)
                     attempt, step = (None, step) if folds is None else (attempt, usual)
             if attempt is None:
-                if step < SMALLEST_STEP and (after := self._after_onset(point)) is not None:
-                    point, step, usual = after, usual or FIRST_STEP, 0.0
-                    continue
                 if step < SMALLEST_STEP:
                     self.status = Status.MINIMUM_STEP
                     if not self.corrector.defined:

@@ -248,8 +248,12 @@ class Segment:
         share: float,
         neighbour: tuple[float, PathState] | None = None,
         precision: float = 1e-10,
+        patient: bool = False,
     ) -> Corrected | None:
-        """As `solve`, the direction relative to the ``scale``."""
+        """As `solve`, the direction relative to the ``scale``.
+
+        ``patient`` tells that steps are shortened where full ones fail.
+        """
         if share in (0.0, 1.0):
             end = self.right if share else self.left
             found = self.corrector.tangent(end.state, self.scale, self.normal, self.switches)
@@ -269,7 +273,8 @@ class Segment:
             guess[-1] = min(max(guess[-1], low), high)
         _along(self.left.state, self.normal, self.scale, share * self.length, anchor)
         plane = Hyperplane(anchor, self.scale, self.normal)
-        solution = self.corrector.reach(guess, self.scale, plane, self.switches, precision)
+        correct = self.corrector.reach if patient else self.corrector.correct
+        solution = correct(guess, self.scale, plane, self.switches, precision)
         if solution is None or not self._is_between(solution):
             return None
         if not self.curve.single_valued and solution.crosses:

@@ -346,7 +346,7 @@ class Structure(Record, ABC):
         """What a parameter of a structure or an excitation is."""
         return self.records.get(name) or PARAMETERS[name]
 
-    @cached_property
+    @property
     def contact_parameters(self) -> tuple[str, ...]:
         """Names of the parameters of the contacts."""
         return tuple(name for group in self.groups for name in group.parameters.values())
@@ -840,7 +840,7 @@ class PlacesAlone(Structure):
 
 DENSE = "_of_matrices"
 """Where a structure keeps what is made of its matrices."""
-CACHED = {"contact_parameters", "contact_rows", "directions", "records", DENSE}
+CACHED = {"contact_rows", "directions", "records", DENSE}
 """Attributes that are computed from the others."""
 _BESIDE = {"contacts", "row_ends", "groups", "outputs"}
 """What archives hold of a structure beside its record."""

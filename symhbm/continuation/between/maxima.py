@@ -59,7 +59,9 @@ def locate_maximum(
         if share not in visited:
             nearest = min(visited, key=lambda known: abs(known - share), default=None)
             neighbour = None if nearest is None else (nearest, visited[nearest][1])
-            solution = segment.corrected(share, neighbour) if 0 <= share <= 1 else None
+            if not 0 <= share <= 1:
+                raise ArithmeticError
+            solution = segment.corrected(share, neighbour, patient=True)
             if solution is None:
                 raise ArithmeticError
             at = PathState(solution.point, solution.direction * segment.scale)
