@@ -10,6 +10,7 @@ import xarray as xr
 import symhbm as sh
 from tests.pages import check
 from tests.problems import duffing
+from tests.quick import quick_first
 
 BLADE = dict(mass=1, stiffness=1e4, damping=0.5, contact_stiffness=1e4, friction_coefficient=0.5)
 PROBLEM = sh.HarmonicBalance(
@@ -102,7 +103,7 @@ def decibel(value):
     return 20 * np.log10(value)
 
 
-@pytest.mark.parametrize("case", ["loads", "motion", "point"])
+@pytest.mark.parametrize("case", quick_first(["loads", "motion", "point"], 1))
 def test_every_page_fits_a_desk_and_a_hand_by_day_and_night(case, shown):
     seen, grounds = shown(case), set()
     for width, scheme in ((1400, "light"), (390, "dark")):
@@ -114,6 +115,7 @@ def test_every_page_fits_a_desk_and_a_hand_by_day_and_night(case, shown):
     assert len(grounds) == 2
 
 
+@pytest.mark.slow
 def test_the_page_opens_within_three_seconds_of_one_core(page, browser):
     context = browser.new_context()
     tab = context.new_page()
@@ -194,6 +196,7 @@ def test_folds_and_unstable_responses(shown):
     assert number_of(lines, "amplitude") == digits(point.amplitude)
 
 
+@pytest.mark.slow
 def test_no_button_sends_a_figure_away(shown):
     seen = shown("grid")
     script = """() => [...document.querySelectorAll(".modebar-btn")]
@@ -272,6 +275,7 @@ def test_bands_are_quantiles_of_the_samples(shown):
     assert "known of 6 of 6 samples" in seen.text("#ensemble-text")
 
 
+@pytest.mark.slow
 def test_peaks_without_points(shown):
     seen, every = shown("peaks alone"), dataset("peaks alone")
     assert "amplitude" not in every
@@ -284,6 +288,7 @@ def test_peaks_without_points(shown):
     assert "holds no points" in seen.text("body")
 
 
+@pytest.mark.slow
 def test_amplification_is_that_of_the_statistics(look, tmp_path):
     every = dataset("grid")
     tuned = sh.frf(RING, (100, 300), at=every.frequency.values, progress=False)
@@ -293,6 +298,7 @@ def test_amplification_is_that_of_the_statistics(look, tmp_path):
     np.testing.assert_array_equal(drawn, np.sort(factors.values))
 
 
+@pytest.mark.slow
 def test_archives_of_statistics(look, tmp_path):
     every = dataset("grid")
     band = sh.statistics.envelope(every)
@@ -310,10 +316,13 @@ def test_archives_of_statistics(look, tmp_path):
 
 @pytest.mark.parametrize(
     ("case", "x", "panels"),
-    [
-        ("modes", "amplitude", ("frequency", "damping_ratio")),
-        ("cycles", "damping", ("amplitude", "frequency")),
-    ],
+    quick_first(
+        [
+            ("modes", "amplitude", ("frequency", "damping_ratio")),
+            ("cycles", "damping", ("amplitude", "frequency")),
+        ],
+        1,
+    ),
 )
 def test_motions_without_a_force(case, x, panels, shown):
     seen, one = shown(case), dataset(case)
@@ -339,6 +348,7 @@ def test_tables_and_words_without_scripts(page, browser):
     context.close()
 
 
+@pytest.mark.slow
 def test_archives_with_failed_sets(look, tmp_path):
     with pytest.warns(RuntimeWarning, match="incomplete"):
         short = sh.frf(
