@@ -131,7 +131,8 @@ class Path:
                 stuck = step < max(SHRINKAGE * usual, SMALLEST_STEP)
                 may_cross = self._curve.single_valued and self._curve.angles is None
                 if attempt is None and stuck and may_cross:
-                    if (after := self._after_onset(point)) is not None:
+                    after = self._after_onset(point)
+                    if after is not None:
                         point, step, usual = after, usual, 0.0
                         continue
                     # A step that shrank from corner to corner does not suit the path beyond.

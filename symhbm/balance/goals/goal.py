@@ -1,7 +1,5 @@
 """The protocol of goals: what is asked of a solution, as an expression of it."""
 
-from __future__ import annotations
-
 from abc import ABC, abstractmethod
 from collections.abc import Mapping
 from typing import Any, ClassVar, NamedTuple
