@@ -32,6 +32,7 @@ def peaks(found):
     tops, _ = find_peaks(amplitude, prominence=0.01 * amplitude.max())
     at = found.peak_frequency.values
     located = np.abs(at[:, None] - np.sort(frequency[tops])).argmin(axis=0)
+    np.testing.assert_allclose(at[located], np.sort(frequency[tops]), rtol=1e-6)
     return at[located], found.peak_amplitude.values[located]
 
 

@@ -3,7 +3,7 @@
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from symhbm.balance.goals.goal import ContactSymbols, Solution
+from symhbm.balance.goals.goal import ContactSymbols
 from symhbm.balance.goals.of_contacts import OfContacts
 from symhbm.model import Structure
 from symhbm.model.contacts import NormalLaw
@@ -38,6 +38,7 @@ class MeanNormalForce(OfContacts):
 
     units: ClassVar[str] = "N"
     meaning: ClassVar[str] = "normal force of contacts in the mean"
+    law: ClassVar[type] = NormalLaw
 
     def check(self, model: Structure, harmonics: tuple[int, ...]) -> None:
         """As of all goals of contacts, and TypeError for contacts that nothing presses."""
@@ -48,14 +49,6 @@ class MeanNormalForce(OfContacts):
             raise TypeError(
                 f"{self!r}: expected contacts with a normal direction, the structure has {laws}"
             )
-
-    def value(self, at: Solution) -> Any:
-        """The sum of the forces of all contacts with a normal direction."""
-        pressed = {
-            name: [one for one in contacts if isinstance(one.law, NormalLaw)]
-            for name, contacts in at.contacts.items()
-        }
-        return super().value(at._replace(contacts=pressed))
 
     def of(self, contact: ContactSymbols) -> Any:
         """The mean of its force, and what the equilibrium holds of its load."""

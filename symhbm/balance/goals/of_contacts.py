@@ -2,12 +2,13 @@
 
 from abc import abstractmethod
 from dataclasses import dataclass
-from typing import Any
+from typing import Any, ClassVar
 
 import casadi as ca
 
 from symhbm.balance.goals.goal import ContactSymbols, Goal, Solution
 from symhbm.model import Structure
+from symhbm.model.contacts import ContactLaw
 from symhbm.numerics import check
 
 
@@ -17,6 +18,8 @@ class OfContacts(Goal):
 
     group: str | None = None
     contact: int | None = None
+    law: ClassVar[type] = ContactLaw
+    """Laws whose contacts are counted, others add nothing."""
 
     @property
     def additive(self) -> bool:  # type: ignore[override]
@@ -36,7 +39,9 @@ class OfContacts(Goal):
     def value(self, at: Solution) -> Any:
         """The sum of what each contact adds."""
         chosen = [self.group] if self.group is not None else [*at.contacts]
-        contacts = [one for name in chosen for one in at.contacts[name]]
+        contacts = [
+            one for name in chosen for one in at.contacts[name] if isinstance(one.law, self.law)
+        ]
         if self.contact is not None and contacts:
             contacts = [contacts[self.contact]]
         return sum((self.of(one) for one in contacts), ca.SX(0))

@@ -4,7 +4,7 @@ from dataclasses import dataclass
 from typing import Any, ClassVar
 
 from symhbm.balance.goals.dissipation import Dissipation
-from symhbm.balance.goals.goal import ContactSymbols, Solution
+from symhbm.balance.goals.goal import ContactSymbols
 from symhbm.model import Structure
 from symhbm.model.contacts import Coulomb
 
@@ -42,6 +42,7 @@ class SlipDistance(Dissipation):
 
     units: ClassVar[str] = "m"
     meaning: ClassVar[str] = "path that contacts slip per cycle"
+    law: ClassVar[type] = Coulomb
 
     def check(self, model: Structure, harmonics: tuple[int, ...]) -> None:
         """As of the energy, and TypeError for contacts without a constant limit."""
@@ -59,14 +60,6 @@ class SlipDistance(Dissipation):
                     f"{group.name!r} have the law {group.law!r}; symhbm.goals.Dissipation is known "
                     "of all laws"
                 )
-
-    def value(self, at: Solution) -> Any:
-        """The sum of the paths of all contacts that slip."""
-        slip = {
-            name: [one for one in contacts if isinstance(one.law, Coulomb)]
-            for name, contacts in at.contacts.items()
-        }
-        return super().value(at._replace(contacts=slip))
 
     def of(self, contact: ContactSymbols) -> Any:
         """What one contact dissipates, over its limit."""
