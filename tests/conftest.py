@@ -15,9 +15,9 @@ hypothesis.settings.register_profile("without deadlines", deadline=None)
 hypothesis.settings.load_profile("without deadlines")
 
 LONG = (
-    "studies/test_studies.py",
-    "house/test_style.py",
     "model/test_planar_friction.py",
+    "house/test_style.py",
+    "studies/test_studies.py",
     "response/test_random_contacts.py",
     "continuation/test_angle_paths.py",
     "model/reduction/test_mistuned_ring.py",
@@ -26,7 +26,10 @@ LONG = (
     "time_domain/test_planar_motion.py",
     "time_domain/test_floquet.py",
 )
-"""Files that take longest: they come first, so that no process ends long after the others."""
+"""Files that take longest: they come first, so that no process ends long after the others.
+
+Loops of planar friction take longest to compile: the first file does it, and others find them.
+"""
 
 
 def pytest_collection_modifyitems(items):

@@ -26,6 +26,8 @@ PHYSICAL = {name for name, about in (VARIABLES | PARAMETERS).items() if about.un
 PHYSICAL |= {"speed", "speeds", "coordinates", "gap", "area", "angle", "length"}
 """Variables, parameters and arguments that are nothing without a unit."""
 WITHOUT_SIGNATURE = {"symhbm.response.datasets.ArchiveError", "symhbm.Run", "symhbm.Status"}
+LONG = {"symhbm.maximise_flutter_limit", "symhbm.plot.flutter_limit"}
+"""Examples that take seconds."""
 WITH_EXAMPLES = [name for name, thing in PUBLIC.items() if ">>>" in (thing.__doc__ or "")]
 
 
@@ -35,7 +37,10 @@ def test_signatures_are_read_as_they_are_written(name):
     assert "_SupportsArray" not in str(inspect.signature(PUBLIC[name]))
 
 
-@pytest.mark.parametrize("name", WITH_EXAMPLES)
+@pytest.mark.parametrize(
+    "name",
+    [pytest.param(n, marks=[pytest.mark.slow] * (n in LONG)) for n in WITH_EXAMPLES],
+)
 def test_examples_run_by_themselves(name, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)
     plt.switch_backend("agg")

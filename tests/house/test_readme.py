@@ -18,6 +18,8 @@ FENCE = re.compile(
 SLOW, CLUSTER, JOBS = "takes long", "needs a cluster", "jobs"
 """Marks in front of a block: it runs in the slow suite, cannot run here, or is a job or what starts
 jobs, as tests/cli/test_jobs.py does."""
+WHOLE = ("README.md", "getting-started.md")
+"""Pages whose blocks run in all suites; of others the first one does that does not take long."""
 SET_UP = {"python3", "python", "cd", ".venv/bin/python"}
 """Commands that are for those who set up the project, and are run where it is tested."""
 NUMBER = re.compile(r"(?<![\w.])-?\d[\d,]*(?:\.\d+)?(?:e[+-]?\d+)?(?![\w])")
@@ -55,10 +57,14 @@ BLOCKS = [block for page in PAGES for block in blocks_of(page)]
 
 
 def cases():
+    met = set()
     for block in BLOCKS:
-        marks = [pytest.mark.slow] if block.mark == SLOW else []
+        page = block.name.partition(":")[0]
+        is_slow = block.mark == SLOW or page in met
+        if not (is_slow or page in WHOLE or block.mark == CLUSTER):
+            met.add(page)
         if block.mark != CLUSTER:
-            yield pytest.param(block, marks=marks, id=block.name)
+            yield pytest.param(block, marks=[pytest.mark.slow] * is_slow, id=block.name)
 
 
 def numbers(text: str) -> list[str]:

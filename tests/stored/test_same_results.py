@@ -11,7 +11,7 @@ from tests.stored.results import BEFORE_SPEED, Found, found, read
 
 NEAR = 1e-11
 """Largest relative difference of frequencies and amplitudes; they differ by up to 5e-13."""
-OFTEN = 3
+OFTEN = 2
 """Problems of each kind that are computed whenever tests are."""
 MISSED = {("gyroscopic forces", 34): 15.61789243}
 """Peaks [Hz] that were not found before; a scan shows them.
