@@ -143,6 +143,10 @@ class FourierBasis:
         """Amplitudes ``a_n - i b_n`` of motions, one per harmonic: ``(..., n_harmonics)``."""
         return (coefficients @ self._parts).view(complex)
 
+    def of_phasors(self, phasors: NDArray[np.complex128]) -> FloatArray:
+        """Coefficients (..., n_components) of motions from their `phasors`."""
+        return np.ascontiguousarray(phasors).view(float) @ self._parts.T
+
     def _turns(self, tau: ArrayLike) -> NDArray[np.complex128]:
         """``exp(i n tau)`` of all harmonics: ``(..., n_harmonics)``."""
         return np.exp(np.multiply.outer(tau, self._imaginary))

@@ -1,7 +1,6 @@
 """One response curve as plain arrays: the computation for one parameter set."""
 
 import sys
-from collections.abc import Sequence
 from dataclasses import replace
 from functools import cache, partial
 from itertools import chain
@@ -19,7 +18,7 @@ from symhbm.continuation import (
     prepare,
 )
 from symhbm.continuation.angles import ANGLES_ENDED, covered
-from symhbm.continuation.between import Peak, PeakKind
+from symhbm.continuation.between import PeakKind
 from symhbm.model import Symmetry, is_pattern
 from symhbm.numerics import RADIANS, Table, by_harmonic, on_one_thread
 from symhbm.response.accuracy import (
@@ -27,23 +26,16 @@ from symhbm.response.accuracy import (
     Refinement,
     Solution,
     advice,
-    has_normal_forces,
     joined,
     status_of,
+    truncation_table,
 )
-from symhbm.response.curve_table import CurveTable, put
+from symhbm.response.curve_table import CurveTable, put, smallest_in
 from symhbm.response.describe import describe_each, unsolved
 from symhbm.response.events import events_between
-from symhbm.response.unforced import (
-    blank_cycle_curve,
-    blank_mode_curve,
-    cycle_curve,
-    mode_curve,
-)
+from symhbm.response.unforced import unforced_curve
 from symhbm.results import SLOPES, Request, Sweep, values_of
 
-SMALLEST = 1e-3
-"""Share of the largest value of a band below which steps along it are no longer relative."""
 _MANY = 500
 """Curves of a sweep from which machine code of their checks saves more time than it takes."""
 
@@ -52,7 +44,7 @@ _MANY = 500
 def compute_curve(problem: HarmonicBalance, request: Request) -> Table:
     """The response curve of one problem, or that of motions without a force."""
     if request.unforced is not None:
-        return (mode_curve if request.amplitudes is None else cycle_curve)(problem, request)
+        return unforced_curve(problem, request)
     symmetry = symmetry_of(request, problem)
     refinement = _refinement(problem if symmetry is None else problem.of_sector(symmetry), request)
     band = request.unit * request.band[0], request.unit * request.band[1]
@@ -69,8 +61,7 @@ def compute_curve(problem: HarmonicBalance, request: Request) -> Table:
 def blank_curve(problem: HarmonicBalance, request: Request) -> Table:
     """A curve without points that has the names and shapes of a request's."""
     if request.unforced is not None:
-        blank = blank_mode_curve if request.amplitudes is None else blank_cycle_curve
-        return blank(problem, request)
+        return unforced_curve(problem, request, blank=True)
     n_values = 0 if request.at is None else len(request.at)
     solutions_at = [[Solution(np.nan, 0, None, np.nan, 0)]] * n_values
     return Curve(request, _refinement(problem, request), [], solutions_at).table()
@@ -97,9 +88,8 @@ def continuation_problem_of(request: Request, problem: HarmonicBalance) -> Conti
     if request.frequency is None:
         equations = FrequencyProblem(problem)
     else:
-        smallest = SMALLEST * max(abs(value) for value in request.band)
-        omega = RADIANS * request.frequency
-        equations = ParameterProblem(problem, request.name, omega, request.index, smallest)
+        axis = request.name, RADIANS * request.frequency, request.index, smallest_in(request)
+        equations = ParameterProblem(problem, *axis)
         if request.name == "damping" and min(request.band) < 0:
             equations.single_valued = False
     equations.angles, equations.machine_code = request.angles, request.machine_code
@@ -193,16 +183,10 @@ class Curve(CurveTable):
             for place, solution in reversed(inserted):
                 solutions.insert(place, solution)
         events = self.events(solutions)
-        located = [
-            (peak, part.level, error)
-            for part in self.parts
-            for peak, error in zip(part.peaks, part.peak_errors, strict=True)
-        ]
-        peaks = self._peaks(located)
+        peaks = self._peaks()
         counts: dict[str, float] = dict(
             n_points=len(solutions),
             n_peaks=len(peaks["peak_value"]),
-            n_events=len(events),
             rejected_steps=self.refinement.rejected,
             linear_solves=self.refinement.solves,
         )
@@ -220,10 +204,8 @@ class Curve(CurveTable):
             if ended in ANGLES_ENDED:
                 status += f" (it was followed over {share:.1%} of the band)"
         evaluated = by_machine_code(self.refinement.equations(0)) if self.parts else -1
-        table = dict(by_machine_code=np.array(evaluated, dtype=np.int8))
-        table |= dict(status=np.array(status, dtype=object))
         points.pop("doubling", None)
-        return points | peaks | self.of_events(events) | self.counts(**counts) | table
+        return self.whole(points | peaks, events, status, evaluated, **counts)
 
     def problem_of(self, level: int) -> HarmonicBalance:
         """The problem with the harmonics of a level."""
@@ -233,7 +215,7 @@ class Curve(CurveTable):
         """Results of as many solutions that were not found."""
         highest = self.highest_level
         table = unsolved(self.problem_of(highest), size, self.request.stability)
-        table |= self._truncation(size, highest) | self._normal(size)
+        table |= self._truncation(highest, [np.nan] * size)
         if self.request.tells_stability:
             table["doubling"] = np.full(size, np.nan)
         return table | {name: np.full_like(table["amplitude"], np.nan) for name in self._slopes}
@@ -258,9 +240,8 @@ class Curve(CurveTable):
                     # Located angles are NaN for motion that reverses while it sticks.
                     unknown = np.isnan(table[name][i])
                     table[name][i] = np.where(unknown, angles, table[name][i])
-        errors = [solution.error for solution in solutions]
-        truncation = self._truncation(len(solutions), level, errors)
-        table |= truncation | self._normal(len(solutions), solutions)
+        errors, normal = zip(*((s.error, s.normal) for s in solutions), strict=True)
+        table |= self._truncation(level, errors, normal)
         return table | {name: slopes[name] for name in self._slopes}
 
     @property
@@ -268,34 +249,23 @@ class Curve(CurveTable):
         """Names of slopes of amplitudes: on a grid of those after its values alone."""
         return SLOPES if self.request.at is None else SLOPES[:1]
 
-    def _truncation(self, count: int, level: int, errors: Any = np.nan) -> Table:
-        """Highest harmonics and errors of ``count`` rows; empty without an accuracy."""
-        if self.request.accuracy is None:
-            return {}
-        highest = np.full(count, max(self.problem_of(level).harmonics), dtype=np.int32)
-        return dict(highest_harmonic=highest, truncation_error=np.full(count, errors, dtype=float))
+    def _truncation(self, level: int, *errors: Any) -> Table:
+        """As of `truncation_table` with the harmonics of a level; empty without an accuracy."""
+        asked = self.request.accuracy is not None
+        return truncation_table(self.problem_of(level), *errors) if asked else {}
 
-    def _normal(self, count: int, solutions: Sequence[Solution] = ()) -> Table:
-        """Errors of normal forces of ``count`` rows; empty without an accuracy or such contacts."""
-        problem = self.problem_of(0)
-        if self.request.accuracy is None or not has_normal_forces(problem):
-            return {}
-        errors = np.full((count, problem.model.n_contacts), np.nan)
-        for i, solution in enumerate(solutions):
-            if len(solution.normal):
-                errors[i] = solution.normal
-        return dict(normal_force_error=errors)
-
-    def _peaks(self, located: list[tuple[Peak, int, float]]) -> Table:
-        """Results of peaks, located with the harmonics of a level and a truncation error.
-
-        Peaks of every degree of freedom are repeated for those of the other sectors.
-        """
+    def _peaks(self) -> Table:
+        """Results of peaks; those of every degree of freedom also for the other sectors."""
         per_dof, symmetry = self.request.per_dof, self.problem_of(0).symmetry
         offsets = [0]
         # Outputs and goals are of all sectors as they are.
         if symmetry is not None and per_dof and self.problem_of(0).peaks_of is None:
             offsets = [i * symmetry.n_dof for i in range(symmetry.n_sectors)]
+        located = [
+            (peak, part.level, error)
+            for part in self.parts
+            for peak, error in zip(part.peaks, part.peak_errors, strict=True)
+        ]
         shown = self.request.shown([peak.value for peak, _, _ in located]).tolist()
         rows = [
             (value, peak.dof + offset, peak, level, error)
@@ -313,22 +283,19 @@ class Curve(CurveTable):
             peak_residual_norm=np.array([peak.residual_norm for _, _, peak, _, _ in rows], float),
             peak_coefficient=np.full((len(rows), *shape, 2), np.nan),
         )
-        truncation = self._truncation(len(rows), self.highest_level)
-        table |= {f"peak_{name}": values for name, values in truncation.items()}
+        if self.request.accuracy is not None:
+            highest = [self.problem_of(level).basis.highest for *_, level, _ in rows]
+            table["peak_highest_harmonic"] = np.array(highest, np.int32)
+            table["peak_truncation_error"] = np.array([error for *_, error in rows], float)
         for name, output in whole.model.outputs.items():
             size = output.rows.shape[:1] if output.several else ()
             table[f"peak_{name}_amplitude"] = np.full((len(rows), *size), np.nan)
         for level in {level for _, level, _ in located}:
-            problem, at = (
-                self.problem_of(level),
-                [i for i, row in enumerate(rows) if row[3] == level],
-            )
-            unknowns = np.array([rows[i][2].unknowns for i in at])
-            coefficients = by_harmonic(problem.basis, problem.layout.everywhere(unknowns))
-            of_level = self._truncation(len(at), level, [rows[i][4] for i in at])
-            of_level |= dict(coefficient=coefficients)
+            problem, at = self.problem_of(level), [i for i, r in enumerate(rows) if r[3] == level]
+            unknowns, basis = np.array([rows[i][2].unknowns for i in at]), problem.basis
+            found = dict(peak_coefficient=by_harmonic(basis, problem.layout.everywhere(unknowns)))
             for name, output in problem.model.outputs.items():
-                of_output = values_of(output, problem.basis, problem.output_of(name, unknowns))
-                of_level[f"{name}_amplitude"] = of_output[f"{name}_amplitude"]
-            put(table, np.array(at), {f"peak_{name}": of for name, of in of_level.items()})
+                of_output = values_of(output, basis, problem.output_of(name, unknowns))
+                found[f"peak_{name}_amplitude"] = of_output[f"{name}_amplitude"]
+            put(table, np.array(at), found)
         return table

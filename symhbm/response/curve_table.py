@@ -16,7 +16,14 @@ from symhbm.results import Request, tables
 
 AtEvents = list[tuple[Solution, Event]]
 """Events, each with the solution at it."""
+_SMALLEST = 1e-3
+"""Share of the largest value of a band below which steps along it are no longer relative."""
 _WHOLE = (Status.REACHED_END, Status.CLOSED)
+
+
+def smallest_in(request: Request) -> float:
+    """The value of what moves below which steps along the band are no longer relative."""
+    return _SMALLEST * max(map(abs, request.band))
 
 
 class CurveTable(ABC):
@@ -51,10 +58,7 @@ class CurveTable(ABC):
         """Results of the points of the path, or of the solutions on a grid."""
         if self.request.at is not None:
             return self._grid(self.request.at)
-        solutions = self.solutions
-        return self._values(solutions) | self._described(
-            solutions, (len(solutions),), np.arange(len(solutions))
-        )
+        return self._along(self.solutions)
 
     def status(self, points: Table) -> Status:
         """How the curve ends, of its path and of its ``points``."""
@@ -81,30 +85,39 @@ class CurveTable(ABC):
             found += [(solution, event) for event in events]
         return found
 
-    def of_events(self, events: AtEvents) -> Table:
-        """Results of events."""
-        return dict(
-            event_value=self.request.shown([solution.value for solution, _ in events]),
-            event_kind=np.array([str(event.kind) for _, event in events], dtype=object),
-            event_contact=np.array([event.contact for _, event in events], dtype=int),
-        )
+    def whole(
+        self, points: Table, events: AtEvents, status: str, evaluated: int, **counts: float
+    ) -> Table:
+        """Results of points and events, single numbers of the curve, and how it ended.
 
-    def counts(self, **counts: float) -> Table:
-        """Single numbers of the curve, and the harmonics of its coefficients."""
+        ``evaluated`` is 1 by machine code, 0 without, -1 where nothing was computed.
+        """
         problem = self.problem_of(self.highest_level)
+        counts["n_events"] = len(events)
         counts["n_sectors"] = 1 if problem.symmetry is None else problem.symmetry.n_sectors
-        table = {name: np.array(count) for name, count in counts.items()}
-        return table | {"harmonics": np.array(problem.harmonics)}
+        return (
+            points
+            | {name: np.array(count) for name, count in counts.items()}
+            | dict(
+                event_value=self.request.shown([solution.value for solution, _ in events]),
+                event_kind=np.array([str(event.kind) for _, event in events], dtype=object),
+                event_contact=np.array([event.contact for _, event in events], dtype=int),
+                harmonics=np.array(problem.harmonics),
+                by_machine_code=np.array(evaluated, dtype=np.int8),
+                status=np.array(status, dtype=object),
+            )
+        )
 
     def inserted(self, points: Table, new: list[tuple[int, Solution]]) -> Table:
         """The results of the path with those of solutions in front of given places."""
         solutions, places = [solution for _, solution in new], [place for place, _ in new]
-        rows = self._values(solutions)
-        rows |= self._described(solutions, (len(solutions),), np.arange(len(solutions)))
+        rows = self._along(solutions)
         return {name: np.insert(of, places, rows[name], axis=0) for name, of in points.items()}
 
-    def _values(self, solutions: list[Solution]) -> Table:
-        return {"value": self.request.shown([solution.value for solution in solutions])}
+    def _along(self, solutions: list[Solution]) -> Table:
+        shown = self.request.shown([solution.value for solution in solutions])
+        at = np.arange(len(solutions))
+        return {"value": shown} | self._described(solutions, at.shape, at)
 
     def _grid(self, at: FloatArray) -> Table:
         """Solutions at the values of a grid; where the curve may fold, several at one value."""

@@ -162,8 +162,8 @@ def _described(
         table = {name: _where(converged, values, np.nan) for name, values in table.items()}
     if stability:
         found = [
-            _growth(*point) if solved else Growth()
-            for point, solved in zip(arguments, converged, strict=True)
+            growth(of, omega, of.evaluate(at, omega), at) if solved else Growth()
+            for (of, at, omega), solved in zip(arguments, converged, strict=True)
         ]
         rates = [of.rate for of in found]
         table["growth_rate"] = np.array(rates)
@@ -247,10 +247,6 @@ def _amplitudes(
     slope = np.where(still, np.inf, slope / np.where(still, 1.0, tangents[..., -1:]))
     before, after = np.tile(slope, n_sectors).transpose(1, 0, 2)
     return table | dict(amplitude_slope=after, amplitude_slope_before=before)
-
-
-def _growth(problem: HarmonicBalance, unknowns: FloatArray, frequency: float) -> Growth:
-    return growth(problem, frequency, problem.evaluate(unknowns, frequency), unknowns)
 
 
 def _of_all_contacts(problem: HarmonicBalance, table: Table) -> Table:

@@ -19,7 +19,6 @@ from symhbm.results import (
     Angles,
     Peaks,
     Request,
-    Sweep,
     check_axis,
     check_band,
     check_grid,
@@ -141,9 +140,8 @@ def frf(
     band = check_band("band", band, "positive", " in Hz")
     problem.model.check_frequencies("band", band)
     axis = dict(name="frequency", band=band, at=check_grid(at, band))
-    asked: dict[str, Any] = dict(accuracy=accuracy, stability=stability, angles=angles)
-    asked |= dict(phase_resonances=phase_resonances, peaks=peaks)
-    return _response(problem, axis, over, runs.Running.of(run), **asked)
+    asked = accuracy, stability, phase_resonances, angles, peaks
+    return _response(problem, axis, over, runs.Running.of(run), *asked)
 
 
 def follow(
@@ -218,16 +216,8 @@ def follow(
     axis = check_axis(problem, parameter, band, at)
     axis["frequency"] = check.scalar("frequency", frequency, "positive")
     problem.model.check_frequencies("frequency", frequency)
-    asked: dict[str, Any] = dict(accuracy=accuracy, stability=stability, angles=angles)
-    asked |= dict(phase_resonances=phase_resonances, peaks=peaks)
-    return _response(problem, axis, over, runs.Running.of(run), **asked)
-
-
-def _damping_values(axis: dict[str, Any], sweep: Sweep) -> list[float]:
-    """All values of damping that a response is asked for at."""
-    moving = [*axis["band"]] if axis["name"] == "damping" else []
-    swept = sweep.values["damping"].values.ravel().tolist() if "damping" in sweep.values else []
-    return [*moving, *swept]
+    asked = accuracy, stability, phase_resonances, angles, peaks
+    return _response(problem, axis, over, runs.Running.of(run), *asked)
 
 
 def _response(
@@ -235,7 +225,6 @@ def _response(
     axis: dict[str, Any],
     over: Mapping[str, Any] | xr.Dataset | None,
     running: runs.Running,
-    *,
     accuracy: float | None,
     stability: bool,
     phase_resonances: bool,
@@ -254,7 +243,9 @@ def _response(
     driven = "force_amplitude" in problem.parameters
     warn_of_doubts(problem.model, band, problem.harmonics, moving=moving, driven=driven, depth=4)
     of_problem = [name for name in moving if name in problem.parameters]
-    may_fold = problem.may_fold(of_problem, _damping_values(axis, sweep))
+    values = {name: of.values.ravel().tolist() for name, of in sweep.values.items()}
+    values[axis["name"]] = [*axis["band"]]
+    may_fold = problem.may_fold(of_problem, values.get("damping", ()))
     accuracy = check_accuracy(problem, accuracy)
     if angles is not None:
         check_angles(problem, angles)

@@ -16,13 +16,11 @@ from symhbm.response.unforced import (
     amplitudes_of,
     axis_of,
     checked,
-    first_of,
     modes_of,
+    request_of,
     wave_of,
-    with_cycle_dof,
-    with_dof,
 )
-from symhbm.results import Request, check_grid, check_keep, runs
+from symhbm.results import check_grid, runs
 from symhbm.time_domain import check_stability
 
 
@@ -141,17 +139,9 @@ def nonlinear_modes(
         if amplitude is None:
             raise ValueError(f"amplitude=None: expected that of vibrations while {parameter} moves")
         axis["amplitude"] = check.scalar("amplitude", amplitude, "positive")
-    request = Request(
-        **axis,
-        may_fold=True,
-        max_points=running.max_points,
-        keep=check_keep(running.keep, False, axis["name"], None),
-        unforced="nonlinear mode",
-        mode=check.integer("mode", mode, minimum=0),
-        nodal_diameter=wave,
-        dof=None if place is None else problem.model.number_of(place),
-    )
-    request = with_dof(first_of(problem, sweep), request)
+    own = dict(mode=check.integer("mode", mode, minimum=0), nodal_diameter=wave)
+    call = problem, sweep, running, axis, place
+    request = request_of(*call, unforced="nonlinear mode", **own)
     return reported(run_sweep(problem, sweep, request, running), running.throw)
 
 
@@ -264,17 +254,8 @@ def limit_cycles(
         raise ValueError("parameter=None: expected the name of one where band or at is given")
     if stability is None:
         stability = parameter is None and problem.model.has_matrices
-    request = Request(
-        **axis,
-        may_fold=True,
-        stability=check_stability(problem, stability),
-        max_points=running.max_points,
-        keep=check_keep(running.keep, False, axis["name"], None),
-        unforced="limit cycle",
-        mode=modes_of(mode),
-        nodal_diameter=wave,
-        dof=None if place is None else problem.model.number_of(place),
-        amplitudes=amplitudes,
-    )
-    request = with_cycle_dof(first_of(problem, sweep), request)
+    own = dict(mode=modes_of(mode), nodal_diameter=wave, amplitudes=amplitudes)
+    told = check_stability(problem, stability)
+    call = problem, sweep, running, axis, place
+    request = request_of(*call, unforced="limit cycle", stability=told, **own)
     return reported(run_sweep(problem, sweep, request, running), running.throw)

@@ -101,7 +101,10 @@ def other_branches(
     limit = check.integer("max_branches", max_branches, minimum=1)
     throw = check.flag("throw", throw)
     problem, request = _asked(response, laws)
-    found = _found(problem, request, limit)
+    band = request.unit * request.band[0], request.unit * request.band[1]
+    curve = continuation_problem_of(request, problem)
+    path = follow_branch(curve, band, request.max_points, request.per_dof)
+    found = found_from(path, band, request.max_points, limit)  # the path first
     sweep = Sweep({}, ("branch",), (len(found),))
     call = schema.describe(problem, sweep, request)
     about = {"long_name": "branch of solutions", "units": "1"}
@@ -137,14 +140,6 @@ def _asked(response: xr.Dataset, laws: Iterable[ContactLaw]) -> tuple[HarmonicBa
             "unique"
         )
     return problem, replace(request, at=None, accuracy=None, keep=None)
-
-
-def _found(problem: HarmonicBalance, request: Request, limit: int) -> list[FoundBranch]:
-    """The branches, the path first."""
-    band = request.unit * request.band[0], request.unit * request.band[1]
-    curve = continuation_problem_of(request, problem)
-    path = follow_branch(curve, band, request.max_points, request.per_dof)
-    return found_from(path, band, request.max_points, limit)
 
 
 def _table(problem: HarmonicBalance, request: Request, found: FoundBranch) -> Table:

@@ -6,7 +6,7 @@ import xarray as xr
 from symhbm.balance import HarmonicBalance, check_problem
 from symhbm.model import PARAMETERS, Model
 from symhbm.model.condensation import LONG, CondensedModel, dynamic_stiffness, factorised, refined
-from symhbm.model.cyclic import Sector
+from symhbm.model.cyclic import Sector, components, phasors
 from symhbm.numerics import (
     RADIANS,
     Factorisation,
@@ -128,10 +128,7 @@ def recovered(
     structure, masters = model.structure, model.masters
     slaves = np.setdiff1d(np.arange(structure.n_dof), masters)
     force = structure.felt_coefficients(problem.excitation, basis, frequency)
-    evaluation, contacts = (
-        problem.evaluate(unknowns, frequency),
-        problem.contact_forces(unknowns, frequency),
-    )
+    contacts = problem.contact_forces(unknowns, frequency)
     magnitude = np.abs(force)
     magnitude[masters] += np.abs(contacts)
     force[masters] -= contacts
@@ -142,7 +139,6 @@ def recovered(
     for n in basis.harmonics:
         first = basis.component(n)
         at = slice(first, first + 1 + (n > 0))
-        sign = np.array([1.0, -1j])[: 1 + (n > 0)]
         s = n * frequency
         wave = structure.wave(n)
         mass, damping, rigidity = structure.matrices(wave)
@@ -151,7 +147,7 @@ def recovered(
         matrices = rigidity, damping, mass
         exact = [m.tocsr().astype(np.result_type(m.dtype, LONG)) for m in matrices]
         stiffness = dynamic_stiffness(exact, LONG(s)).astype(np.clongdouble)
-        x, right = (motion[:, at] @ sign).astype(np.clongdouble), force[:, at] @ sign
+        x, right = phasors(motion[:, at]).astype(np.clongdouble), phasors(force[:, at])
         rows = stiffness[slaves]
         interior = rows[:, slaves]
         try:
@@ -162,15 +158,14 @@ def recovered(
             ) from None
         imposed = right[slaves] - rows[:, masters] @ x[masters]
         x[slaves] = refined(factors, interior, imposed[:, None])[:, 0]
-        imbalance = stiffness @ x - right
-        motion[:, at] = np.column_stack([x.real, -x.imag])[:, : len(sign)]
-        residual[:, at] = np.column_stack([imbalance.real, -imbalance.imag])[:, : len(sign)]
+        motion[:, at] = components(x, n)
+        residual[:, at] = components(stiffness @ x - right, n)
         terms = [abs(matrix) @ np.abs(motion[:, at]) for matrix in matrices]
         magnitude[:, at] += terms[0] + s * terms[1][:, ::-1] + s**2 * terms[2]
-        everywhere = structure.expanded(motion[:, at] @ sign, wave)
-        whole[:, at] = np.column_stack([everywhere.real, -everywhere.imag])[:, : len(sign)]
+        whole[:, at] = components(structure.expanded(phasors(motion[:, at]), wave), n)
     norm = float(np.abs(residual).max() / (magnitude.max() or 1.0))
-    step = Factorisation(evaluation.jacobian).solve(residual[masters].ravel())
+    jacobian = problem.evaluate(unknowns, frequency).jacobian
+    step = Factorisation(jacobian).solve(residual[masters].ravel())
     size = length_of(unknowns) or 1.0
     return whole, norm, np.nan if step is None else length_of(step) / size
 

@@ -197,28 +197,21 @@ def resume(
     2
     """
     check_executor(executor)
-    return reported(_resume(path, laws, executor, check_progress(progress)))
-
-
-def _resume(
-    path: str | os.PathLike[str],
-    laws: Iterable[ContactLaw],
-    executor: Executor | None,
-    progress: bool | None,
-) -> xr.Dataset:
+    progress = check_progress(progress)
     target = _target("path", path_of(path).with_name(path_of(path).name.removesuffix(SUFFIX)))
     file = working_file(target)
     if not file.exists():
         complete = load(target, lazy=True)
         _say_complete(target, progress)
-        return complete
+        return reported(complete)
     with Store(file) as store:
         call = call_of(store)
         problem = rebuild(call, laws)
         sweep, request = schema.recall(call, problem)
         request = prepared(problem, sweep, request, progress)
-        blank = _blank(problem, request)
-        return _finished(store, target, call, problem, request, blank, executor, progress)
+        of_curves = problem, request, _blank(problem, request), executor, progress
+        finished = _finished(store, target, call, *of_curves)
+    return reported(finished)
 
 
 def _finished(

@@ -10,7 +10,7 @@ from symhbm.continuation import FrequencyProblem, NewtonResult, SolveError, Stat
 from symhbm.continuation.angles import check_angles, solve_angles
 from symhbm.model import warn_of_doubts
 from symhbm.numerics import RADIANS, FloatArray, check
-from symhbm.response.accuracy import Refinement, Solution, advice, check_accuracy, has_normal_forces
+from symhbm.response.accuracy import Refinement, Solution, advice, check_accuracy, truncation_table
 from symhbm.response.describe import describe, unsolved
 from symhbm.results import Angles, schema
 from symhbm.time_domain import check_stability
@@ -95,13 +95,9 @@ def solve(
             blank = unsolved(problem, 1, stability) | {"iterations": np.array([iterations])}
             point = {name: values[0] for name, values in blank.items()}
     if accuracy is not None:
-        point["highest_harmonic"] = np.int32(problem.basis.highest)
-        point["truncation_error"] = np.float64(error if point["converged"] else np.nan)
-        if has_normal_forces(problem):
-            of_contacts = np.full(problem.model.n_contacts, np.nan)
-            if point["converged"] and len(normal):
-                of_contacts[:] = normal
-            point["normal_force_error"] = of_contacts
+        errors = ([error], [normal]) if point["converged"] else ([np.nan], ())
+        truncation = truncation_table(problem, *errors)
+        point |= {name: values[0] for name, values in truncation.items()}
         if status == Status.SUCCESS and error > accuracy:
             status = Status.ACCURACY_NOT_REACHED + advice(problem, error, accuracy)
     point.pop("doubling", None)

@@ -2,7 +2,6 @@
 
 from collections.abc import Iterator
 from itertools import product
-from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -10,7 +9,8 @@ import xarray as xr
 from symhbm.balance import HarmonicBalance, check_problem, is_held
 from symhbm.continuation import AtRest, NewtonResult, SolveError, Status, newton, other_solution
 from symhbm.model.contacts import NormalLaw
-from symhbm.numerics import RADIANS, FloatArray, check
+from symhbm.numerics import RADIANS, FloatArray, Table, check
+from symhbm.response.describe import results_of_contacts
 from symhbm.results import schema
 
 _MOST_PATTERNS = 64
@@ -151,28 +151,25 @@ def _verdict(state: NewtonResult) -> int:
     return int(sizes.min() > 0)
 
 
-def _described(at_rest: AtRest, states: list[NewtonResult]) -> dict[str, Any]:
+def _described(at_rest: AtRest, states: list[NewtonResult]) -> Table:
     """Results of the states by the names of the dataset."""
-    problem = at_rest.problem
-    shape = len(states), problem.n_contacts
-    contact_state, force = np.full(shape, -1, dtype=np.int8), np.full(shape, np.nan)
-    for k, state in enumerate(states):
-        relative = problem.layout.relative(at_rest.whole(state.unknowns))
-        located = problem.locate(at_rest.whole(state.unknowns), at_rest.omega)
-        for group in problem.contacts.groups:
-            at = problem.contacts.at(group, relative, at_rest.omega)
-            results = group.law.results(at, located.groups[group.name])
-            if "contact_state" in results:
-                contact_state[k, group.contacts] = results["contact_state"]
-            if "mean_normal_force" in results:
-                force[k, group.contacts] = results["mean_normal_force"]
+    problem, omega = at_rest.problem, at_rest.omega
+    motions = [at_rest.whole(state.unknowns) for state in states]
+    located = [
+        (motion[None], np.array([omega]), problem.locate(motion, omega)) for motion in motions
+    ]
+    contacts = [results_of_contacts([problem], *state) for state in located]
+
+    def of_contacts(name: str, kind: type) -> np.ndarray:
+        rows = [table[name][0] for table in contacts if name in table]
+        return np.array(rows, dtype=kind).reshape(len(rows), problem.n_contacts)
+
     displacement = np.array([state.unknowns for state in states]).reshape(-1, problem.n_dof)
-    result: dict[str, Any] = dict(
+    force = of_contacts("mean_normal_force", float)
+    result: Table = dict(
         static_displacement=displacement,
-        contact_state=contact_state,
+        contact_state=of_contacts("contact_state", np.int8),
         stability=np.array([_verdict(state) for state in states], dtype=np.int8),
         residual_norm=np.array([state.evaluation.norm for state in states], dtype=float),
     )
-    if np.isfinite(force).any():
-        result["mean_normal_force"] = force
-    return result
+    return result | ({"mean_normal_force": force} if np.isfinite(force).any() else {})

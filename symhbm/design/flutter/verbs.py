@@ -26,7 +26,7 @@ from symhbm.design.flutter.surface import ModeSurface
 from symhbm.model import Place
 from symhbm.numerics import Table, check
 from symhbm.response import reported
-from symhbm.response.unforced import amplitudes_of, axis_of, checked, wave_of, with_dof
+from symhbm.response.unforced import amplitudes_of, axis_of, checked, request_of, wave_of
 from symhbm.results import Request, runs, schema
 
 _SCANNED = 61
@@ -231,17 +231,10 @@ def _limits(
     disturbances = (
         (amplitudes[0],) if disturbance is None else _disturbances(disturbance, amplitudes)
     )
-    request = Request(
-        **axis_of(problem, parameter, band, at, sweep, wave),
-        may_fold=True,
-        max_points=running.max_points,
-        unforced="nonlinear mode",
-        mode=check.integer("mode", mode, minimum=0),
-        nodal_diameter=wave,
-        dof=None if place is None else problem.model.number_of(place),
-        amplitude=amplitudes[1],
-    )
-    request = with_dof(problem, request)
+    axis = axis_of(problem, parameter, band, at, sweep, wave)
+    own: dict[str, Any] = dict(mode=check.integer("mode", mode, minimum=0), nodal_diameter=wave)
+    own |= dict(unforced="nonlinear mode", amplitude=amplitudes[1])
+    request = request_of(problem, sweep, running, axis, place, **own)
     limits = FlutterLimits(
         ModeSurface(problem, request), amplitudes, disturbances, running.progress
     )

@@ -3,7 +3,7 @@
 from symhbm.response.accuracy.branch_parts import BranchPart, Solution, joined, status_of
 from symhbm.response.accuracy.harmonic_sets import advice, check_accuracy
 from symhbm.response.accuracy.refinement import Refinement
-from symhbm.response.accuracy.truncation import has_normal_forces
+from symhbm.response.accuracy.truncation import truncation_table
 
 __all__ = [
     "BranchPart",
@@ -11,7 +11,7 @@ __all__ = [
     "Solution",
     "advice",
     "check_accuracy",
-    "has_normal_forces",
     "joined",
     "status_of",
+    "truncation_table",
 ]

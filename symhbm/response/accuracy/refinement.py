@@ -74,13 +74,10 @@ class Refinement:
 
     def settle(self, solution: Solution) -> Solution:
         """The solution with harmonics added until its error is within the accuracy."""
-        value, level, solves = solution.value, solution.level, solution.solves
-        unknowns, tangents, events = solution.unknowns, solution.tangents, solution.events
-        while unknowns is not None and np.isfinite(self.accuracy):
+        while solution.unknowns is not None and np.isfinite(self.accuracy):
+            value, level, unknowns = solution.value, solution.level, solution.unknowns
             (truncation,) = self._truncations(level, [value], [unknowns])
-            error, normal = truncation.error, truncation.normal
-            given = value, level, unknowns, error, solves, tangents, events, normal
-            solution = Solution(*given)
+            solution = solution._replace(error=truncation.error, normal=truncation.normal)
             needed = self._needed(level, truncation)
             if needed == level:
                 break
@@ -90,9 +87,12 @@ class Refinement:
             self.solves += result.iterations
             if not result.converged:
                 break
-            solves += result.iterations
-            level, unknowns = needed, result.unknowns
-            tangents = [np.append(slope_of(result.evaluation), 1.0)] * 2
+            solution = solution._replace(
+                level=needed,
+                unknowns=result.unknowns,
+                solves=solution.solves + result.iterations,
+                tangents=[np.append(slope_of(result.evaluation), 1.0)] * 2,
+            )
         return solution
 
     def fill(self, part: BranchPart) -> None:

@@ -5,8 +5,6 @@ harmonic. The contact forces and the modes of the structure tell where they are.
 """
 
 from collections.abc import Sequence
-from itertools import pairwise
-from typing import NamedTuple
 
 import numpy as np
 
@@ -22,17 +20,6 @@ _LEAST_DAMPING = 1e-300
 """[rad2/s2] Keeps resonant responses of undamped modes finite."""
 
 
-class Superharmonics(NamedTuple):
-    """Modes excited by truncated harmonics, arrays (n_harmonics, n_modes).
-
-    ``detuning`` is the natural minus the exciting frequency [rad/s], ``response`` the largest
-    displacement at resonance over a reference.
-    """
-
-    detuning: FloatArray
-    response: FloatArray
-
-
 def superharmonic_levels(
     equations: ContinuationProblem,
     points: Sequence[PathPoint],
@@ -46,54 +33,36 @@ def superharmonic_levels(
     response is larger than the ``accuracy``. Empty without harmonics that reach a mode.
     """
     problems, frequencies = zip(*(equations.at(p.value) for p in points), strict=True)
-    # A followed parameter makes the structure stiffest at one of its ends.
-    ends = problems[0], problems[-1]
-    harmonics = _reaching(sets, level, ends, min(frequencies))
-    if not len(harmonics):
+    if problems[0].in_modes is None or problems[0].in_modes.n_dof > LARGEST_SIZE:
         return []
-    unknowns = [point.unknowns for point in points]
-    references = [
-        reference(largest_displacement(p.basis, p.layout.coefficients(u))[0])
-        for p, u in zip(problems, unknowns, strict=True)
-    ]
-    modes = superharmonics(problems, unknowns, frequencies, harmonics, references)
-    levels = []
-    for left, right in pairwise(modes or []):
-        large = np.maximum(left.response, right.response) > accuracy
-        crossed = np.any(large & (left.detuning * right.detuning < 0), axis=1)
-        levels.append(sets.level(int(harmonics[crossed].max())) if crossed.any() else level)
-    return levels
-
-
-def _reaching(
-    sets: HarmonicSets, level: int, problems: Sequence[HarmonicBalance], slowest: float
-) -> np.ndarray:
-    """Truncated harmonics below the highest natural frequency, at the ``slowest`` [rad/s]."""
-    if _n_modes(problems[0]) > LARGEST_SIZE:
-        return np.array([])
-    beyond = np.array([n for n in sets.harmonics(sets.last) if n > sets.highest(level)])
+    harmonics = np.array([n for n in sets.harmonics(sets.last) if n > sets.highest(level)])
     try:
-        stiffest = [max(_reduced(p, n).stiffest for p in problems) for n in beyond]
+        # A followed parameter makes the structure stiffest at one of its ends.
+        ends = problems[0], problems[-1]
+        stiffest = [max(_reduced(p, n).stiffest for p in ends) for n in harmonics]
+        harmonics = harmonics[harmonics * min(frequencies) < np.array(stiffest)]
+        if not len(harmonics):
+            return []
+        unknowns = [point.unknowns for point in points]
+        detuning, response = _superharmonics(problems, unknowns, frequencies, harmonics)
     except np.linalg.LinAlgError:
-        return np.array([])
-    return beyond[beyond * slowest < np.array(stiffest)]
+        return []  # without inertia there are no modes
+    large = np.maximum(response[1:], response[:-1]) > accuracy
+    crossed = np.any(large & (detuning[1:] * detuning[:-1] < 0), axis=2)
+    return [sets.level(int(harmonics[of].max())) if of.any() else level for of in crossed]
 
 
-def superharmonics(
+def _superharmonics(
     problems: Sequence[HarmonicBalance],
     unknowns: Sequence[FloatArray],
     frequencies: Sequence[float],
     harmonics: np.ndarray,
-    references: Sequence[FloatArray],
-) -> list[Superharmonics] | None:
-    """Modes that the friction forces of several responses excite in other ``harmonics``.
+) -> tuple[FloatArray, FloatArray]:
+    """Modes of one structure that the friction of responses excites in other ``harmonics``.
 
-    ``unknowns`` (n_unknowns,) [m], ``frequencies`` in rad/s, ``harmonics`` (n_harmonics,),
-    ``references`` (n_dof,) [m]. All problems are of one structure. None if it is too large for its
-    modes, or without inertia.
+    Natural minus exciting frequencies [rad/s], and the largest displacements at resonance over
+    those of the responses, (n_points, n_harmonics, n_modes) each.
     """
-    if not problems or _n_modes(problems[0]) > LARGEST_SIZE:
-        return None
     sliders = [p.contacts.sliders(omega) for p, omega in zip(problems, frequencies, strict=True)]
     rows, n_rows = sliders[0].row, problems[0].layout.n_rows
     relative = [p.layout.relative(u)[rows] for p, u in zip(problems, unknowns, strict=True)]
@@ -108,32 +77,25 @@ def superharmonics(
         whole[:, rows] = part.reshape(len(problems), len(rows), len(harmonics))
     symmetry = problems[0].symmetry
     wave = np.array([0 if symmetry is None else symmetry.wave(int(n)) for n in harmonics])
-    results = []
-    by_point = zip(problems, frequencies, references, force, share, strict=True)
-    for problem, omega, size, point_force, point_share in by_point:
-        detuning = np.empty((len(harmonics), _n_modes(problem)))
-        response = np.empty_like(detuning)
+    assert problems[0].in_modes is not None
+    shape = len(problems), len(harmonics), problems[0].in_modes.n_dof
+    detuning, response = np.empty((2, *shape))
+    by_point = zip(problems, unknowns, frequencies, strict=True)
+    for i, (problem, motion, omega) in enumerate(by_point):
+        coefficients = problem.layout.coefficients(motion)
+        size = reference(largest_displacement(problem.basis, coefficients)[0])
         for same_wave in (wave == w for w in np.unique(wave)):
-            try:
-                structure = _reduced(problem, harmonics[same_wave][0])
-            except np.linalg.LinAlgError:
-                return None
-            natural, width, shape, modal_force = _modes(
-                structure, point_force[:, same_wave], point_share[:, same_wave]
+            natural, width, shapes, modal_force = _modes(
+                _reduced(problem, harmonics[same_wave][0]),
+                force[i][:, same_wave],
+                share[i][:, same_wave],
             )
             exciting = harmonics[same_wave, None] * omega
             resonant = modal_force / np.maximum(2 * exciting * width, _LEAST_DAMPING)
-            detuning[same_wave] = natural - exciting
-            motion = np.abs(shape[: problem.n_dof] / size[:, None])
-            response[same_wave] = resonant * motion.max(axis=0)
-        results.append(Superharmonics(detuning, response))
-    return results
-
-
-def _n_modes(problem: HarmonicBalance) -> int:
-    """Number of modes of a structure, too large where they are not known."""
-    modes = problem.in_modes
-    return LARGEST_SIZE + 1 if modes is None else modes.n_dof
+            detuning[i, same_wave] = natural - exciting
+            largest = np.abs(shapes[: problem.n_dof] / size[:, None]).max(axis=0)
+            response[i, same_wave] = resonant * largest
+    return detuning, response
 
 
 def _reduced(problem: HarmonicBalance, harmonic: np.integer) -> Reduced:

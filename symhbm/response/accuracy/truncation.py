@@ -13,7 +13,7 @@ import numpy as np
 from symhbm.balance import HarmonicBalance, locate_each
 from symhbm.continuation import ACCEPTED, ContinuationProblem
 from symhbm.continuation.correctors import Hyperplane, corrector_of, unit_parameter
-from symhbm.numerics import Factorisation, FloatArray, largest_displacement
+from symhbm.numerics import Factorisation, FloatArray, Table, largest_displacement
 
 SMALLEST = 0.01
 """Share of the largest displacement that errors are relative to at least: some DOFs hardly move."""
@@ -186,6 +186,25 @@ def has_normal_forces(problem: HarmonicBalance) -> bool:
         "normal" in law.directions and law.spring_sliders(0.0, values) is not None
         for law, values in laws
     )
+
+
+def truncation_table(
+    problem: HarmonicBalance, errors: Sequence[float], normal: Sequence[FloatArray] = ()
+) -> Table:
+    """Highest harmonic and truncation error of responses, and errors of their normal forces.
+
+    The latter (n, n_contacts) are NaN where unknown, and left out where no normal force varies.
+    """
+    table: Table = dict(
+        highest_harmonic=np.full(len(errors), problem.basis.highest, dtype=np.int32),
+        truncation_error=np.array(errors, dtype=float),
+    )
+    if has_normal_forces(problem):
+        rows = np.full((len(errors), problem.model.n_contacts), np.nan)
+        for row, known in zip(rows, normal, strict=False):
+            row[:] = known if len(known) else np.nan
+        table["normal_force_error"] = rows
+    return table
 
 
 def _of_normal_forces(

@@ -49,18 +49,12 @@ def events_between(
             inserted.append((at + 1, solution._replace(events=event)))
         refinement.solves += corrector.solves
         first = last
-    return solutions, _in_order(inserted, solutions), lost
 
+    def along(new: tuple[int, Solution]) -> tuple[int, float]:
+        place, solution = new
+        return place, abs(solution.value - solutions[place - 1].value)
 
-def _in_order(
-    inserted: list[tuple[int, Solution]], solutions: list[Solution]
-) -> list[tuple[int, Solution]]:
-    """New solutions along the path; those of one step by their distance from its start."""
-
-    def distance(place: int, solution: Solution) -> float:
-        return abs(solution.value - solutions[place - 1].value)
-
-    return sorted(inserted, key=lambda new: (new[0], distance(*new)))
+    return solutions, sorted(inserted, key=along), lost
 
 
 def _known(

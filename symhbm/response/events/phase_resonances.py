@@ -92,12 +92,10 @@ def _work(problem: HarmonicBalance, frequency: float, motion: FloatArray) -> tup
 
     Forces and motions are ``a - i b``; ``motion`` (n_unknowns,) [m].
     """
-    basis, force = problem.basis, problem.force(frequency)
-    moved = problem.layout.coefficients(motion)
-    for harmonic in sorted(n for n in problem.harmonics if n > 0):
-        columns = [basis.component(harmonic, sine) for sine in (False, True)]
-        exciting, moving = (part[:, columns] @ [1, -1j] for part in (force, moved))
-        if exciting.any():
+    parts = problem.force(frequency), problem.layout.coefficients(motion)
+    forces, motions = (problem.basis.phasors(part).T for part in parts)
+    for harmonic, exciting, moving in zip(problem.harmonics, forces, motions, strict=True):
+        if harmonic and exciting.any():
             size = np.linalg.norm(exciting) * np.linalg.norm(moving)
             return complex(np.vdot(exciting, moving)), float(size)
     return 0j, 0.0

@@ -4,13 +4,10 @@ from collections.abc import Sequence
 from typing import Any
 
 from symhbm.balance import HarmonicBalance, check_problem
+from symhbm.model import Place
 from symhbm.numerics import check
-from symhbm.results import (
-    Sweep,
-    check_axis,
-    check_band,
-    parse,
-)
+from symhbm.response.unforced.curve import with_dof
+from symhbm.results import Request, Sweep, check_axis, check_band, check_keep, parse, runs
 
 
 def checked(problem: HarmonicBalance, over: Any) -> Sweep:
@@ -71,7 +68,25 @@ def wave_of(given: Any) -> int | None:
     return None if given is None else check.integer("nodal_diameter", given)
 
 
-def first_of(problem: HarmonicBalance, sweep: Sweep) -> HarmonicBalance:
-    """The problem of the first parameter set."""
+def request_of(
+    problem: HarmonicBalance,
+    sweep: Sweep,
+    running: runs.Running,
+    axis: dict[str, Any],
+    place: Place | None,
+    **own: Any,
+) -> Request:
+    """The request with what moves along an ``axis``, its place that of the first parameter set.
+
+    Raises as `mode_problem`.
+    """
+    request = Request(
+        **axis,
+        **own,
+        may_fold=True,
+        max_points=running.max_points,
+        keep=check_keep(running.keep, False, axis["name"], None),
+        dof=None if place is None else problem.model.number_of(place),
+    )
     first = sweep.chosen(0)
-    return problem.with_parameters(**first) if first else problem
+    return with_dof(problem.with_parameters(**first) if first else problem, request)

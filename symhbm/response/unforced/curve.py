@@ -6,7 +6,7 @@ from typing import Any, ClassVar
 import numpy as np
 
 from symhbm.balance import HarmonicBalance, check_mass, check_mean, matrices_in, unforced
-from symhbm.continuation import Branch, Status
+from symhbm.continuation import Status
 from symhbm.continuation.unforced import (
     LinearMode,
     ModeOverParameterProblem,
@@ -18,7 +18,7 @@ from symhbm.continuation.unforced import (
 )
 from symhbm.numerics import RADIANS, FloatArray, Table
 from symhbm.response.accuracy import Solution
-from symhbm.response.curve_table import CurveTable
+from symhbm.response.curve_table import CurveTable, smallest_in
 from symhbm.response.describe import describe_each, unsolved
 from symhbm.results import Request
 
@@ -57,18 +57,13 @@ class UnforcedCurve(CurveTable):
     def table(self) -> Table:
         """All results as arrays."""
         branch, points, events = self.branch, self.points(), self.events(self.solutions)
-        table = self.of_events(events)
         at_events = self.own(self._unknowns([solution for solution, _ in events]))
-        table |= {f"event_{name}": values for name, values in at_events.items()}
-        table |= self.counts(
-            n_points=len(self.solutions),
-            n_events=len(events),
-            rejected_steps=0 if branch is None else branch.rejected,
-            linear_solves=0 if branch is None else branch.corrector.solves,
-        )
-        by_machine_code = np.array(-1 if branch is None else 0, dtype=np.int8)
-        status = np.array(str(self.status(points)), dtype=object)
-        return points | table | dict(by_machine_code=by_machine_code, status=status)
+        counts = dict(n_points=len(self.solutions), rejected_steps=0, linear_solves=0)
+        if branch is not None:
+            counts |= dict(rejected_steps=branch.rejected, linear_solves=branch.corrector.solves)
+        points |= {f"event_{name}": values for name, values in at_events.items()}
+        evaluated = -1 if branch is None else 0
+        return self.whole(points, events, str(self.status(points)), evaluated, **counts)
 
     def blank(self, size: int) -> Table:
         """Results of as many motions that were not found."""
@@ -103,10 +98,6 @@ def _solutions_at(branch: Any, value: float) -> list[Solution]:
     return [Solution.at(value, 0, *state) for state in states]
 
 
-SMALLEST = 1e-3
-"""Share of the largest value of a band below which steps along it are no longer relative."""
-
-
 class ModeCurve(UnforcedCurve):
     """A nonlinear mode over its amplitude, or one of a constant amplitude over a parameter."""
 
@@ -124,29 +115,23 @@ class ModeCurve(UnforcedCurve):
         )
 
 
-def mode_curve(problem: HarmonicBalance, request: Request) -> Table:
-    """The nonlinear mode of one problem; raises as `mode_problem`."""
+def mode_curve(problem: HarmonicBalance, request: Request, blank: bool = False) -> Table:
+    """The nonlinear mode of one problem, or a ``blank`` one; raises as `mode_problem`."""
+    if blank:
+        curve = _mode_over(unforced(problem, request.nodal_diameter), 0, request)
+        return ModeCurve(request, curve, None).table()
     curve, linear = mode_problem(problem, request)
-    return ModeCurve(request, curve, mode_branch(curve, linear, request)).table()
-
-
-def mode_branch(curve: NonlinearModeProblem, linear: LinearMode, request: Request) -> Branch:
-    """The branch of a mode over the band of a request, from what `mode_problem` gives."""
     low, high = request.followed(request.band).tolist()
-    if not isinstance(curve, ModeOverParameterProblem):
-        return follow_mode(curve, linear, (low, high), request.max_points)
 
     def linear_at(problem: HarmonicBalance) -> LinearMode:
         assert isinstance(request.mode, int)
         return linear_mode(problem, request.mode, linear.dof)
 
-    return follow_mode_over(curve, linear_at, (low, high), request.max_points)
-
-
-def blank_mode_curve(problem: HarmonicBalance, request: Request) -> Table:
-    """A curve without points that has the names and shapes of a request's."""
-    curve = _mode_over(unforced(problem, request.nodal_diameter), 0, request)
-    return ModeCurve(request, curve, None).table()
+    if isinstance(curve, ModeOverParameterProblem):
+        branch = follow_mode_over(curve, linear_at, (low, high), request.max_points)
+    else:
+        branch = follow_mode(curve, linear, (low, high), request.max_points)
+    return ModeCurve(request, curve, branch).table()
 
 
 def mode_problem(
@@ -178,8 +163,8 @@ def _mode_over(problem: HarmonicBalance, dof: int, request: Request) -> Nonlinea
     """The equations of a mode along what moves in a request."""
     if request.amplitude is None:
         return NonlinearModeProblem(problem, dof)
-    smallest = SMALLEST * max(map(abs, request.band))
     level, index = request.amplitude, request.index
+    smallest = smallest_in(request)
     return ModeOverParameterProblem(problem, dof, request.name, level, index, smallest)
 
 
@@ -209,13 +194,21 @@ def _numbers(problem: HarmonicBalance) -> list[int]:
     return [*range(problem.n_dof)] if kept is None else kept.tolist()
 
 
-def with_dof(problem: HarmonicBalance, request: Request) -> Request:
-    """The request with the degree of freedom that moves most, where it tells none.
+def modes_in(request: Request) -> list[int]:
+    """The numbers of the modes of a request."""
+    return np.atleast_1d(np.array(request.mode)).tolist()
 
-    Raises as `mode_problem`.
+
+def with_dof(problem: HarmonicBalance, request: Request) -> Request:
+    """The request with the degree of freedom that moves most in its first mode, or its own.
+
+    Raises as `mode_problem`, of all modes.
     """
-    curve, linear = mode_problem(problem, request)
+    first, *others = modes_in(request)
+    curve, linear = mode_problem(problem, replace(request, mode=first))
     check_mean(curve.problem)
-    if request.dof is not None:
-        return request
-    return replace(request, dof=_numbers(curve.problem)[linear.dof])
+    if request.dof is None:
+        request = replace(request, dof=_numbers(curve.problem)[linear.dof])
+    for mode in others:
+        mode_problem(problem, replace(request, mode=mode))
+    return request

@@ -22,12 +22,12 @@ from symhbm.continuation.unforced import (
 )
 from symhbm.numerics import FloatArray, Table
 from symhbm.response.accuracy import Solution
+from symhbm.response.curve_table import smallest_in
 from symhbm.response.unforced.curve import (
-    SMALLEST,
     UnforcedCurve,
     free_problem,
-    mode_problem,
-    with_dof,
+    mode_curve,
+    modes_in,
 )
 from symhbm.results import Request
 from symhbm.time_domain import cycle_growth_rate, verdict
@@ -78,10 +78,19 @@ class CycleCurve(UnforcedCurve):
         return table
 
 
-def cycle_curve(problem: HarmonicBalance, request: Request) -> Table:
-    """The limit cycles of one problem; raises as `mode_problem`."""
+def unforced_curve(problem: HarmonicBalance, request: Request, blank: bool = False) -> Table:
+    """The nonlinear mode or the limit cycles of one problem; raises as `mode_problem`.
+
+    A ``blank`` curve has no points, but the names and shapes of the others.
+    """
+    return (mode_curve if request.amplitudes is None else _cycle_curve)(problem, request, blank)
+
+
+def _cycle_curve(problem: HarmonicBalance, request: Request, blank: bool) -> Table:
     search = _Search(problem, request)
     curve = search.curve
+    if blank:
+        return CycleCurve(request, curve, None).table()
     if request.name == "amplitude":
         return CycleCurve(request, curve, search.alone()).table()
     low, high = sorted(request.band)
@@ -92,24 +101,6 @@ def cycle_curve(problem: HarmonicBalance, request: Request) -> Table:
     cycles = follow_cycles(curve, seeds, (low, high), request.max_points)
     cycles = replace(cycles, status=search.told(cycles.status))
     return CycleCurve(request, curve, cycles).table()
-
-
-def blank_cycle_curve(problem: HarmonicBalance, request: Request) -> Table:
-    """A curve without points that has the names and shapes of a request's."""
-    return CycleCurve(request, _Search(problem, request).curve, None).table()
-
-
-def with_cycle_dof(problem: HarmonicBalance, request: Request) -> Request:
-    """As `with_dof`, of the first mode; raises for all of them."""
-    first, *others = _modes(request)
-    told = with_dof(problem, replace(request, mode=first))
-    for mode in others:
-        mode_problem(problem, replace(told, mode=mode))
-    return replace(told, mode=request.mode)
-
-
-def _modes(request: Request) -> list[int]:
-    return np.atleast_1d(np.array(request.mode)).tolist()
 
 
 def _nominal(problem: HarmonicBalance, request: Request) -> list[float]:
@@ -128,17 +119,14 @@ class _Search:
         assert self.dof is not None
         size, phase = first_harmonic(self.problem, self.dof)
         name = None if request.name == "amplitude" else request.name
-        smallest = 0.0 if name is None else SMALLEST * max(map(abs, request.band))
+        smallest = 0.0 if name is None else smallest_in(request)
         assert request.amplitudes is not None
         more = request.index, smallest, size, request.amplitudes
         self.curve = LimitCycleProblem(self.problem, name, phase, *more)
 
     def alone(self) -> Cycles:
         """The cycles at the parameters of the problem, by the logarithms of their amplitudes."""
-        curve, modes = (
-            self.curve,
-            [self._followed(self.problem, mode) for mode in _modes(self.request)],
-        )
+        curve, modes = self.curve, self._followed(self.problem)
         cycles = [
             cycle._replace(value=float(np.log10(curve.amplitude(cycle.unknowns))))
             for cycle in self._on(modes, 0.0)
@@ -150,18 +138,20 @@ class _Search:
     def at(self, value: float) -> list[Cycle]:
         """The cycles at a value of the parameter, none where the problem has no such modes."""
         try:
-            problem = self.curve.problem_at(value)
-            modes = [self._followed(problem, mode) for mode in _modes(self.request)]
+            modes = self._followed(self.curve.problem_at(value))
         except (ArithmeticError, NoModeError):
             return []
         return self._on(modes, value)
 
-    def _followed(self, problem: HarmonicBalance, mode: int) -> Branch:
+    def _followed(self, problem: HarmonicBalance) -> list[Branch]:
         assert self.request.amplitudes is not None
         low, high = np.log10(self.request.amplitudes).tolist()
-        linear = linear_mode(problem, mode, self.dof, self.numbers)
-        curve = NonlinearModeProblem(problem, linear.dof)
-        return follow_mode(curve, linear, (low, high), self.request.max_points)
+        branches = []
+        for mode in modes_in(self.request):
+            linear = linear_mode(problem, mode, self.dof, self.numbers)
+            curve = NonlinearModeProblem(problem, linear.dof)
+            branches.append(follow_mode(curve, linear, (low, high), self.request.max_points))
+        return branches
 
     def _on(self, modes: list[Branch], value: float) -> list[Cycle]:
         starts = [cycle for mode in modes for cycle in cycles_of_mode(mode)]

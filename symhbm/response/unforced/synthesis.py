@@ -160,8 +160,9 @@ class _Synthesis:
 
     def _first(self, unknowns: FloatArray) -> ComplexArray:
         """``a - i b`` of the first harmonic of coefficients, (n_dof,)."""
-        basis, parts = self.driven.basis, self.driven.layout.coefficients(unknowns)
-        return parts[:, basis.component(1)] - 1j * parts[:, basis.component(1, sine=True)]
+        basis = self.driven.basis
+        phasors = basis.phasors(self.driven.layout.coefficients(unknowns))
+        return phasors[:, basis.harmonics.index(1)]
 
     def _balance(self, unknowns: FloatArray) -> tuple[ComplexArray, complex]:
         """The modal balance as a polynomial of the frequency, and the force on the mode."""
@@ -212,13 +213,10 @@ class _Synthesis:
         """A motion with the phase that it has under the force."""
         basis = self.driven.basis
         angle = np.angle(force) - np.angle(np.polyval(balance, frequency))
-        motion = self.driven.layout.coefficients(unknowns[: self.driven.n_unknowns].copy())
-        for n in basis.harmonics:
-            if n:
-                at = [basis.component(n), basis.component(n, sine=True)]
-                phasor = motion[:, at] @ [1, -1j] * np.exp(1j * n * angle)
-                motion[:, at] = np.column_stack([phasor.real, -phasor.imag])
-        return _Response(float(frequency), motion.ravel())
+        motion = self.driven.layout.coefficients(unknowns[: self.driven.n_unknowns])
+        turns = np.exp(1j * angle * np.array(basis.harmonics))
+        turned = basis.of_phasors(basis.phasors(motion) * turns)
+        return _Response(float(frequency), turned.ravel())
 
     def error(self, response: _Response) -> float:
         """Relative distance from the true response nearby, NaN where none is found."""
@@ -280,7 +278,7 @@ def _dataset(modes: xr.Dataset, synthesis: _Synthesis, errors: bool) -> xr.Datas
             if response is None:
                 continue
             frequency[side, k] = response.frequency / RADIANS
-            found[side, k] = _everywhere(driven, response)
+            found[side, k] = by_harmonic(basis, driven.layout.everywhere(response.unknowns))
             error[side, k] = synthesis.error(response) if errors else np.nan
     peaks = synthesis.peaks([motion for motion in motions if np.isfinite(motion).all()])
     at_peaks = [synthesis.at_peak(motion) for motion in peaks]
@@ -316,11 +314,6 @@ def _dataset(modes: xr.Dataset, synthesis: _Synthesis, errors: bool) -> xr.Datas
         synthesis_error=(along, error.reshape(2, *shape), _about(long_name, "1")),
         peak_synthesis_error=("peak", of_peaks, _about(f"{long_name}, at the peak", "1")),
     )
-
-
-def _everywhere(driven: HarmonicBalance, response: _Response) -> FloatArray:
-    whole = driven.layout.everywhere(response.unknowns)
-    return by_harmonic(driven.basis, whole)
 
 
 def _about(long_name: str, units: str) -> dict[str, str]:

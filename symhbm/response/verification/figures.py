@@ -143,28 +143,22 @@ def sustaining_force(
 
     By the mass matrix of each harmonic, apart from what solves for nonlinear modes.
     """
-    basis = problem.basis
-    x = problem.layout.coefficients(unknowns)
-    force, size = np.zeros_like(x), 0.0
-    if damping_ratio == 0:
-        return force, size
-    for n in basis.harmonics:
+    basis, size = problem.basis, 0.0
+    phasors = basis.phasors(problem.layout.coefficients(unknowns))
+    momentum = 2 * damping_ratio * omega**2 * np.array(basis.harmonics) * phasors
+    for k, n in enumerate(basis.harmonics if damping_ratio else ()):
         if n:
-            at = [basis.component(n), basis.component(n, sine=True)]
             mass = matrices_in(problem, n).mass_matrix
-            momentum = 2 * damping_ratio * omega**2 * n * (x[:, at] @ [1, -1j])
-            phasor = mass @ (1j * momentum)
-            force[:, at] = np.column_stack([phasor.real, -phasor.imag])
-            size = max(size, float(np.max(abs(mass) @ np.abs(momentum))))
-    return force, size
+            size = max(size, float(np.max(abs(mass) @ np.abs(momentum[:, k]))))
+            momentum[:, k] = mass @ momentum[:, k]
+    return basis.of_phasors(1j * momentum), size
 
 
 def modal_amplitude(problem: HarmonicBalance, unknowns: FloatArray) -> float:
     """Root of the sum of ``X_n^H M X_n`` over the harmonics above 0 [kg^1/2 m]."""
-    basis, x, square = problem.basis, problem.layout.coefficients(unknowns), 0.0
-    for n in basis.harmonics:
+    phasors, square = problem.basis.phasors(problem.layout.coefficients(unknowns)), 0.0
+    for n, phasor in zip(problem.harmonics, phasors.T, strict=True):
         if n:
-            phasor = x[:, [basis.component(n), basis.component(n, sine=True)]] @ [1, -1j]
             square += float((phasor.conj() @ (matrices_in(problem, n).mass_matrix @ phasor)).real)
     return float(np.sqrt(max(square, 0.0)))
 
