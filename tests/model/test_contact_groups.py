@@ -7,7 +7,7 @@ import numpy as np
 import pytest
 
 import symhbm as sh
-from symhbm.plot.contact import loops_of
+from tests.loops import loops_of
 from tests.problems import rub
 
 

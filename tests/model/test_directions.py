@@ -13,8 +13,8 @@ import symhbm as sh
 from symhbm.balance import is_held
 from symhbm.model import find_symmetry
 from symhbm.model.contacts import Weights
-from symhbm.plot.contact import loops_of
 from symhbm.results.telling import as_text as describe
+from tests.loops import loops_of
 from tests.problems import Coupled, rub
 
 FRICTION = dict(contact_stiffness=8e3, friction_coefficient=0.4, normal_load=2.0)

@@ -8,7 +8,7 @@ import xarray as xr
 import symhbm as sh
 from studies import fig03_single_blade as fig03
 from studies import fig08_engine_orders as fig08
-from symhbm.plot.contact import loops_of
+from tests.loops import loops_of
 from tests.problems import duffing
 
 EVEN = sh.HarmonicBalance(

@@ -9,19 +9,11 @@ from hypothesis import strategies as st
 
 import symhbm as sh
 from symhbm.plot.disks.shapes import HUB, OFFSET, TIP, nodal_shares
-from tests.problems import one_blade
+from tests.problems import one_blade, ring_of_blades
 
 
 def ring(engine_order=1, harmonics=(1, 3), **options):
-    disk = sh.bladed_disk(
-        7,
-        mass=1,
-        stiffness=1e4,
-        damping=0.5,
-        contact_stiffness=1e5,
-        friction_coefficient=0.5,
-        **{"normal_load": 5} | options,
-    )
+    disk = ring_of_blades(7, **dict(contact_stiffness=1e5, normal_load=5) | options)
     return sh.HarmonicBalance(disk, sh.forces.EngineOrder(engine_order, amplitude=1.0), harmonics)
 
 

@@ -10,8 +10,9 @@ from click.testing import CliRunner
 import symhbm as sh
 from symhbm.cli import main
 from symhbm.model.contacts import Behaviour
-from symhbm.plot.contact import contact_of, histories, loops_of
+from symhbm.plot.contact import contact_of, histories
 from symhbm.plot.contact.states import _runs
+from tests.loops import loops_of
 
 FRICTION = dict(contact_stiffness=1e4, normal_stiffness=1e4, friction_coefficient=0.3)
 TURNING = sh.forces.HarmonicForce(cosine={1: [10, 0]}, sine={1: [0, 10]})

@@ -1,16 +1,14 @@
 """Pictures of contacts: loops, normal forces, and what they do over the band."""
 
 from symhbm.plot.contact.histories import contact_of, histories
-from symhbm.plot.contact.loops import Loop, hysteresis, loops_of, normal_force
+from symhbm.plot.contact.loops import hysteresis, normal_force
 from symhbm.plot.contact.states import contact_map, states
 
 __all__ = [
-    "Loop",
     "contact_map",
     "contact_of",
     "histories",
     "hysteresis",
-    "loops_of",
     "normal_force",
     "states",
 ]

@@ -57,6 +57,10 @@ class Contact(NamedTuple):
         dims = [dim for dim in value.dims if dim == "contact" or str(dim).endswith("_contact")]
         return value.isel(dict.fromkeys(dims, self.within), drop=True)
 
+    def values(self, dataset: xr.Dataset) -> dict[str, FloatArray]:
+        """Parameters of its law, by their own names."""
+        return {own: self.of_group(dataset[n]).values for own, n in self.parameters.items()}
+
     def relative(self, values: xr.DataArray) -> list[xr.DataArray]:
         """Its displacements, of those of all degrees of freedom."""
         return [
@@ -157,34 +161,42 @@ def _weighted(values: xr.DataArray, ends: Ends) -> xr.DataArray:
 def _stored(dataset: xr.Dataset, contact: Contact) -> History | None:
     """Of a motion stored over its period, with its events among the points."""
     law, rubs = contact.law, "tangential" in contact.law.directions
-    if isinstance(law, MemorylessLaw):
-        return _of_instants(dataset, contact)
     presses = "normal" in law.directions
-    needed = ["friction_force"] * rubs + ["normal_force"] * presses
-    check_variables(dataset, "displacement", "velocity", "event_angle", *needed)
+    needed = ["event_angle", *["friction_force"] * rubs, *["normal_force"] * presses]
+    needed = [] if isinstance(law, MemorylessLaw) else needed
+    check_variables(dataset, "displacement", "velocity", *needed)
     angle, period = dataset["angle"].values, 2 * np.pi
+    closed = np.append(angle, angle[0] + period)
     omega = RADIANS * float(dataset["frequency"])
-    y = np.array([each.values for each in contact.relative(dataset["displacement"])])
-    slope = np.array([each.values for each in contact.relative(dataset["velocity"])]) / omega
+    y, velocity = (
+        _wrapped(np.array([each.values for each in contact.relative(dataset[name])]))
+        for name in ("displacement", "velocity")
+    )
     if not np.isfinite(y).all():
         return None
+    values, limit = contact.values(dataset), np.zeros(len(closed))
+    if isinstance(law, MemorylessLaw):
+        along = {own: np.full(len(closed), value) for own, value in values.items()}
+        force = law.at_instants(y.T, velocity.T, omega, along).force.T
+        return History(closed, y, force, limit, limit.astype(int))
     chosen = dataset["event_contact"].values == contact.number
     event = angle[0] + (dataset["event_angle"].values[chosen] - angle[0]) % period
     order = np.argsort(event, kind="stable")
     event, kinds = event[order], dataset["event_kind"].values[chosen][order].tolist()
-    closed = np.append(angle, angle[0] + period)
-    motion = CubicHermiteSpline(closed, _wrapped(y).T, _wrapped(slope).T)
+    motion = CubicHermiteSpline(closed, y.T, velocity.T / omega)
+
+    def of_contact(name: str) -> FloatArray:
+        return _wrapped(dataset[name].isel(contact=contact.number).values)
 
     def at_events(name: str) -> FloatArray:
-        return np.interp(event, closed, _wrapped(dataset[name].isel(contact=contact.number).values))
+        return np.interp(event, closed, of_contact(name))
 
     forces, at = [], []
     borders = np.isin(kinds, ("opening", "closing"))
     if presses:
-        forces.append(dataset["normal_force"].isel(contact=contact.number).values)
+        forces.append(of_contact("normal_force"))
         at.append(np.where(borders, 0.0, at_events("normal_force")))
-    values = {own: contact.of_group(dataset[n]).values for own, n in contact.parameters.items()}
-    limit, limits = np.zeros(len(angle)), np.zeros(len(event))
+    limits = np.zeros(len(event))
     if rubs and presses:
         limit, limits = (values["friction_coefficient"] * part for part in (forces[0], at[0]))
     elif rubs:
@@ -192,7 +204,7 @@ def _stored(dataset: xr.Dataset, contact: Contact) -> History | None:
         limit, limits = limit + constant, limits + constant
     if rubs:
         names = ["friction_force", *["friction_force_across"] * ("across" in law.directions)]
-        forces[:0] = [dataset[name].isel(contact=contact.number).values for name in names]
+        forces[:0] = [of_contact(name) for name in names]
         # At its events the slider is at its limit, on the side of the force nearby.
         nearby = np.array([at_events(name) for name in names])
         size = np.linalg.norm(nearby, axis=0)
@@ -201,32 +213,13 @@ def _stored(dataset: xr.Dataset, contact: Contact) -> History | None:
     place = np.argsort(points, kind="stable")
 
     def joined(around: Any, here: Any) -> FloatArray:
-        return np.concatenate([_wrapped(np.asarray(around)), here], axis=-1)[..., place]
+        return np.concatenate([np.asarray(around), here], axis=-1)[..., place]
 
     never = Behaviour.OPENS if presses and not np.any(forces[-1]) else Behaviour.STICKS
     after = np.array(_states_after(kinds, rubs) or [never])
     state = after[np.searchsorted(event, points[place], side="right") - 1]
     displacement, force = joined(y, motion(event).T), joined(forces, np.array(at))
     return History(points[place], displacement, force, joined(limit, limits), state)
-
-
-def _of_instants(dataset: xr.Dataset, contact: Contact) -> History | None:
-    """Of a motion stored over its period, with a law without memory."""
-    law, angle = contact.law, dataset["angle"].values
-    check_variables(dataset, "displacement", "velocity")
-    moved, velocity = (
-        _wrapped(np.array([each.values for each in contact.relative(dataset[name])]))
-        for name in ("displacement", "velocity")
-    )
-    if not np.isfinite(moved).all():
-        return None
-    values = {own: contact.of_group(dataset[n]).values for own, n in contact.parameters.items()}
-    along = {own: np.full(moved.shape[1], value) for own, value in values.items()}
-    assert isinstance(law, MemorylessLaw)
-    omega = RADIANS * float(dataset["frequency"])
-    force = law.at_instants(moved.T, velocity.T, omega, along).force.T
-    none = np.zeros(moved.shape[1])
-    return History(np.append(angle, angle[0] + 2 * np.pi), moved, force, none, none.astype(int))
 
 
 def _wrapped(values: FloatArray) -> FloatArray:

@@ -1,12 +1,11 @@
 """Hysteresis loops of contacts, and their normal forces."""
 
 from collections.abc import Iterator
-from typing import Any, NamedTuple
+from typing import Any
 
 import numpy as np
 import xarray as xr
 from matplotlib.axes import Axes
-from numpy.typing import NDArray
 
 from symhbm.model.contacts import Behaviour, History, MemorylessLaw
 from symhbm.numerics import FloatArray, check
@@ -30,27 +29,6 @@ _MARK: Any = dict(linestyle="", markersize=5)
 _LIMIT: Any = dict(color="0.4", linewidth=0.9, linestyle=(0, (1, 2)), zorder=1)
 _OPEN: Any = dict(linewidth=1.0, linestyle=(0, (2, 2)), alpha=0.6)
 """Lines of limits, and of contacts that are open."""
-
-
-class Loop(NamedTuple):
-    """The tangential side of a contact over a period.
-
-    ``displacement`` (n,) [m], ``force`` (n,) and ``limit`` (n,) [N] at angles (n,) [rad]; ``onset``
-    and ``end`` number the points where slip begins and ends.
-    """
-
-    angle: FloatArray
-    displacement: FloatArray
-    force: FloatArray
-    limit: FloatArray
-    onset: NDArray[np.intp]
-    end: NDArray[np.intp]
-
-    @property
-    def area(self) -> float:
-        """Enclosed area [J], the force linear in the displacement from point to point."""
-        middle = (self.force[1:] + self.force[:-1]) / 2
-        return float((middle * np.diff(self.displacement)).sum())
 
 
 @pictured
@@ -106,18 +84,18 @@ def hysteresis(dataset: xr.Dataset, *, contact: int = 0, ax: Axes | None = None)
             loops.add(panel, x, history.force[k], history, look)
     title = ""
     if len(found.of) == 1:
-        history, loop, area = loops.drawn[0], _loop(loops.drawn[0]), 0.0
+        [history], area = loops.drawn, 0.0
         for k in directions:
-            part = loop._replace(displacement=history.displacement[k], force=history.force[k])
-            outline = np.stack([loops.factor * part.displacement, part.force], axis=-1)
+            x, force = loops.factor * history.displacement[k], history.force[k]
+            outline = np.stack([x, force], axis=-1)
             panel.add("areas", [outline], facecolors="0.94", edgecolors="0.94", zorder=0)
-            area += part.area
-        for sign in (-1, 1) if loop.limit.any() else ():
-            if np.ptp(loop.limit):
-                x = loops.factor * loop.displacement
-                panel.line(x, sign * loop.limit, **_LIMIT)
+            area += float(np.trapezoid(force, history.displacement[k]))
+        for sign in (-1, 1) if history.limit.any() else ():
+            if np.ptp(history.limit):
+                x = loops.factor * history.displacement[0]
+                panel.line(x, sign * history.limit, **_LIMIT)
             else:
-                panel.add("level", sign * loop.limit[0], **_LIMIT)
+                panel.add("level", sign * history.limit[0], **_LIMIT)
         lost, joule = scaled(area, "J")
         title = f"contact {contact}: {lost * area:.4g} {joule} per cycle"
     loops.explain(panel, title, r"limit $\pm\mu N$")
@@ -185,19 +163,6 @@ def normal_force(
     return Picture([panel])
 
 
-def loops_of(
-    dataset: xr.Dataset, contact: int = 0
-) -> tuple[dict[tuple[int, ...], Loop | None], xr.Dataset, list[str]]:
-    """Loops by their indices along the listed dimensions, None where a point did not converge.
-
-    Also returns the dataset without the padding of its paths. Arguments and errors as of
-    `hysteresis`.
-    """
-    found = _of_friction(dataset, contact)
-    loops = {index: history and _loop(history) for index, history in found.of.items()}
-    return loops, found.dataset, found.dims
-
-
 def _of_friction(dataset: xr.Dataset, contact: int) -> Histories:
     which = contact_of(dataset, contact)
     if "tangential" not in which.law.directions and not isinstance(which.law, MemorylessLaw):
@@ -206,12 +171,6 @@ def _of_friction(dataset: xr.Dataset, contact: int) -> Histories:
             f"in the group {which.group!r}; symhbm.plot.normal_force draws its force"
         )
     return histories(dataset, which)
-
-
-def _loop(history: History) -> Loop:
-    onset, end = (history.changes(*_EVENTS[name][:2]) for name in ("onset of slip", "end of slip"))
-    sides = history.displacement[0], history.force[0], history.limit
-    return Loop(history.angle, *sides, onset, end)
 
 
 def _from_zero(history: History) -> History:

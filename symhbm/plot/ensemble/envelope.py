@@ -147,7 +147,8 @@ def envelope(
     if reference is not None:
         panel.line(*reference, "tuned", color=TUNED, linestyle=(0, (5, 1.5)))
     left_out = _left_out(spread.high, parameter.along != "point")
-    waiting = _waiting(total - dataset.sizes["sample"], total)
+    number = total - dataset.sizes["sample"]
+    waiting = f"not computed yet:\n{number} of {total} samples" if number else ""
     for text in filter(None, (_of_several(spread), left_out, waiting)):
         panel.entry(text, linestyle="")
     return Picture([panel])
@@ -268,11 +269,6 @@ def _begun(dataset: xr.Dataset) -> xr.Dataset:
     if "sample" not in dataset.coords:
         dataset = dataset.assign_coords(sample=np.arange(dataset.sizes["sample"]))
     return dataset.isel(sample=dataset["status"].values != str(Status.NOT_STARTED))
-
-
-def _waiting(number: int, total: int) -> str:
-    """Text on samples that were not computed."""
-    return f"not computed yet:\n{number} of {total} samples" if number else ""
 
 
 def _left_out(amplitude: FloatArray, on_grid: bool) -> str:

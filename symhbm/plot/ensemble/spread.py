@@ -1,6 +1,6 @@
 """The curves of many samples on common values, and how many of them pass where."""
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Sequence
 from typing import NamedTuple
 
 import numpy as np
@@ -11,7 +11,6 @@ from matplotlib.colors import ListedColormap
 from symhbm.numerics import FloatArray
 from symhbm.plot.curves import shown_amplitude, traced
 from symhbm.plot.drawing import Moving, Scale, is_wide
-from symhbm.plot.lines import Line
 from symhbm.plot.picture import Colours, Panel
 from symhbm.plot.places import Chosen
 
@@ -50,7 +49,8 @@ def spread_of(dataset: xr.Dataset, parameter: Moving, where: Chosen) -> Spread:
     value = (np.geomspace if wide else np.linspace)(*ends, N_VALUES)
     low, high = (np.full((dataset.sizes["sample"], N_VALUES), np.nan) for _ in range(2))
     curves = []
-    for i, line in enumerate(_lines(dataset, parameter, where)):
+    for i in range(dataset.sizes["sample"]):
+        line = traced(dataset.isel(sample=i), parameter, where).line
         if line.is_function:
             low[i] = high[i] = line.read(value)
             curves.append((value, high[i]))
@@ -74,11 +74,6 @@ def _of_grid(dataset: xr.Dataset, parameter: Moving, where: Chosen) -> Spread:
     rows = values if values.shape[2] > 1 else values[:, :, 0]
     curves = [(value, row) for row in rows]
     return Spread(value, low, high, curves)
-
-
-def _lines(dataset: xr.Dataset, parameter: Moving, where: Chosen) -> Iterator[Line]:
-    for i in range(dataset.sizes["sample"]):
-        yield traced(dataset.isel(sample=i), parameter, where).line
 
 
 def _extremes(

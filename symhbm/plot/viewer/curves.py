@@ -1,6 +1,6 @@
 """Curves as a page holds them: their points, lines between them, and what is marked."""
 
-from collections.abc import Callable, Sequence
+from collections.abc import Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -190,8 +190,12 @@ def _marks(
     one: xr.Dataset, layout: Layout, value: FloatArray, panels: list[FloatArray]
 ) -> list[dict[str, Any]]:
     """Peaks and events: where they are, and the points that they are."""
+    parameter, tied = moving(one), dict[float, list[int]]()
+    for peak in located_peaks(one, parameter):
+        tied.setdefault(peak.value, []).append(peak.dof)
+    largest = panels[0].max(axis=1, initial=0.0) if panels else np.empty(0)
     marks = []
-    for what, told in (("peak", _peaks(one, value, panels)), ("event", _event(one, value))):
+    for what in ("peak", "event"):
         name = f"{what}_{layout.x}"
         if name not in one.variables or one[name].dims != (what,):
             continue
@@ -199,44 +203,25 @@ def _marks(
         for k in np.flatnonzero(np.isfinite(one[name].values)).tolist():
             at, kind = one[name].values[k].item(), "" if kinds is None else plain(kinds[k], 60)
             mark = {"what": what, "number": k, "x": at, "kind": kind or what}
-            marks.append(mark | told(k, at))
+            marks.append(mark)
+            if what == "event":
+                contact = _entry(one, "event_contact", k)
+                mark["point"] = _same(value, at)
+                mark["contact"] = -1 if contact is None else int(contact)
+                continue
+            top, dof = _entry(one, "peak_amplitude", k), _entry(one, "peak_dof", k)
+            own = [] if dof is None else [int(dof)]
+            # The number of the point that the peak is; on grids it lies between two of them.
+            point = _same(value, at, largest, top)
+            mark |= {
+                "dofs": own if parameter.per_dof else sorted({*own, *tied.get(at, [])}),
+                "y": top,
+                "point": point,
+                "leads": point < 0 or top is None or bool(top >= (1 - 1e-6) * largest[point]),
+                "truncation_error": _entry(one, "peak_truncation_error", k),
+                "residual_norm": _entry(one, "peak_residual_norm", k),
+            }
     return marks
-
-
-def _event(one: xr.Dataset, value: FloatArray) -> Callable[[int, float], dict[str, Any]]:
-    """Further values of an event: its point and its contact."""
-
-    def told(k: int, at: float) -> dict[str, Any]:
-        contact = _entry(one, "event_contact", k)
-        return {"point": _same(value, at), "contact": -1 if contact is None else int(contact)}
-
-    return told
-
-
-def _peaks(
-    one: xr.Dataset, value: FloatArray, panels: list[FloatArray]
-) -> Callable[[int, float], dict[str, Any]]:
-    """Further values of a peak: its height, its point, and the places that peak there."""
-    parameter, tied = moving(one), {}
-    for peak in located_peaks(one, parameter):
-        tied.setdefault(peak.value, []).append(peak.dof)
-    largest = panels[0].max(axis=1, initial=0.0) if panels else np.empty(0)
-
-    def told(k: int, at: float) -> dict[str, Any]:
-        top, dof = _entry(one, "peak_amplitude", k), _entry(one, "peak_dof", k)
-        own = [] if dof is None else [int(dof)]
-        # The number of the point that the peak is; on grids it lies between two of them.
-        point = _same(value, at, largest, top)
-        return {
-            "dofs": own if parameter.per_dof else sorted({*own, *tied.get(at, [])}),
-            "y": top,
-            "point": point,
-            "leads": point < 0 or top is None or bool(top >= (1 - 1e-6) * largest[point]),
-            "truncation_error": _entry(one, "peak_truncation_error", k),
-            "residual_norm": _entry(one, "peak_residual_norm", k),
-        }
-
-    return told
 
 
 def _entry(one: xr.Dataset, name: str, number: int) -> float | None:

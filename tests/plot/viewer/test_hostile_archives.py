@@ -135,7 +135,7 @@ BROKEN = [
 ]  # fmt: skip
 
 
-@pytest.mark.parametrize("broken", quick_first(BROKEN, 3))
+@pytest.mark.parametrize("broken", quick_first(BROKEN, 1))
 def test_pages_of_broken_archives_say_what_they_lack(broken, response, look, tmp_path):
     seen = look(sh.view(broken(response), tmp_path / "broken.html"))
     body = seen.text("body")
