@@ -15,25 +15,13 @@ from symhbm.response.accuracy.harmonic_sets import HarmonicSets
 from symhbm.response.accuracy.truncation import SMALLEST
 from symhbm.time_domain.exact_motion import exact_motion
 from tests.pressed_contact import two_way
-from tests.problems import duffing, ring_of_blades
+from tests.problems import duffing
 from tests.quick import quick_first
+from tests.response.test_ensemble import mistuned
 
 TURN = 2 * np.pi
 ACCURACIES = (1e-2, 1e-3, 1e-4)
 LOADS = (1, 5, 0.5, 2, 3, 18)
-
-
-def mistuned(sample):
-    """The ensemble of the source's Fig. 12, one harmonic to begin with."""
-    rng = np.random.default_rng([1949, sample])
-    stiffness, friction, loads = (
-        nominal * (1 + width * rng.uniform(-1, 1, 13))
-        for nominal, width in ((1e6, 0.2), (0.5, 0.4), (10, 0.3))
-    )
-    disk = ring_of_blades(
-        13, contact_stiffness=stiffness, friction_coefficient=friction, normal_load=loads
-    )
-    return sh.HarmonicBalance(disk, sh.forces.EngineOrder(3, amplitude=1.0), (1,))
 
 
 @cache

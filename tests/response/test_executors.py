@@ -57,20 +57,13 @@ def cluster():
         yield client
 
 
-@pytest.mark.parametrize(
-    "pool",
-    [lambda: ThreadPoolExecutor(3), lambda: processes("fork")],
-    ids=["threads", "fork"],
-)
-def test_executors_change_nothing(pool, tmp_path):
-    with pool() as executor:
-        xr.testing.assert_identical(call(executor=executor), expected())
-        with call(executor=executor, archive=tmp_path / "x.nc") as archive:
-            xr.testing.assert_identical(archive, expected())
-
-
-def test_a_cluster_changes_nothing(cluster, tmp_path):
-    with cluster.get_executor() as executor:
+@pytest.mark.parametrize("pool", ["threads", "fork", "cluster"])
+def test_executors_change_nothing(pool, request, tmp_path):
+    if pool == "cluster":
+        opened = request.getfixturevalue("cluster").get_executor()
+    else:
+        opened = ThreadPoolExecutor(3) if pool == "threads" else processes("fork")
+    with opened as executor:
         xr.testing.assert_identical(call(executor=executor), expected())
         with call(executor=executor, archive=tmp_path / "x.nc") as archive:
             xr.testing.assert_identical(archive, expected())
@@ -370,8 +363,11 @@ def often(monkeypatch, tmp_path):
 @pytest.mark.parametrize("compiler", quick_first(["with", "without"], 1))
 @pytest.mark.parametrize(
     "pool",
-    [nullcontext, lambda: ThreadPoolExecutor(3), lambda: processes("spawn")],
-    ids=["none", "threads", "processes"],
+    [
+        pytest.param(nullcontext, id="none"),
+        pytest.param(lambda: ThreadPoolExecutor(3), id="threads"),
+        pytest.param(lambda: processes("spawn"), id="processes", marks=pytest.mark.slow),
+    ],
 )
 @pytest.mark.usefixtures("often")
 def test_neither_executors_nor_machine_code_change_a_bit(pool, compiler, monkeypatch):

@@ -13,7 +13,7 @@ from studies import fig08_engine_orders as fig08
 from symhbm.model.contacts.coulomb.located import locate
 from symhbm.model.contacts.coulomb.sampled import locate_sampled
 from symhbm.numerics.fourier import FourierBasis
-from tests.problems import ring_of_blades
+from tests.problems import BLADE, ring_of_blades
 
 TWO_PI = 2 * np.pi
 MU = 0.5
@@ -35,16 +35,7 @@ def blade_amplitude(blade, frequency):
 
 def blade_with(**changes):
     """The closed form of the blade of Fig. 3 at 100 N, with other values of named parameters."""
-    values = dict(
-        mass=1.0,
-        damping=0.5,
-        stiffness=1e4,
-        contact_stiffness=1e4,
-        friction_coefficient=MU,
-        normal_load=100.0,
-        force_amplitude=1.0,
-    )
-    values |= changes
+    values = BLADE | dict(normal_load=100.0, force_amplitude=1.0) | changes
     limit = values.pop("friction_coefficient") * values.pop("normal_load")
     force = values.pop("force_amplitude")
     return OneBlade(**values, slip_limit=limit, force=force)

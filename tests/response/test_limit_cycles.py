@@ -11,6 +11,7 @@ from symhbm.balance import unforced
 from symhbm.continuation import newton
 from symhbm.continuation.unforced import LimitCycleProblem, first_harmonic
 from symhbm.numerics import unknowns_of
+from symhbm.response.accuracy.truncation import embed
 from symhbm.time_domain.event_march import march
 from symhbm.time_domain.linear_motion import LinearMotion
 from symhbm.time_domain.periodic_orbit import state_of
@@ -189,12 +190,9 @@ def fine(problem, dataset, harmonics):
     size, phase = first_harmonic(alone, 0)
     curve = LimitCycleProblem(alone, None, phase, size=size)
     for i in range(dataset.sizes["point"]):
-        point, n = dataset.isel(point=i), alone.basis.n_components
+        point = dataset.isel(point=i)
         coarse = unknowns_of(problem.basis, problem.harmonics, point.coefficient.values)
-        start = np.zeros((alone.n_dof, n))
-        known = np.isin(alone.basis.order, problem.basis.order)
-        start[:, known] = coarse.reshape(alone.n_dof, -1)
-        start = np.append(start.ravel(), 2 * np.pi * point.frequency.item())
+        start = np.append(embed(problem, alone, coarse), 2 * np.pi * point.frequency.item())
         result = newton(lambda unknowns: curve.evaluate(unknowns, 0.0), start)
         assert result.converged
         yield alone, result.unknowns[:-1], result.unknowns[-1]

@@ -11,6 +11,8 @@ import symhbm as sh
 from symhbm.balance import SustainedMotion, unforced
 from symhbm.continuation import newton
 from symhbm.continuation.unforced import NonlinearModeProblem
+from symhbm.numerics import unknowns_of
+from symhbm.response.accuracy.truncation import embed
 from symhbm.time_domain import exact_motion_of
 from tests.problems import BLADE
 from tests.reference import STATED
@@ -30,14 +32,9 @@ def at_points(found):
 
 def of_coefficients(problem, point):
     """All unknowns of a mode from a point of its dataset."""
-    coefficient, basis = point.coefficient.values, problem.basis
-    motion = np.zeros((len(coefficient), basis.n_components))
-    for i, n in enumerate(basis.harmonics):
-        motion[:, basis.component(n)] = coefficient[:, i, 0]
-        if n:
-            motion[:, basis.component(n, sine=True)] = coefficient[:, i, 1]
+    motion = unknowns_of(problem.basis, problem.harmonics, point.coefficient.values)
     own = 2 * np.pi * point.frequency.item(), point.damping_ratio.item()
-    return np.concatenate([motion.ravel(), own])
+    return np.concatenate([motion, own])
 
 
 # One blade
@@ -101,10 +98,7 @@ def exact_difference(problem, harmonics, amplitude, mode=0, dof=0):
     coarse = of_coefficients(problem, at_points(found).isel(amplitude=0))
     fine = NonlinearModeProblem(unforced(problem.with_harmonics(tuple(harmonics))), dof)
     basis, n = fine.problem.basis, fine.problem.n_unknowns
-    start = np.zeros((problem.n_dof, basis.n_components))
-    known = np.isin(basis.order, problem.basis.order)
-    start[:, known] = coarse[:-2].reshape(problem.n_dof, -1)
-    unknowns = np.concatenate([start.ravel(), coarse[-2:]])
+    unknowns = np.concatenate([embed(problem, fine.problem, coarse[:-2]), coarse[-2:]])
     result = newton(lambda u: fine.evaluate(u, np.log10(amplitude)), unknowns)
     assert result.converged
     motion, frequency = result.unknowns[:n], fine.frequency(result.unknowns)
@@ -182,14 +176,8 @@ def test_sector_of_any_physics_is_its_disk(cartesian, contacts, wave_number, loa
         point = found.isel(amplitude=k, solution=0)
         one = of_coefficients(problem, point)
         motion = one[:-2].reshape(-1, basis.n_components)
-        everywhere = []
-        for j in range(5):
-            turned = motion.copy()
-            for h in harmonics[1:]:
-                at = [basis.component(h), basis.component(h, sine=True)]
-                phasor = motion[:, at] @ [1, -1j] * np.exp(-2j * np.pi * wave_number * h * j / 5)
-                turned[:, at] = np.column_stack([phasor.real, -phasor.imag])
-            everywhere.append(turned)
+        turns = np.exp(-2j * np.pi * wave_number * np.outer(range(5), harmonics) / 5)
+        everywhere = [basis.of_phasors(basis.phasors(motion) * turn) for turn in turns]
         unknowns = np.concatenate([np.concatenate(everywhere).ravel(), one[-2:]])
         evaluation = whole.evaluate(unknowns, np.log10(grid[k]))
         assert np.abs(evaluation.residual[:n]).max() < 1e-11 * evaluation.magnitude

@@ -14,6 +14,7 @@ def frequency_over_stuck(found):
     return 2 * np.pi * found.frequency.values / np.sqrt(640.0)
 
 
+@pytest.mark.slow
 def test_two_masses_on_dry_friction():
     found = sh.nonlinear_modes(two_masses(21), band=(1e-2, 12.0), place=1, progress=False)
     told, frequency = DRY_FRICTION, frequency_over_stuck(found)
