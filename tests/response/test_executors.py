@@ -188,40 +188,6 @@ def test_tasks_that_are_lost():
     assert len(told) == 1
 
 
-class _Watched(ThreadPoolExecutor):
-    """An executor that knows how many of its tasks are not finished, at most."""
-
-    waiting = most = 0
-    lock = threading.Lock()
-
-    def submit(self, fn, /, *args, **kwargs):
-        with self.lock:
-            self.waiting += 1
-            self.most = max(self.most, self.waiting)
-        future = super().submit(fn, *args, **kwargs)
-        future.add_done_callback(self._done)
-        return future
-
-    def _done(self, _):
-        with self.lock:
-            self.waiting -= 1
-
-
-def test_few_sets_wait(monkeypatch):
-    compute, results = ensemble.compute_curve, []
-
-    def quick(problem, task):
-        if not results:
-            results.append(compute(problem, task))
-        return results[0]
-
-    monkeypatch.setattr(ensemble, "compute_curve", quick)
-    with _Watched(2) as executor:
-        loads = np.linspace(1, 2, 500)
-        sh.frf(RING, BAND, at=GRID, over={"normal_load": loads}, executor=executor, progress=False)
-    assert executor.most <= 2 * (1 + ensemble._WAITING)
-
-
 def test_a_problem_is_compiled_once_per_worker(monkeypatch):
     """Once by each thread, however many sets it computes."""
     made, loads = [], ensemble.pickle.loads

@@ -196,50 +196,6 @@ def test_bands_with_zero_at_one_end(name, band, harmonics):
         assert np.all(np.diff(values) * np.sign(values[-1] - values[0]) > 0)
 
 
-# Every named parameter
-
-
-@pytest.mark.parametrize(
-    ("name", "band", "harmonics"),
-    [
-        ("mass", (0.8, 1.3), (1,)),
-        ("stiffness", (8e3, 1.4e4), (1, 3)),
-        ("damping", (0.1, 3.0), (1,)),
-        ("contact_stiffness", (1e3, 1e5), (1,)),
-        ("friction_coefficient", (0.05, 2.0), (1,)),
-        ("normal_load", (1.0, 60.0), (1, 3)),
-        ("force_amplitude", (0.1, 10.0), (1,)),
-        ("cubic_stiffness", (-1e6, 1e7), (1, 3)),
-        ("normal_load[2]", (0.0, 30.0), (1,)),
-        ("cubic_stiffness[4]", (0.0, 1e9), (1,)),
-    ],
-)
-def test_values_on_a_grid_agree_with_single_points(name, band, harmonics):
-    problem = mistuned_ring(5 if harmonics == (1,) else 3, harmonics=harmonics)
-    grid = np.linspace(*band, 5)
-    frequency = 19.0
-    up, down = both_ways(problem, name, band, at=grid, frequency=frequency)
-    name, _, index = name.partition("[")
-    for i, value in enumerate(grid):
-        values = np.array(problem.parameters[name], dtype=float)
-        if index:
-            values[int(index[:-1])] = value
-        moved = problem.with_parameters(**{name: values if index else value})
-        point = sh.solve(moved, frequency, throw=True)
-        for result in (up, down):
-            row = result.isel({name: i})
-            if "solution" in row.dims:
-                row = row.isel(solution=0)
-            assert float(row[name]) == value
-            largest = float(point.amplitude.max())
-            # Required: 1e-9.
-            np.testing.assert_allclose(row.amplitude, point.amplitude, rtol=0, atol=1e-9 * largest)
-            np.testing.assert_array_equal(row.contact_state, point.contact_state)
-            np.testing.assert_allclose(
-                row.dissipation, point.dissipation, rtol=1e-7, atol=1e-9 * largest
-            )
-
-
 # Rings
 
 

@@ -103,22 +103,6 @@ def test_all_contacts_of_a_tuned_ring_let_go_together(figure_8):
     assert set(curve.event_kind.values[:13]) == {"onset of slip"}
 
 
-def test_grid_equals_single_points():
-    problem = fig03.problem((1, 3)).with_parameters(normal_load=2)
-    grid = [10, 15.5, 17.25, 17.3, 22, 30]
-    curve, down = (sh.frf(problem, band, at=grid) for band in ((10, 30), (30, 10)))
-    assert curve.amplitude.dims == ("frequency", "dof")
-    assert curve.frequency.values.tolist() == grid
-    for frequency in grid:
-        point = sh.solve(problem, frequency, throw=True)
-        for found in (curve, down):
-            row = found.sel(frequency=frequency)
-            np.testing.assert_allclose(row.amplitude, point.amplitude, rtol=1e-10)
-            np.testing.assert_array_equal(row.contact_state, point.contact_state)
-    path = sh.frf(problem, (10, 30))
-    np.testing.assert_array_equal(curve.peak_amplitude, path.peak_amplitude)
-
-
 def test_point_force_on_the_stuck_ring_is_linear():
     """Seven resonances, amplitudes by a direct solve (the source's Fig. 6, without slip)."""
     disk = fig08.problem().model.with_parameters(normal_load=1e7)

@@ -136,17 +136,20 @@ def quick(monkeypatch):
 
 
 class _Watched(ThreadPoolExecutor):
-    """An executor that knows what it was given."""
+    """An executor that knows what it was given, and how much of it was not finished, at most."""
 
     def __init__(self, workers):
         super().__init__(workers)
-        self.pieces, self.sent = [], []
+        self.pieces, self.sent, self.done, self.most = [], [], [], 0
 
     def submit(self, fn, /, *args, **kwargs):
         _, payload, chosen, _ = args
         self.pieces.append(len(chosen))
         self.sent.append(0 if payload is None else len(payload))
-        return super().submit(fn, *args, **kwargs)
+        self.most = max(self.most, len(self.pieces) - len(self.done))
+        future = super().submit(fn, *args, **kwargs)
+        future.add_done_callback(self.done.append)
+        return future
 
 
 def call(problem, loads: Any = LOADS, **options):
@@ -174,6 +177,7 @@ def test_short_sets_are_sent_together():
     assert max(executor.pieces) <= ensemble._MOST
     # Up to 100 each while there are many, fewer at the end so that all workers end together.
     assert len(executor.pieces) < 500
+    assert executor.most <= 2 * (1 + ensemble._WAITING)  # few of them wait
 
 
 def test_sets_that_take_longer_are_sent_again(monkeypatch):
