@@ -26,6 +26,7 @@ from symhbm.results.variables import (
     OWN_DIMENSIONS,
     VARIABLES,
     Variable,
+    in_units,
 )
 
 _COMPONENTS = ("harmonic", "component")
@@ -58,26 +59,25 @@ def histories_of(outputs: Mapping[str, Output]) -> dict[str, Variable]:
 
 def of_peaks(words: str, units: str) -> dict[str, Variable]:
     """Meanings of the variables of peaks of an output or a goal, in ``words`` and its units."""
-    return {
-        "peak_amplitude": Variable((), units, f"{words} at the peak"),
-        "peak_dof": Variable((), "1", f"row of the {words} that peaks"),
-        "peaking_dof": Variable((), "1", f"row of the {words} whose peak it is"),
-        "peak_amplitude_slope": Variable((), units, f"derivative of the {words} by the parameter"),
-        "minimum_amplitude": Variable((), units, f"largest {words} where that is lowest"),
-        "case_amplitude": Variable((), units, f"largest {words} of the case"),
-        "active_amplitude": Variable((), units, f"{words} at the active maximum"),
-        "active_dof": Variable((), "1", f"row of the {words} of the active maximum"),
-        **{
-            name: Variable((), units, f"{what} of the largest {words}")
-            for name, what in (
-                ("design_amplitude", "statistic at the optimum"),
-                ("start_amplitude", "statistic at a start of the search"),
-                ("descent_amplitude", "statistic at the end of a descent"),
-                ("fresh_case_amplitude", "case not designed for: value"),
-                ("fresh_amplitude", "statistic of cases not designed for"),
-            )
-        },
-    }
+    rows = in_units(
+        "1",
+        peak_dof=f"row of the {words} that peaks",
+        peaking_dof=f"row of the {words} whose peak it is",
+        active_dof=f"row of the {words} of the active maximum",
+    )
+    return rows | in_units(
+        units,
+        peak_amplitude=f"{words} at the peak",
+        peak_amplitude_slope=f"derivative of the {words} by the parameter",
+        minimum_amplitude=f"largest {words} where that is lowest",
+        case_amplitude=f"largest {words} of the case",
+        active_amplitude=f"{words} at the active maximum",
+        design_amplitude=f"statistic at the optimum of the largest {words}",
+        start_amplitude=f"statistic at a start of the search of the largest {words}",
+        descent_amplitude=f"statistic at the end of a descent of the largest {words}",
+        fresh_case_amplitude=f"case not designed for: value of the largest {words}",
+        fresh_amplitude=f"statistic of cases not designed for of the largest {words}",
+    )
 
 
 def values_of(output: Output, basis: FourierBasis, coefficients: FloatArray) -> Table:

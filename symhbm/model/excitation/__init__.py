@@ -8,9 +8,9 @@ from symhbm.model.excitation.excitation import (
     force_coefficients,
     static_force,
 )
-from symhbm.model.excitation.field_force import FieldForce, nodal_field
 from symhbm.model.excitation.forces import (
     EngineOrder,
+    FieldForce,
     HarmonicForce,
     PointForce,
     check_whole,
@@ -18,6 +18,7 @@ from symhbm.model.excitation.forces import (
 )
 from symhbm.model.excitation.frequency_force import FrequencyForce, leaves
 from symhbm.model.excitation.static_load import StaticLoad
+from symhbm.model.excitation.values import nodal_field
 
 __all__ = [
     "BaseMotion",

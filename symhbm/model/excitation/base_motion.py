@@ -2,18 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Mapping
+from collections.abc import Mapping
 from dataclasses import dataclass, replace
-from typing import Any, Literal, Self
+from typing import Any, ClassVar, Literal
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symhbm.model.excitation.excitation import Excitation, check_contained
-from symhbm.model.excitation.field_force import FieldForce, placed_values
-from symhbm.model.excitation.forces import EngineOrder
+from symhbm.model.excitation.excitation import Changing, Excitation
+from symhbm.model.excitation.forces import EngineOrder, FieldForce
 from symhbm.model.excitation.frequency_force import FrequencyForce
-from symhbm.model.places import Place, check_place
+from symhbm.model.excitation.values import check_values, complex_number, shape_of, spread
+from symhbm.model.places import Place
 from symhbm.numerics import ComplexArray, FloatArray, FourierBasis, check
 
 _GIVEN = {"displacement": "m", "velocity": "m s-1", "acceleration": "m s-2"}
@@ -23,7 +23,7 @@ _ROUND_OFF = 1e-12
 
 
 @dataclass(frozen=True, repr=False, kw_only=True)
-class BaseMotion(Excitation):
+class BaseMotion(Changing):
     """Motion ``Re(u exp(i harmonic omega t))`` of the base that all springs to the ground stand on.
 
     One of ``displacement`` [m], ``velocity`` [m/s] and ``acceleration`` [m/s^2] is its complex
@@ -87,6 +87,8 @@ class BaseMotion(Excitation):
     motion: Literal["relative", "absolute"] = "relative"
     amplitude: float = None  # type: ignore[assignment]
 
+    _of_places: ClassVar = ("influence",)
+
     def __post_init__(self):
         put = object.__setattr__
         given = {name: getattr(self, name) for name in _GIVEN if getattr(self, name) is not None}
@@ -95,12 +97,7 @@ class BaseMotion(Excitation):
                 f"displacement, velocity, acceleration: expected one of them, got {len(given)}"
             )
         ((name, value),) = given.items()
-        try:
-            number = complex(value)
-        except (TypeError, ValueError):
-            raise TypeError(f"{name}={check.shown(value)}: expected a complex number") from None
-        if not np.isfinite(number):
-            raise ValueError(f"{name}={check.shown(value)}: expected a finite number")
+        number = complex_number(name, value)
         put(self, name, number)
         size = abs(number) if self.amplitude is None else self.amplitude
         put(self, "amplitude", check.scalar("amplitude", size))
@@ -110,67 +107,35 @@ class BaseMotion(Excitation):
             check.one_of("direction", self.direction, ("x", "y", "z", "axial"))
             if self.influence is not None:
                 raise ValueError("influence: expected None beside a direction")
-        if isinstance(self.influence, Mapping):
-            checked: Any = {
-                check_place("degree of freedom of influence", dof): check.scalar(
-                    f"influence[{dof!r}]", entry
-                )
-                for dof, entry in self.influence.items()
-            }
-            put(self, "influence", checked)
-        elif self.influence is not None:
-            row = check.array("influence", self.influence)
-            if row.ndim != 1:
-                raise ValueError(
-                    f"influence={check.shown(self.influence)}: expected one value per degree of "
-                    "freedom, or {dof: value}"
-                )
-            put(self, "influence", tuple(row.tolist()))
+        if self.influence is not None:
+            put(self, "influence", check_values("influence", self.influence))
 
     @property
     def _name(self) -> str:
         return next(name for name in _GIVEN if getattr(self, name) is not None)
 
     @property
-    def units(self) -> str:
+    def units(self) -> str:  # type: ignore[override]
         """Units of what is given of the base."""
         return _GIVEN[self._name]
 
     @property
-    def meaning(self) -> str:
+    def meaning(self) -> str:  # type: ignore[override]
         """What its amplitude is."""
         return f"amplitude of the {self._name} of the base"
-
-    @property
-    def changes(self) -> bool:
-        """That its force changes with the frequency."""
-        return True
 
     @property
     def of_matrices(self) -> frozenset[str]:
         """The mass matrix, or in absolute displacements those of springs and dashpots."""
         return frozenset(["mass"] if self.motion == "relative" else ["stiffness", "damping"])
 
-    def placed(self, number_of: Callable[[Place], int]) -> Self:
-        """The same motion with numbers of degrees of freedom for their names."""
-        if not isinstance(self.influence, dict):
-            return self
-        return replace(self, influence=placed_values("influence", self.influence, number_of))
-
-    def shape(self, n_dof: int, basis: FourierBasis) -> FloatArray:
-        """Raise TypeError: there is no one shape, see `shapes`."""
-        raise TypeError("excitation: expected a force of one shape, this one is of a moving base")
-
     def shapes(self, structure: Any, basis: FourierBasis) -> dict[int, FloatArray]:
         """Coefficients at unit amplitude by the power of the angular frequency."""
-        check_contained(self.harmonic, basis)
         _check_whole(structure)
-        result = {}
-        for power, force in self._forces(structure).items():
-            shape = result.setdefault(power, np.zeros((structure.n_dof, basis.n_components)))
-            shape[:, basis.component(self.harmonic)] = force.real
-            shape[:, basis.component(self.harmonic, sine=True)] = -force.imag
-        return result
+        return {
+            power: shape_of({self.harmonic: force}, structure.n_dof, basis)
+            for power, force in self._forces(structure).items()
+        }
 
     def translation(self, structure: Any) -> FloatArray:
         """Where a structure goes with a unit motion of the base, (n_dof,).
@@ -178,16 +143,8 @@ class BaseMotion(Excitation):
         Raises ValueError for a direction that it has not.
         """
         n_dof, places = structure.n_dof, structure.places
-        if isinstance(self.influence, dict):
-            result = np.zeros(n_dof)
-            for dof, value in self.influence.items():
-                result[check.integer("degree of freedom of influence", dof, 0, n_dof - 1)] = value
-        elif self.influence is not None:
-            result = np.array(self.influence, dtype=float)
-            if result.shape != (n_dof,):
-                raise ValueError(
-                    f"influence: expected {n_dof} values (one per DOF), got {result.size}"
-                )
+        if self.influence is not None:
+            result = spread("influence", self.influence, n_dof)  # type: ignore[arg-type]
         else:
             known = [] if places is None else np.unique(places.direction).tolist()
             if self.direction is None and len(known) > 1:
@@ -272,13 +229,6 @@ class BaseMotion(Excitation):
     def with_forces(self, forces: dict[int, Excitation]) -> Excitation:
         """The same amplitude with these forces."""
         return FrequencyForce(forces, self.amplitude, self.units, self.meaning, self)
-
-    def at(self, frequency: float) -> complex:
-        """Complex displacement [m] of the base at an angular frequency [rad/s]."""
-        given = complex(getattr(self, self._name))
-        phase = given / abs(given) if given else 1.0
-        order = [*_GIVEN].index(self._name)
-        return self.amplitude * phase / (1j * self.harmonic * frequency) ** order
 
 
 def bases_of(excitation: Excitation) -> list[BaseMotion]:

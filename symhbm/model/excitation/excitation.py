@@ -14,6 +14,7 @@ from typing import Any, ClassVar, Self
 
 import numpy as np
 
+from symhbm.model.excitation.values import check_contained, numbered
 from symhbm.model.places import Place
 from symhbm.model.records import Record
 from symhbm.numerics import FloatArray, FourierBasis, check
@@ -26,8 +27,16 @@ class Excitation(Record, ABC):
     """
 
     _fields: ClassVar[dict[str, str]] = {"force_amplitude": "amplitude"}
+    _of_places: ClassVar[tuple[str, ...]] = ()
+    """Fields that name degrees of freedom."""
     amplitude: float
     """Factor of the shape [N]."""
+    units: str = "N"
+    """Units of its amplitude."""
+    meaning: str = "amplitude of the exciting force"
+    """What its amplitude is."""
+    changes: bool = False
+    """Whether it changes with the frequency at constant amplitude."""
 
     def __repr__(self) -> str:
         texts = (f"{f.name}={check.brief(getattr(self, f.name))}" for f in fields(self))  # type: ignore[arg-type]
@@ -35,8 +44,9 @@ class Excitation(Record, ABC):
 
     @property
     def speed_ratios(self) -> frozenset[float]:
-        """Frequencies over the speed of rotation that engine orders of it tell."""
-        return frozenset()
+        """Frequencies over the speed of rotation that engine orders in it tell."""
+        parts: tuple[Excitation, ...] = getattr(self, "parts", ())
+        return frozenset[float]().union(*(part.speed_ratios for part in parts))
 
     @property
     def parameters(self) -> dict[str, Any]:
@@ -54,21 +64,6 @@ class Excitation(Record, ABC):
     @abstractmethod
     def shape(self, n_dof: int, basis: FourierBasis) -> FloatArray:
         """Coefficients at unit amplitude, ``(n_dof, n_components)``; ValueError if they misfit."""
-
-    @property
-    def units(self) -> str:
-        """Units of its amplitude."""
-        return "N"
-
-    @property
-    def meaning(self) -> str:
-        """What its amplitude is."""
-        return "amplitude of the exciting force"
-
-    @property
-    def changes(self) -> bool:
-        """Whether it changes with the frequency at constant amplitude."""
-        return False
 
     @property
     def of_matrices(self) -> frozenset[str]:
@@ -106,7 +101,9 @@ class Excitation(Record, ABC):
 
         ``number_of`` tells the number of a place, or raises KeyError.
         """
-        return self
+        given = {name: getattr(self, name) for name in self._of_places}
+        placed = {name: numbered(name, value, number_of) for name, value in given.items()}
+        return self if placed == given else replace(self, **placed)  # type: ignore[type-var]
 
     def __add__(self, other: Excitation) -> ForceSum:
         for force in (self, other):
@@ -119,6 +116,18 @@ class Excitation(Record, ABC):
 
     def __radd__(self, other: Any) -> ForceSum:
         return Excitation.__add__(other, self)
+
+
+class Changing(Excitation):
+    """A force that changes with the frequency at constant amplitude."""
+
+    changes = True
+
+    def shape(self, n_dof: int, basis: FourierBasis) -> FloatArray:
+        """Raise TypeError: there is no one shape, see `shapes`."""
+        raise TypeError(
+            "excitation: expected a force of one shape, this one changes with the frequency"
+        )
 
 
 @dataclass(frozen=True, repr=False)
@@ -147,11 +156,6 @@ class ForceSum(Excitation):
         names = [(name, k) for k, part in enumerate(self.parts) for name in part.parameters]
         count = Counter(name for name, _ in names)
         return {n: k for n, k in names if count[n] == 1 and n != "force_amplitude"}
-
-    @property
-    def speed_ratios(self) -> frozenset[float]:
-        """Those of all parts."""
-        return frozenset[float]().union(*(part.speed_ratios for part in self.parts))
 
     @property
     def parameters(self) -> dict[str, Any]:
@@ -201,17 +205,17 @@ class ForceSum(Excitation):
         return next((part for part in self.parts if part.amplitude), self.parts[0])
 
     @property
-    def units(self) -> str:
+    def units(self) -> str:  # type: ignore[override]
         """Units of the amplitude of the first part that oscillates."""
         return self._leading.units
 
     @property
-    def meaning(self) -> str:
+    def meaning(self) -> str:  # type: ignore[override]
         """What the amplitude of the first part that oscillates is."""
         return self._leading.meaning
 
     @property
-    def changes(self) -> bool:
+    def changes(self) -> bool:  # type: ignore[override]
         """Whether a part changes with the frequency."""
         return any(part.changes for part in self.parts)
 
@@ -263,15 +267,6 @@ def check_excitation(name: str, force: object) -> None:
     """Raise TypeError unless it is an excitation."""
     if not isinstance(force, Excitation):
         raise TypeError(f"{name}={check.shown(force)}: expected an excitation")
-
-
-def check_contained(harmonic: int, basis: FourierBasis) -> None:
-    """Raise ValueError for a harmonic of a force that a set leaves out."""
-    if harmonic not in basis.harmonics:
-        raise ValueError(
-            f"harmonics={basis.harmonics}: the excitation acts on harmonic {harmonic}, "
-            "which must be in the set"
-        )
 
 
 def static_force(force: Excitation, n_dof: int, basis: FourierBasis) -> FloatArray:

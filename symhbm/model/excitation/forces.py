@@ -2,23 +2,24 @@
 
 from __future__ import annotations
 
-from collections.abc import Callable, Iterable, Mapping, Sequence
-from dataclasses import dataclass, field, replace
-from typing import Any, ClassVar, Self
+from collections.abc import Iterable, Mapping, Sequence
+from dataclasses import dataclass, field
+from typing import Any, ClassVar
 
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symhbm.model.excitation.excitation import Excitation, check_contained
-from symhbm.model.excitation.field_force import (
-    acting,
-    check_pattern,
-    placed_pattern,
-    placed_values,
-    shape_of,
-)
+from symhbm.model.excitation.excitation import Excitation
 from symhbm.model.excitation.frequency_force import leaves
-from symhbm.model.excitation.static_load import StaticLoad, one_each
+from symhbm.model.excitation.static_load import StaticLoad
+from symhbm.model.excitation.values import (
+    acting,
+    check_contained,
+    check_pattern,
+    check_values,
+    shape_of,
+    spread,
+)
 from symhbm.model.places import Place, check_place
 from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics
 
@@ -47,6 +48,8 @@ class PointForce(Excitation):
     phase: float = 0.0
     harmonic: int = 1
 
+    _of_places: ClassVar = ("place",)
+
     def __post_init__(self):
         put = object.__setattr__
         put(self, "place", check_place("place", self.place))
@@ -54,19 +57,11 @@ class PointForce(Excitation):
         put(self, "phase", check.scalar("phase", self.phase))
         put(self, "harmonic", check.integer("harmonic", self.harmonic, 1))
 
-    def placed(self, number_of: Callable[[Place], int]) -> Self:
-        """The same force on a numbered degree of freedom."""
-        named = isinstance(self.place, str)
-        return replace(self, place=number_of(self.place)) if named else self
-
     def shape(self, n_dof: int, basis: FourierBasis) -> FloatArray:
         """Coefficients at unit amplitude, ``(n_dof, n_components)``; ValueError if out of range."""
-        check_contained(self.harmonic, basis)
         dof = check.integer("place", self.place, 0, n_dof - 1)
-        shape = np.zeros((n_dof, basis.n_components))
-        shape[dof, basis.component(self.harmonic)] = np.cos(self.phase)
-        shape[dof, basis.component(self.harmonic, sine=True)] = -np.sin(self.phase)
-        return shape
+        turned = complex(np.cos(self.phase), np.sin(self.phase))
+        return shape_of({self.harmonic: {dof: turned}}, n_dof, basis)
 
 
 @dataclass(frozen=True, repr=False)
@@ -99,6 +94,7 @@ class EngineOrder(Excitation):
     pattern: Mapping[Any, Any] | ArrayLike | None = None
 
     _fields: ClassVar = {"force_amplitude": "amplitude", "engine_order": "order"}
+    _of_places: ClassVar = ("places", "pattern")
 
     def __post_init__(self):
         put = object.__setattr__
@@ -125,14 +121,6 @@ class EngineOrder(Excitation):
         """``order / harmonic``; none of order 0, which does not tell how fast it turns."""
         return frozenset({abs(self.order) / self.harmonic} if self.order else ())
 
-    def placed(self, number_of: Callable[[Place], int]) -> Self:
-        """The same force on numbered degrees of freedom."""
-        if self.pattern is not None:
-            return replace(self, pattern=placed_pattern(self.pattern, number_of))  # type: ignore[arg-type]
-        if not any(isinstance(dof, str) for dof in self.places or ()):
-            return self
-        return replace(self, places=tuple(map(number_of, self.places or ())))
-
     def shape(self, n_dof: int, basis: FourierBasis) -> FloatArray:
         """Coefficients at unit amplitude, ``(n_dof, n_components)``; ValueError if out of range.
 
@@ -140,16 +128,13 @@ class EngineOrder(Excitation):
         """
         if self.pattern is not None:
             return shape_of(self.pattern, n_dof, basis)  # type: ignore[arg-type]
-        check_contained(self.harmonic, basis)
         given = range(n_dof) if self.places is None else self.places
         blades = [check.integer("places", dof, 0, n_dof - 1) for dof in given]
         # Reduced in integers first, so that aliased orders give the same force to the bit.
         count = len(blades)
         turns = (self.order % count * np.arange(count)) % count / count
-        shape = np.zeros((n_dof, basis.n_components))
-        shape[blades, basis.component(self.harmonic)] = np.cos(2 * np.pi * turns)
-        shape[blades, basis.component(self.harmonic, sine=True)] = np.sin(2 * np.pi * turns)
-        return shape
+        wave = np.cos(2 * np.pi * turns) - 1j * np.sin(2 * np.pi * turns)
+        return shape_of({self.harmonic: dict(zip(blades, wave, strict=True))}, n_dof, basis)
 
     def fields(self) -> dict[str, Any]:
         """What makes it again, of a pattern what acts."""
@@ -179,6 +164,8 @@ class HarmonicForce(Excitation):
     amplitude: float = 1.0
     mean: ArrayLike | None = None
 
+    _of_places: ClassVar = ("cosine", "sine")
+
     def __post_init__(self):
         put = object.__setattr__
         put(self, "amplitude", check.scalar("amplitude", self.amplitude))
@@ -186,18 +173,13 @@ class HarmonicForce(Excitation):
             given = getattr(self, name)
             if not isinstance(given, Mapping):
                 raise TypeError(f"{name}={check.shown(given)}: expected a mapping from harmonics")
-            table = {}
-            for harmonic, values in given.items():
-                harmonic = check.integer(f"harmonic of {name}", harmonic, int(name == "sine"))
-                if isinstance(values, Mapping):
-                    table[harmonic] = _by_place(f"{name}[{harmonic}]", values)
-                    continue
-                row = np.atleast_1d(check.array(f"{name}[{harmonic}]", values))
-                if row.ndim != 1:
-                    raise ValueError(
-                        f"{name}[{harmonic}]={check.shown(values)}: expected one value per DOF"
-                    )
-                table[harmonic] = tuple(row.tolist())
+            lowest = 1 if name == "sine" else 0
+            table = {
+                check.integer(f"harmonic of {name}", harmonic, lowest): check_values(
+                    f"{name}[{harmonic}]", values
+                )
+                for harmonic, values in given.items()
+            }
             put(self, name, table)
         if not self.cosine and not self.sine and self.mean is None:
             raise ValueError("cosine={}, sine={}: expected at least one harmonic")
@@ -214,21 +196,7 @@ class HarmonicForce(Excitation):
             # The table is this force's own.
             mean = self.amplitude * np.array(self.cosine.pop(0))  # type: ignore[attr-defined]
         if mean is not None:
-            put(self, "mean", tuple(np.atleast_1d(check.array("mean", mean)).tolist()))
-
-    def placed(self, number_of: Callable[[Place], int]) -> Self:
-        """The same force on numbered degrees of freedom."""
-        tables = {
-            name: {
-                harmonic: placed_values(f"{name}[{harmonic}]", row, number_of)
-                if isinstance(row, dict)
-                else row
-                for harmonic, row in getattr(self, name).items()
-            }
-            for name in ("cosine", "sine")
-        }
-        named = any(isinstance(row, dict) for table in tables.values() for row in table.values())
-        return replace(self, **tables) if named else self
+            put(self, "mean", check_values("mean", mean))
 
     def shape(self, n_dof: int, basis: FourierBasis) -> FloatArray:
         """Coefficients at unit amplitude, ``(n_dof, n_components)``; ValueError if they misfit."""
@@ -236,12 +204,7 @@ class HarmonicForce(Excitation):
         for name, table in (("cosine", self.cosine), ("sine", self.sine)):
             for harmonic, row in table.items():
                 check_contained(harmonic, basis)
-                if isinstance(row, dict):
-                    for dof, value in row.items():
-                        dof = check.integer(f"degree of freedom of {name}", dof, 0, n_dof - 1)
-                        shape[dof, basis.component(harmonic, name == "sine")] = value
-                    continue
-                values = one_each(f"{name}[{harmonic}]", row, n_dof)  # type: ignore[arg-type]
+                values = spread(f"{name}[{harmonic}]", row, n_dof)  # type: ignore[arg-type]
                 shape[:, basis.component(harmonic, name == "sine")] = values
         return shape
 
@@ -249,16 +212,44 @@ class HarmonicForce(Excitation):
         """The mean, ``(n_dof,)`` [N]; ValueError if it misfits."""
         if self.mean is None:
             return super().static(n_dof)
-        return one_each("mean", self.mean, n_dof)  # type: ignore[arg-type]
+        return spread("mean", self.mean, n_dof)  # type: ignore[arg-type]
 
 
-def _by_place(name: str, values: Mapping[Any, Any]) -> dict[Any, float]:
-    if not values:
-        raise ValueError(f"{name}={{}}: expected at least one degree of freedom")
-    return {
-        check_place(f"degree of freedom of {name}", dof): check.scalar(f"{name}[{dof!r}]", value)
-        for dof, value in values.items()
-    }
+@dataclass(frozen=True, repr=False)
+class FieldForce(Excitation):
+    """Force ``amplitude Re(p_h exp(i h omega t))``, complex ``p_h`` over degrees of freedom.
+
+    ``pattern`` is an array (n_dof,), ``{dof: p}`` by numbers or names, or a field over nodes and
+    directions, see `nodal_field`, also as an xarray DataArray with these two dimensions. Such are
+    of harmonic 1; ``{harmonic: such}`` tells others. On a reduced or condensed structure degrees of
+    freedom are those of the whole one.
+
+    Raises TypeError or ValueError for what is none of these and for numbers that are not finite;
+    a problem raises for a length that is not n_dof and for unknown places.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> force = sh.forces.FieldForce([1.0, 0.5j], amplitude=3.0)
+    >>> named = sh.forces.FieldForce({1: {"tip:x": 1.0}, 2: {"tip:x": 0.1j, "root:y": 0.2}})
+    """
+
+    pattern: Any
+    amplitude: float = 1.0
+
+    _of_places: ClassVar = ("pattern",)
+
+    def __post_init__(self):
+        object.__setattr__(self, "amplitude", check.scalar("amplitude", self.amplitude))
+        object.__setattr__(self, "pattern", check_pattern(self.pattern))
+
+    def shape(self, n_dof: int, basis: FourierBasis) -> FloatArray:
+        """Coefficients at unit amplitude, ``(n_dof, n_components)``; ValueError if they misfit."""
+        return shape_of(self.pattern, n_dof, basis)
+
+    def fields(self) -> dict[str, Any]:
+        """What makes it again, of the pattern what acts."""
+        return super().fields() | {"pattern": acting(self.pattern)}
 
 
 def sector_order(force: Excitation, n_sectors: int) -> int:

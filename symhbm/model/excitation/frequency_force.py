@@ -6,13 +6,13 @@ from collections.abc import Callable, Mapping
 from dataclasses import dataclass, replace
 from typing import Any, Self
 
-from symhbm.model.excitation.excitation import Excitation, check_excitation
+from symhbm.model.excitation.excitation import Changing, Excitation, check_excitation
 from symhbm.model.places import Place
 from symhbm.numerics import FloatArray, FourierBasis, check
 
 
 @dataclass(frozen=True, repr=False)
-class FrequencyForce(Excitation):
+class FrequencyForce(Changing):
     """Force ``amplitude sum_p omega^p F_p``: a force F_p for each power p of the angular frequency.
 
     ``forces`` maps integer powers, negative ones too, to forces; ``omega`` is in rad/s.
@@ -38,8 +38,8 @@ class FrequencyForce(Excitation):
 
     forces: Mapping[int, Excitation]
     amplitude: float = 1.0
-    units: str = "N"  # type: ignore[assignment]
-    meaning: str = "amplitude of the exciting force"  # type: ignore[assignment]
+    units: str = "N"
+    meaning: str = "amplitude of the exciting force"
     base: Excitation | None = None
 
     def __post_init__(self):
@@ -64,11 +64,6 @@ class FrequencyForce(Excitation):
             if not isinstance(getattr(self, name), str):
                 raise TypeError(f"{name}={check.shown(getattr(self, name))}: expected text")
 
-    @property
-    def changes(self) -> bool:
-        """That it does."""
-        return True
-
     def along_base(self, translation: Callable[[Any], Any]) -> Excitation:
         """The same force, its base with where it takes a reduced structure."""
         if self.base is None:
@@ -84,23 +79,12 @@ class FrequencyForce(Excitation):
         """The forces, by ascending powers."""
         return tuple(self.forces[power] for power in sorted(self.forces))
 
-    @property
-    def speed_ratios(self) -> frozenset[float]:
-        """Those of all forces."""
-        return frozenset[float]().union(*(part.speed_ratios for part in self.parts))
-
     def shapes(self, structure: Any, basis: FourierBasis) -> dict[int, FloatArray]:
         """Coefficients at unit amplitude by the power of the angular frequency."""
         return {
             power: force.amplitude * structure.force_shape(force, basis)
             for power, force in self.forces.items()
         }
-
-    def shape(self, n_dof: int, basis: FourierBasis) -> FloatArray:
-        """Raise TypeError: there is no one shape, see `shapes`."""
-        raise TypeError(
-            "excitation: expected a force of one shape, this one changes with frequency"
-        )
 
     def placed(self, number_of: Callable[[Place], int]) -> Self:
         """The same forces on numbered degrees of freedom."""
