@@ -13,7 +13,7 @@ import xarray as xr
 import symhbm as sh
 from symhbm.model.contacts import ContactLaw
 from symhbm.numerics import check
-from symhbm.results import Description
+from symhbm.results import Description, tables
 from symhbm.results.reading import (
     COMPLETE,
     INNER,
@@ -49,7 +49,7 @@ class Selection(NamedTuple):
             inside = (dataset[label] >= self.low) & (dataset[label] <= self.high)
             along = [key for key, variable in dataset.variables.items() if axis in variable.dims]
             for key in along:
-                nothing: Any = {"f": np.nan, "i": -1, "b": False, "O": ""}[dataset[key].dtype.kind]
+                nothing = tables.blank(dataset[key].dtype, ()).item()
                 dataset[key] = dataset[key].where(inside, nothing)
         return dataset
 

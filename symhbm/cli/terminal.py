@@ -14,7 +14,7 @@ import xarray as xr
 
 from symhbm.model.contacts import ContactLaw
 from symhbm.numerics import check
-from symhbm.results.archive import SUFFIX, load, working_file
+from symhbm.results.archive import SUFFIX, existing, load, working_file
 from symhbm.results.reading import printable
 
 BROKEN, _UNUSABLE, _INTERRUPTED, _PIPE = 1, 2, 130, 141
@@ -163,15 +163,19 @@ law_option = click.option(
 )
 
 
-def _archive(_context: click.Context, _option: click.Parameter, path: Path) -> Path:
-    """The archive of a name that may lack its ``.nc``, as `symhbm.load` takes it."""
-    named = path.with_name(f"{path.name}.nc")
-    is_there = [each.exists() or working_file(each).exists() for each in (path, named)]
-    return named if is_there == [False, True] else path
-
-
 archive_argument = click.argument(
-    "archive", metavar="ARCHIVE", type=click.Path(path_type=Path), callback=_archive
+    "archive",
+    metavar="ARCHIVE",
+    type=click.Path(path_type=Path),
+    callback=lambda _context, _option, path: existing(path),
+)
+overwrite_option = click.option("--overwrite", is_flag=True, help="Replace an existing file.")
+progress_option = click.option(
+    "--no-progress",
+    "progress",
+    is_flag=True,
+    callback=lambda _context, _option, hidden: not hidden and sys.stderr.isatty(),
+    help="Show no bar.",
 )
 select_option = click.option(
     "--select",

@@ -133,7 +133,9 @@ def peak_curve(
     axis["at"] = np.array([row.value for row in rows])
     results = results_of(leading, envelope, rows, islands)
     status = status_of(leading, envelope, rows, islands)
-    result = schema.label_peak_curve(problem, Request(**axis), bands, results, status)
+    result = schema.label_over_parameter(
+        "peak_amplitude", problem, Request(**axis), results, status, bands
+    )
     if running.throw and result["status"].item() != Status.REACHED_END:
         raise SolveError(result["status"].item(), result)
     return result

@@ -29,6 +29,7 @@ from symhbm.results.archive import (
     assemble,
     bytes_of,
     call_of,
+    check_target,
     computed_here,
     existing,
     load,
@@ -301,14 +302,7 @@ def _check_same(call: xr.Dataset, other: xr.Dataset, path: Path) -> None:
 
 def _target(name: str, path: str | os.PathLike[str]) -> Path:
     target = path_of(path, name)
-    if not target.name or target.is_dir() or not target.parent.is_dir():
-        raise ArchiveError(
-            f"{name}={str(target)!r}: expected a file name in an existing, writable directory"
-        )
-    if target.name.endswith(SUFFIX):
-        raise ArchiveError(
-            f"{name}={str(target)!r}: expected the name of the archive, without {SUFFIX!r}"
-        )
+    check_target(target, name)
     target = existing(target)
     # Absolute: the working directory of the process may change before the end.
     return target.absolute()

@@ -1,7 +1,7 @@
 """What a dataset tells of its problem, its request, its verification and its linear outputs."""
 
 import json
-from collections.abc import Iterable, Mapping, Sequence
+from collections.abc import Callable, Iterable, Mapping, Sequence
 from typing import Any
 
 import numpy as np
@@ -18,6 +18,7 @@ from symhbm.numerics import (
     by_harmonic,
     largest_displacement,
     turning_points,
+    unknowns_of,
 )
 from symhbm.results.variables import (
     OF_LAWS,
@@ -85,27 +86,46 @@ def values_of(output: Output, basis: FourierBasis, coefficients: FloatArray) -> 
 
     Without the axis of rows where the output has one value.
     """
-    shape, rows = coefficients.shape[:-1], coefficients.reshape(-1, basis.n_components)
-    known = np.isfinite(rows).all(axis=1)
-    largest, spread = np.full((2, len(rows)), np.nan)
-    if known.any():
-        largest[known] = largest_displacement(basis, rows[known])[0]
-        spread[known] = _range(basis, rows[known])
     values: dict[str, Any] = {
-        "amplitude": largest.reshape(shape),
-        "peak_to_peak": spread.reshape(shape),
+        "amplitude": largest_of(basis, coefficients),
+        "peak_to_peak": spread_of(basis, coefficients),
         "coefficient": by_harmonic(basis, coefficients),
     }
     at = slice(None) if output.several else 0
-    axis = len(shape) - 1
-    pick = (slice(None),) * axis + (at,)
+    pick = (slice(None),) * (coefficients.ndim - 2) + (at,)
     return {f"{output.name}_{name}": of[pick] for name, of in values.items()}
 
 
-def _range(basis: FourierBasis, rows: FloatArray) -> FloatArray:
-    points = turning_points(basis, rows)
-    lowest = np.take_along_axis(points.value, points.lowest[:, None], axis=1)
-    return points.value[:, 0] - lowest[:, 0]
+def motions_of(coefficient: xr.DataArray) -> tuple[FourierBasis, FloatArray]:
+    """The basis and the coefficients (.., n_components) of a variable (.., harmonic, component)."""
+    harmonics = tuple(np.atleast_1d(coefficient["harmonic"].values).tolist())
+    basis, values = FourierBasis(harmonics), coefficient.values
+    rows = unknowns_of(basis, harmonics, values.reshape(-1, len(harmonics), 2))
+    return basis, rows.reshape(*values.shape[:-2], basis.n_components)
+
+
+def largest_of(basis: FourierBasis, motions: FloatArray) -> FloatArray:
+    """Largest absolute value of motions (.., n_components), NaN where they are not known."""
+    return _of_known(lambda known: largest_displacement(basis, known)[0], motions)
+
+
+def spread_of(basis: FourierBasis, motions: FloatArray) -> FloatArray:
+    """Largest less smallest value of motions (.., n_components), NaN where they are not known."""
+
+    def spread(known: FloatArray) -> FloatArray:
+        points = turning_points(basis, known)
+        lowest = np.take_along_axis(points.value, points.lowest[:, None], axis=1)
+        return points.value[:, 0] - lowest[:, 0]
+
+    return _of_known(spread, motions)
+
+
+def _of_known(function: Callable[[FloatArray], FloatArray], motions: FloatArray) -> FloatArray:
+    known = np.isfinite(motions).all(axis=-1)
+    result = np.full(known.shape, np.nan)
+    if known.any():
+        result[known] = function(motions[known])
+    return result
 
 
 _NONE = np.zeros(0)

@@ -138,6 +138,15 @@ def _plain(entry: Any) -> tuple[tuple[str, ...], Any, dict[str, Any]]:
     return ((dims,) if isinstance(dims, str) else tuple(dims)), values, dict(attributes)
 
 
+def ranges(numbers: Any, most: int | None = None) -> str:
+    """Numbers in ascending order in short: 0 to 3, 7; at the most so many ranges."""
+    numbers = np.asarray(numbers)
+    runs = np.split(numbers, np.flatnonzero(np.diff(numbers) != 1) + 1) if numbers.size else []
+    texts = [str(r[0]) if len(r) == 1 else f"{r[0]} to {r[-1]}" for r in runs[:most]]
+    more = len(runs) - len(texts)
+    return ", ".join([*texts, f"and {more} more"] if more else texts)
+
+
 def part_of(dataset: xr.Dataset) -> Part | None:
     """The part that a dataset is, None for one of a whole sweep."""
     return Part(**json.loads(dataset.attrs[PART])) if PART in dataset.attrs else None

@@ -88,11 +88,9 @@ def _speeds(variables: dict[str, Any], orders: xr.Variable) -> dict[str, Any]:
     for name in SPEEDS:
         frequency = variables.get(name.replace("speed", "frequency"))
         if frequency is not None:
-            about = VARIABLES[name]
-            attributes = {"units": about.units, "long_name": about.long_name}
             speed = 60 / orders * frequency
             dims = (*(dim for dim in orders.dims if dim not in frequency.dims), *frequency.dims)
-            result[name] = xr.Variable(dims, speed.transpose(*dims).values, attributes)
+            result[name] = xr.Variable(dims, speed.transpose(*dims).values, VARIABLES[name].about)
     return result
 
 
@@ -122,8 +120,7 @@ def _labels(n_dof: int, n_contacts: int, harmonics: tuple[int, ...]) -> xr.Coord
     values = {"dof": np.arange(n_dof), "contact": np.arange(n_contacts)}
     values["harmonic"] = np.array(harmonics)
     parts = {
-        name: (name, values[name], {"long_name": long_name, "units": "1"})
-        for name, long_name in long_names.items()
+        name: (name, values[name], _about(long_name)) for name, long_name in long_names.items()
     }
     components = np.array(["cos", "sin"], dtype=object)
     parts["component"] = "component", components, {"long_name": "component of the harmonic"}
@@ -224,7 +221,7 @@ def with_provenance(
     variables, coordinates = dict(variables), dict(coordinates)
     for name, value in problem.parameters.items():
         about = problem.records[name]
-        long_name, attributes = about.meaning, {"units": about.units, "long_name": about.meaning}
+        attributes = _about(about.meaning, about.units)
         dims = () if np.ndim(value) == 0 else problem.model.dims_of(name)
         if name in sweep.values:
             swept = sweep.values[name]
@@ -233,23 +230,22 @@ def with_provenance(
             target[name] = (swept.dims, swept.values, attributes | drawn)
             for label, coordinate in swept.coords.items():
                 if label not in (name, *LABELS, *coordinates):
-                    defaults = {"long_name": str(label), "units": "1"}
-                    labelled = coordinate.assign_attrs(defaults | coordinate.attrs)
+                    labelled = coordinate.assign_attrs(_about(str(label)) | coordinate.attrs)
                     coordinates[str(label)] = (
                         labelled.variable
                     )  # its own coordinate has no attributes
         nominal = name in sweep.values or (request and name == request.name)
         if nominal:
-            attributes = attributes | {"long_name": f"{long_name}, nominal value"}
+            attributes = _about(f"{about.meaning}, nominal value", about.units)
         stored_name = f"{name}_nominal" if nominal else name
         variables[stored_name] = (dims, np.array(value), attributes)
     coordinates |= of_places(problem.model)
     if problem.model.kept is not None:
-        attributes = {"long_name": "degree of freedom of the whole structure", "units": "1"}
+        attributes = _about("degree of freedom of the whole structure")
         coordinates[OF_STRUCTURE] = ("dof", problem.model.kept, attributes)
     told, numbers = record_of(problem)
-    attributes = {"long_name": "numbers of structure and excitation, as the problem lays them out"}
-    variables[NUMBERS] = (f"{NUMBERS}_entry",), numbers, attributes | {"units": "1"}
+    attributes = _about("numbers of structure and excitation, as the problem lays them out")
+    variables[NUMBERS] = (f"{NUMBERS}_entry",), numbers, attributes
     global_attributes = {
         "title": "Forced response of a structure with dry friction by multi-harmonic balance",
         "references": REFERENCE,

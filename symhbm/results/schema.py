@@ -36,11 +36,8 @@ def describe(problem: HarmonicBalance, sweep: Sweep, request: Request) -> Datase
     """Parts of a dataset without results: the problem, the sweep and the request."""
     coordinates: dict[str, tuple] = {}
     if request.at is not None:
-        coordinates[request.name] = (
-            request.name,
-            request.at,
-            _attributes(request.name, records_of_problem(problem) | _own(request)),
-        )
+        about = _attributes(request.name, records_of_problem(problem) | _own(request))
+        coordinates[request.name] = request.name, request.at, about
     if request.frequency is not None:
         coordinates["frequency"] = ((), request.frequency, _attributes("frequency"))
     if request.amplitude is not None:
@@ -213,51 +210,37 @@ def label_static(problem: HarmonicBalance, states: Table, status: str) -> xr.Dat
     return with_provenance(variables, {}, problem, _NO_SWEEP).dataset()
 
 
-def label_peak_curve(
+def label_over_parameter(
+    name: str,
     problem: HarmonicBalance,
     request: Request,
-    bands: Sequence[tuple[float, float]],
     results: Table,
     status: str,
+    bands: Sequence[tuple[float, float]] | None = None,
+    disturbances: Sequence[float] | None = None,
 ) -> xr.Dataset:
-    """Dataset of the largest peak over a parameter, ``request.at`` its values; ``bands`` in Hz."""
-    variables = _of_one_set(results, status, request.name, records_of_problem(problem))
-    units, own = problem.records[request.name].units, variables["peak_amplitude"][2]["units"]
-    dims, values, attributes = variables["peak_amplitude_slope"]
-    attributes = attributes | {"units": own if units == "1" else f"{own}/({units})"}
-    variables["peak_amplitude_slope"] = dims, values, attributes
-    attributes = _attributes(request.name, records_of_problem(problem))
-    coordinates = {request.name: (request.name, request.at, attributes)}
+    """Dataset of what has a ``name`` and a slope over a parameter, ``request.at`` its values.
+
+    Peaks, of ``bands`` in Hz, or flutter limits, of ``disturbances`` [m].
+    """
+    records = records_of_problem(problem)
+    variables = _of_one_set(results, status, request.name, records)
+    units, own = problem.records[request.name].units, variables[name][2]["units"]
+    attributes = variables[f"{name}_slope"][2]
+    attributes["units"] = own if units == "1" else f"{own}/({units})"
+    about = _attributes(request.name, records)
+    coordinates = {request.name: (request.name, request.at, about)}
+    if disturbances is not None:
+        about = _attributes("disturbance")
+        coordinates["disturbance"] = "disturbance", np.array(disturbances), about
     parts = with_provenance(variables, coordinates, problem, _NO_SWEEP, request)
-    followed = json.loads(parts.attributes["followed"]) | {"frequency_bands": list(bands)}
-    parts.attributes["followed"] = json.dumps(followed)
+    if bands is not None:
+        followed = json.loads(parts.attributes["followed"]) | {"frequency_bands": list(bands)}
+        parts.attributes["followed"] = json.dumps(followed)
     return parts.dataset()
 
 
-def label_flutter_limits(
-    problem: HarmonicBalance,
-    request: Request,
-    disturbances: Sequence[float],
-    results: Table,
-    status: str,
-) -> xr.Dataset:
-    """Dataset of flutter limits of ``disturbances`` [m] over a parameter, at ``request.at``."""
-    variables = _of_one_set(results, status, request.name, records_of_problem(problem))
-    units = problem.model.about(request.name).units
-    dims, values, attributes = variables["flutter_limit_slope"]
-    attributes = attributes | {"units": "1" if units == "1" else f"1/({units})"}
-    variables["flutter_limit_slope"] = dims, values, attributes
-    attributes = _attributes(request.name, records_of_problem(problem))
-    coordinates = {
-        request.name: (request.name, request.at, attributes),
-        "disturbance": ("disturbance", np.array(disturbances), _attributes("disturbance")),
-    }
-    return with_provenance(variables, coordinates, problem, _NO_SWEEP, request).dataset()
-
-
-def _of_one_set(
-    results: Table, status: str, axis: str, records: Records = PARAMETERS
-) -> dict[str, tuple]:
+def _of_one_set(results: Table, status: str, axis: str, records: Records) -> dict[str, tuple]:
     """(dims, values, attributes) of the results of one parameter set, its status among them.
 
     What has one dimension more than its meaning is along the axis that its prefix tells, else
@@ -273,5 +256,4 @@ def _of_one_set(
 
 
 def _attributes(name: str, records: Records = PARAMETERS) -> dict[str, Any]:
-    variable = meaning(name, records)
-    return {"units": variable.units, "long_name": variable.long_name, **variable.attributes}
+    return meaning(name, records).about

@@ -42,6 +42,11 @@ class Variable(NamedTuple):
     long_name: str
     attributes: Mapping[str, Any] = MappingProxyType({})
 
+    @property
+    def about(self) -> dict[str, Any]:
+        """The attributes that a dataset tells of it."""
+        return {"units": self.units, "long_name": self.long_name, **self.attributes}
+
 
 _STATES = {
     "flag_values": np.array([-1, 0, 1, 2, 3], dtype=np.int8),

@@ -74,7 +74,7 @@ def generated() -> str:
     for title in GROUPS:
         rows = [
             (name, ", ".join(about.inner), about.units, meaning(name, about))
-            for name, about in VARIABLES.items()
+            for name, about in sorted(VARIABLES.items())
             if owner(name) == title
         ]
         lines += [f"## {title}", "", *table(rows)]

@@ -113,7 +113,7 @@ def test_a_name_without_a_suffix(name, written, tmp_path):
 
 def test_a_working_file_is_not_written_over(tmp_path):
     with pytest.raises(
-        sh.datasets.ArchiveError, match=r"'\.partial' is the end of the name of a working"
+        sh.datasets.ArchiveError, match=r"'\.partial', the end of the name of a working"
     ):
         sh.save(dataset("point"), tmp_path / "archive.nc.partial", overwrite=True)
 

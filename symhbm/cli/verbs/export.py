@@ -7,15 +7,8 @@ from typing import Any
 
 import click
 
+from symhbm.cli import terminal
 from symhbm.cli.selection import rows, select, write
-from symhbm.cli.terminal import (
-    archive_argument,
-    check_place,
-    opened,
-    output_option,
-    say,
-    select_option,
-)
 from symhbm.results.archive import draft_of
 from symhbm.results.reading import KINDS, completeness
 
@@ -24,7 +17,7 @@ _OTHER = (".xlsx", ".xls", ".ods", ".nc", ".h5", ".mat", ".json", ".parquet", ".
 
 
 @click.command()
-@archive_argument
+@terminal.archive_argument
 @click.option(
     "--table",
     type=click.Choice(KINDS),
@@ -32,14 +25,14 @@ _OTHER = (".xlsx", ".xls", ".ods", ".nc", ".h5", ".mat", ".json", ".parquet", ".
     show_default=True,
     help="What a row is: a point, a peak, an event, or a parameter set with its status.",
 )
-@select_option
+@terminal.select_option
 @click.option(
     "--variables",
     metavar="NAME,NAME",
     help="Variables to write. By default all that belong to the rows but the Fourier "
     "coefficients; all means these as well.",
 )
-@output_option("File to write, whole or not at all; by default, or as -, standard output.")
+@terminal.output_option("File to write, whole or not at all; by default, or as -, standard output.")
 def export(
     archive: Path,
     table: str,
@@ -63,13 +56,13 @@ def export(
     wanted = None if variables is None else [name.strip() for name in variables.split(",")]
     if str(output) == "-":
         output = None
-    check_place(output)
+    terminal.check_place(output)
     if output is not None and output.suffix in _OTHER:
         raise ValueError(
             f"--output {output}: expected a name ending in .csv, what is written is "
             "comma-separated values"
         )
-    with opened(archive) as dataset:
+    with terminal.opened(archive) as dataset:
         selection = select(dataset, choices)
         lines: Iterator[Any] = rows(selection, table, wanted)
         if output is None:
@@ -77,11 +70,13 @@ def export(
         else:
             with draft_of(output) as draft, draft.open("w", encoding="utf-8", newline="") as file:
                 written = write(lines, file)
-            say(output, err=False)
+            terminal.say(output, err=False)
         complete, waiting, failed = completeness(selection.dataset)
     incomplete = waiting + failed.total()
     if written == 0:
-        say("symhbm export: no rows, the table has its header alone")
+        terminal.say("symhbm export: no rows, the table has its header alone")
     if incomplete and table != "sets":
         total = complete + incomplete
-        say(f"symhbm export: {incomplete} of {total} curves are incomplete, --table sets says why")
+        terminal.say(
+            f"symhbm export: {incomplete} of {total} curves are incomplete, --table sets says why"
+        )

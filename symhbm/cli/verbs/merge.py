@@ -1,11 +1,10 @@
 """The command ``symhbm merge``."""
 
-import sys
 from pathlib import Path
 
 import click
 
-from symhbm.cli.terminal import BROKEN, check_place, output_option, say
+from symhbm.cli import terminal
 from symhbm.results.archive import merged
 
 
@@ -13,16 +12,16 @@ from symhbm.results.archive import merged
 @click.argument(
     "parts", metavar="PART...", nargs=-1, required=True, type=click.Path(path_type=Path)
 )
-@output_option("The archive to write.", required=True)
-@click.option("--overwrite", is_flag=True, help="Replace an existing file.")
+@terminal.output_option("The archive to write.", required=True)
+@terminal.overwrite_option
 @click.option(
     "--unfinished",
     is_flag=True,
     help="Take what there is of parts that are still computed or were interrupted, PART.partial.",
 )
-@click.option("--no-progress", is_flag=True, help="Show no bar.")
+@terminal.progress_option
 def merge(
-    parts: tuple[Path, ...], output: Path, overwrite: bool, unfinished: bool, no_progress: bool
+    parts: tuple[Path, ...], output: Path, overwrite: bool, unfinished: bool, progress: bool
 ) -> int:
     """Make one archive of the PARTs of a sweep, equal bit by bit to that of one job.
 
@@ -38,8 +37,7 @@ def merge(
       symhbm merge part*.nc --output disks.nc
       symhbm merge part*.nc --output so-far.nc --unfinished
     """
-    check_place(output)
-    progress = not no_progress and sys.stderr.isatty()
+    terminal.check_place(output)
     try:
         summary = merged(
             parts, output, overwrite=overwrite, unfinished=unfinished, progress=progress
@@ -48,12 +46,12 @@ def merge(
         text = str(error).replace("overwrite=True", "--overwrite")
         raise FileExistsError(text) from error
     twice = f", {summary.n_repeated} of them twice" if summary.n_repeated else ""
-    say(
+    terminal.say(
         f"{summary.n_done} of {summary.n_sets} parameter sets from {summary.n_parts} parts{twice}",
         err=False,
     )
-    say(summary.path, err=False)
+    terminal.say(summary.path, err=False)
     if not summary.missing:
         return 0
-    say(f"symhbm merge: {summary.missing}; symhbm resume {output} computes them")
-    return BROKEN
+    terminal.say(f"symhbm merge: {summary.missing}; symhbm resume {output} computes them")
+    return terminal.BROKEN

@@ -6,17 +6,8 @@ from typing import Any
 import click
 from click.shell_completion import CompletionItem
 
+from symhbm.cli import terminal
 from symhbm.cli.selection import draw, kinds
-from symhbm.cli.terminal import (
-    archive_argument,
-    check_place,
-    final_name,
-    law_option,
-    opened,
-    output_option,
-    say,
-    select_option,
-)
 from symhbm.model.contacts import ContactLaw
 
 _PICTURES = ("png", "pdf", "svg")
@@ -41,7 +32,7 @@ class _Kind(click.ParamType):
 
 
 @click.command()
-@archive_argument
+@terminal.archive_argument
 @click.option(
     "--kind",
     type=_Kind(),
@@ -49,7 +40,7 @@ class _Kind(click.ParamType):
     "limit-cycles and flutter-limit for those, pareto-front for a front of two aims, envelope for "
     "an ensemble, disk for one point of a disk, else response.",
 )
-@select_option
+@terminal.select_option
 @click.option(
     "--place",
     metavar="PLACE",
@@ -57,10 +48,10 @@ class _Kind(click.ParamType):
     "directions as tip:y, or several of these, divided by commas.",
 )
 @click.option("--contact", type=int, help="The contact to show, from 0.")
-@output_option(
+@terminal.output_option(
     f"Picture to write, .{', .'.join(_PICTURES)}; by default ARCHIVE_KIND.png beside ARCHIVE."
 )
-@law_option
+@terminal.law_option
 def plot(
     archive: Path,
     kind: str | None,
@@ -97,15 +88,15 @@ def plot(
     """
     if output is not None and output.suffix.removeprefix(".").lower() not in _PICTURES:
         raise ValueError(f"--output {output}: expected a name ending in .{', .'.join(_PICTURES)}")
-    check_place(output)
-    with opened(archive) as dataset:
+    terminal.check_place(output)
+    with terminal.opened(archive) as dataset:
         given = ("place", _places(place)), ("contact", contact)
         options = {name: value for name, value in given if value is not None}
         kind, figure = draw(dataset, kind, choices, options, laws)
-    output = output or archive.with_name(f"{Path(final_name(archive)).stem}_{kind}.png")
+    output = output or archive.with_name(f"{Path(terminal.final_name(archive)).stem}_{kind}.png")
     figure.savefig(output)
     figure.clear()
-    say(output, err=False)
+    terminal.say(output, err=False)
 
 
 def _places(text: str | None) -> int | str | list[int | str] | None:

@@ -1,14 +1,13 @@
 """The command ``symhbm resume``."""
 
 import os
-import sys
 from concurrent.futures import ProcessPoolExecutor
 from pathlib import Path
 
 import click
 
 import symhbm as sh
-from symhbm.cli.terminal import archive_argument, final_name, law_option, opened, say
+from symhbm.cli import terminal
 from symhbm.model.contacts import ContactLaw
 from symhbm.results.archive import working_file
 from symhbm.results.reading import completeness
@@ -16,16 +15,16 @@ from symhbm.workers import attend
 
 
 @click.command()
-@archive_argument
+@terminal.archive_argument
 @click.option(
     "--workers",
     type=click.IntRange(min=1),
     metavar="N",
     help="Processes that compute; by default one for each core.",
 )
-@click.option("--no-progress", is_flag=True, help="Show no bar.")
-@law_option
-def resume(archive: Path, workers: int | None, no_progress: bool, laws: list[ContactLaw]) -> None:
+@terminal.progress_option
+@terminal.law_option
+def resume(archive: Path, workers: int | None, progress: bool, laws: list[ContactLaw]) -> None:
     """Finish the interrupted run that should have become ARCHIVE.
 
     Whatever was complete is kept, the other curves are computed as they would have been. ARCHIVE
@@ -37,18 +36,19 @@ def resume(archive: Path, workers: int | None, no_progress: bool, laws: list[Con
       symhbm resume disk.nc
       symhbm resume disk.nc.partial --workers 4
     """
-    target = archive.with_name(final_name(archive))
+    target = archive.with_name(terminal.final_name(archive))
     working = working_file(target)
     if not working.exists():
         if not target.exists():
             raise FileNotFoundError(f"{str(target)!r}: no such file, nor {working.name}")
-        say(f"{target}: complete, there is nothing to resume, nothing was computed", err=False)
+        terminal.say(
+            f"{target}: complete, there is nothing to resume, nothing was computed", err=False
+        )
         return
-    with opened(working) as dataset:
+    with terminal.opened(working) as dataset:
         complete, waiting, failed = completeness(dataset)
     total = complete + waiting + failed.total()
     count = min(workers or os.cpu_count() or 1, waiting)
-    progress = not no_progress and sys.stderr.isatty()
     pool = ProcessPoolExecutor(count, initializer=attend) if count > 1 else None
     try:
         with sh.resume(target, laws=laws, executor=pool, progress=progress) as dataset:
@@ -60,9 +60,9 @@ def resume(archive: Path, workers: int | None, no_progress: bool, laws: list[Con
     finally:
         if pool is not None:
             pool.shutdown(cancel_futures=True)
-    say(
+    terminal.say(
         f"{total - waiting} of {total} curves were there, {waiting - left} computed, "
         f"{failed.total()} of all are incomplete",
         err=False,
     )
-    say(target, err=False)
+    terminal.say(target, err=False)

@@ -6,17 +6,7 @@ from pathlib import Path
 import click
 
 import symhbm as sh
-from symhbm.cli.terminal import (
-    BROKEN,
-    archive_argument,
-    bound,
-    check_place,
-    law_option,
-    number,
-    opened,
-    output_option,
-    say,
-)
+from symhbm.cli import terminal
 from symhbm.model.contacts import ContactLaw
 from symhbm.response import FIGURES, summary
 from symhbm.results import Description
@@ -24,7 +14,7 @@ from symhbm.results.reading import completeness
 
 
 @click.command()
-@archive_argument
+@terminal.archive_argument
 @click.option(
     "--points", default="all", metavar="all|N", help="Points to check, evenly spread. Default all."
 )
@@ -42,9 +32,9 @@ from symhbm.results.reading import completeness
     help=f"Largest allowed value of a figure, or none. Figures: {', '.join(FIGURES)}. "
     "May be repeated.",
 )
-@output_option("Write the archive with the figures of every point to this file.")
-@click.option("--overwrite", is_flag=True, help="Replace an existing file.")
-@law_option
+@terminal.output_option("Write the archive with the figures of every point to this file.")
+@terminal.overwrite_option
+@terminal.law_option
 def verify(
     archive: Path,
     points: str,
@@ -70,28 +60,28 @@ def verify(
       symhbm verify blade.nc --exact 10 --bound exact_difference=0.01
       symhbm verify disk.nc --points 100 --exact none --output checked.nc
     """
-    limits = dict(map(bound, bounds))
-    check_place(output)
+    limits = dict(map(terminal.bound, bounds))
+    terminal.check_place(output)
     if output is not None and output.exists() and not overwrite:
         raise FileExistsError(f"--output {output}: there is such a file; --overwrite replaces it")
-    with opened(archive) as dataset:
+    with terminal.opened(archive) as dataset:
         verified = sh.verify(
             dataset,
-            points=number(points),  # type: ignore[arg-type]
+            points=terminal.number(points),  # type: ignore[arg-type]
             bounds=limits,
-            exact=number(exact),  # type: ignore[arg-type]
+            exact=terminal.number(exact),  # type: ignore[arg-type]
             laws=laws,
             progress=sys.stderr.isatty(),
         )
         if output is not None:
             sh.save(verified, output, overwrite=overwrite)
         complete, waiting, failed = completeness(dataset)
-    say(summary(verified), err=False)
+    terminal.say(summary(verified), err=False)
     incomplete = waiting + failed.total()
     if incomplete:
         total = complete + incomplete
-        say(
+        terminal.say(
             f"symhbm verify: {incomplete} of {total} curves are incomplete, what there is of them "
             "was checked; symhbm info says why"
         )
-    return 0 if (Description(verified).verification or {})["passed"] else BROKEN
+    return 0 if (Description(verified).verification or {})["passed"] else terminal.BROKEN

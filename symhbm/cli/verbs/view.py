@@ -6,28 +6,20 @@ from pathlib import Path
 import click
 
 import symhbm as sh
+from symhbm.cli import terminal
 from symhbm.cli.selection import select
-from symhbm.cli.terminal import (
-    archive_argument,
-    check_place,
-    final_name,
-    opened,
-    output_option,
-    say,
-    select_option,
-)
 
 
 @click.command()
-@archive_argument
-@select_option
+@terminal.archive_argument
+@terminal.select_option
 @click.option(
     "--tuned",
     type=click.Path(path_type=Path),
     metavar="FILE",
     help="Archive of the tuned structure: shows the amplification of an ensemble.",
 )
-@output_option("Page to write, .html; by default ARCHIVE.html beside ARCHIVE.")
+@terminal.output_option("Page to write, .html; by default ARCHIVE.html beside ARCHIVE.")
 def view(archive: Path, choices: tuple[str, ...], tuned: Path | None, output: Path | None) -> None:
     """Write one page to look into ARCHIVE with a browser, and print its path.
 
@@ -44,11 +36,11 @@ def view(archive: Path, choices: tuple[str, ...], tuned: Path | None, output: Pa
       symhbm view disks.nc --tuned tuned.nc --output disks.html
       symhbm view disk.nc --select sample=0:20
     """
-    output = output or archive.with_name(f"{Path(final_name(archive)).stem}.html")
-    check_place(output)
+    output = output or archive.with_name(f"{Path(terminal.final_name(archive)).stem}.html")
+    terminal.check_place(output)
     with ExitStack() as files:
-        selection = select(files.enter_context(opened(archive)), choices)
-        reference = None if tuned is None else files.enter_context(opened(tuned))
+        selection = select(files.enter_context(terminal.opened(archive)), choices)
+        reference = None if tuned is None else files.enter_context(terminal.opened(tuned))
         part = selection.limited(selection.dataset)
-        sh.view(part, output, tuned=reference, name=final_name(archive))
-    say(output, err=False)
+        sh.view(part, output, tuned=reference, name=terminal.final_name(archive))
+    terminal.say(output, err=False)

@@ -273,5 +273,7 @@ def _dataset(
     complete = all(row.limits for row in rows)
     status = Status.REACHED_END if complete else Status.LIMIT_MISSING
     at = np.array([row.value for row in rows])
-    request = replace(request, at=at)
-    return schema.label_flutter_limits(problem, request, limits.disturbances, results, status)
+    request, name = replace(request, at=at), "flutter_limit"
+    return schema.label_over_parameter(
+        name, problem, request, results, status, disturbances=limits.disturbances
+    )

@@ -4,7 +4,8 @@ import numpy as np
 import xarray as xr
 
 from symhbm.ensembles.statistics.population import Population, meant
-from symhbm.numerics import FloatArray, FourierBasis, largest_displacement, unknowns_of
+from symhbm.numerics import FloatArray
+from symhbm.results.reading import largest_of, motions_of
 
 
 def localisation(dataset: xr.Dataset) -> xr.Dataset:
@@ -81,12 +82,5 @@ def _argmax(values: xr.DataArray, dim: str) -> xr.DataArray:
 
 def _amplitudes(coefficient: xr.DataArray) -> FloatArray:
     """Amplitudes (n_samples, n_dof) of motions; NaN at unbounded peaks, which have none."""
-    values = coefficient.transpose(..., "dof", "harmonic", "component").values
-    harmonics = tuple(coefficient["harmonic"].values.tolist())
-    basis = FourierBasis(harmonics)
-    result = np.full(values.shape[:2], np.nan)
-    bounded = np.isfinite(values).all(axis=(1, 2, 3))
-    motions = values[bounded].reshape(-1, *values.shape[2:])
-    unknowns = unknowns_of(basis, harmonics, motions).reshape(len(motions), -1)
-    result[bounded] = largest_displacement(basis, unknowns)[0].reshape(-1, values.shape[1])
-    return result
+    coefficient = coefficient.transpose(..., "dof", "harmonic", "component")
+    return largest_of(*motions_of(coefficient))

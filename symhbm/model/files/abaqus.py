@@ -35,24 +35,20 @@ def _entries(path: Path) -> FloatArray:
     """Lines (n, 5) of node, direction, node, direction and value."""
     with told(path, "Matrix Market file and no matrix of Abaqus"):
         with path.open() as file:
-            separator = "," if any("," in line for line in _first(file)) else None
+            first = next(line for line in file if not line.startswith("*") and line.strip())
+        separator = "," if "," in first else None
         entries = np.loadtxt(path, delimiter=separator, comments="*", ndmin=2)
         if entries.shape[1] != 5 or not len(entries):
             raise ValueError(
                 "expected lines of row node, direction, column node, direction, value, got "
                 f"{entries.shape[1]} columns"
             )
-        if np.any(entries[:, :4] != np.round(entries[:, :4])):
+        if np.any(entries[:, :4] % 1):
             raise ValueError("expected integers for nodes and directions")
         directions = entries[:, [1, 3]]
         if np.any((directions < 1) | (directions > len(_DIRECTIONS))):
             raise ValueError("expected directions from 1 to 6, displacements and rotations")
         return entries
-
-
-def _first(file) -> list[str]:
-    """The first line that is no comment, in a list."""
-    return [next(line for line in file if not line.startswith("*") and line.strip())]
 
 
 def _keys(places: FloatArray):

@@ -9,7 +9,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.io import loadmat
 
-from symhbm.model.files.contents import Contents, beside, by_kind, sparse, told
+from symhbm.model.files.contents import Contents, contents_of, sparse, told
 from symhbm.model.places import Places
 
 _COLUMNS = ("node", "direction", "coordinates", "label")
@@ -64,9 +64,7 @@ def read_mat(files: dict[str, Path], names: Mapping[str, str]) -> Contents:
 
 def _contents(path: Path, held: dict[str, Any], names: Mapping[str, str]) -> Contents:
     columns = {name: held.pop(name) for name in _COLUMNS if name in held}
-    matrices = by_kind(path, held, names)
-    result = {kind: sparse(kind, value) for kind, value in matrices.items()}
-    return Contents(result, places_of_columns(columns), beside=beside(held, matrices))
+    return contents_of(path, held, names, places_of_columns(columns))
 
 
 def places_of_columns(columns: Mapping[str, Any]) -> Places | None:

@@ -88,6 +88,19 @@ def beside(held: Mapping[str, Any], taken: Mapping[str, Any]) -> tuple[str, ...]
     return tuple(n for n, each in held.items() if np.shape(each) in shapes and id(each) not in own)
 
 
+def contents_of(
+    path: Path,
+    held: Mapping[str, Any],
+    names: Mapping[str, str],
+    places: Places | None = None,
+    damping: Damping | None = None,
+) -> Contents:
+    """The matrices among the arrays of a file, by their names; raises as `by_kind`."""
+    taken = by_kind(path, held, names)
+    matrices = {kind: sparse(kind, matrix) for kind, matrix in taken.items()}
+    return Contents(matrices, places, beside=beside(held, taken), damping=damping)
+
+
 def sparse(name: str, value: Any) -> Any:
     """A matrix of a file as sparse columns; raises for what is no square matrix of real numbers."""
     if not sp.issparse(value):

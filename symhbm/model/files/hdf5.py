@@ -16,7 +16,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from symhbm.model.files.arrays import places_of_columns
-from symhbm.model.files.contents import KINDS, Contents, beside, by_kind, sparse, told
+from symhbm.model.files.contents import KINDS, Contents, contents_of, told
 from symhbm.model.matrices import Model
 from symhbm.model.records import joined, packed, unpack
 from symhbm.numerics import check
@@ -46,12 +46,9 @@ def read(files: dict[str, Path], names: Mapping[str, str]) -> Contents:
                 data, indices, indptr, shape = (parts[part] for part in _PARTS)
                 held[name] = sp.csc_array((data, indices, indptr), shape=tuple(shape))
                 held[name].check_format()
-        matrices = by_kind(path, held, names)
-        result = {kind: sparse(kind, value) for kind, value in matrices.items()}
         rule = json.loads(file.getncattr(_RULE)) if _RULE in file.ncattrs() else None
         damping = None if rule is None else unpack(rule, joined([]))
-        known = places_of_columns(columns)
-        return Contents(result, known, beside=beside(held, matrices), damping=damping)
+        return contents_of(path, held, names, places_of_columns(columns), damping)
 
 
 def save_structure(model: Model, path: str | os.PathLike[str], *, overwrite: bool = False) -> Path:

@@ -4,7 +4,7 @@ from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
-from symhbm.model.files.contents import Contents, beside, by_kind, sparse, told
+from symhbm.model.files.contents import Contents, contents_of, told
 
 
 def read(files: dict[str, Path], names: Mapping[str, str]) -> Contents:
@@ -19,6 +19,4 @@ def read(files: dict[str, Path], names: Mapping[str, str]) -> Contents:
     with told(path, "OP4 file"):
         held = dict[str, Any](op4.read(str(path), into="dct", sparse=True))  # type: ignore[arg-type]
     lower = {kind: name.lower() for kind, name in names.items()}
-    matrices = by_kind(path, held, lower)
-    result = {kind: sparse(kind, value) for kind, value in matrices.items()}
-    return Contents(result, beside=beside(held, matrices))
+    return contents_of(path, held, lower)

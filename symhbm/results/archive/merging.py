@@ -11,9 +11,16 @@ import numpy as np
 import xarray as xr
 
 from symhbm.numerics import check
-from symhbm.results import schema, tables
+from symhbm.results import parts, schema, tables
 from symhbm.results.archive.from_working_file import assemble
-from symhbm.results.archive.netcdf import bytes_of, finished_part, load, path_of, with_suffix
+from symhbm.results.archive.netcdf import (
+    bytes_of,
+    check_target,
+    finished_part,
+    load,
+    path_of,
+    with_suffix,
+)
 from symhbm.results.archive.pieces import Piece, opened
 from symhbm.results.archive.working_files import SUFFIX, ArchiveError, Store, working_file
 from symhbm.results.tables import Encoded
@@ -156,14 +163,7 @@ def _target(path: str | os.PathLike[str], overwrite: bool, sources: list[Path]) 
     target = path_of(path)
     if not target.is_dir() and not target.exists():
         target = with_suffix(target)
-    if not target.name or target.is_dir() or not target.parent.is_dir():
-        raise ArchiveError(
-            f"path={str(target)!r}: expected a file name in an existing, writable directory"
-        )
-    if target.name.endswith(SUFFIX):
-        raise ArchiveError(
-            f"path={str(target)!r}: expected the name of the archive, without {SUFFIX!r}"
-        )
+    check_target(target)
     target = target.absolute()
     for file in (target, working_file(target)):
         if any(file.exists() and source.exists() and file.samefile(source) for source in sources):
@@ -230,7 +230,9 @@ class _Merger:
         text = ""
         if missing.size:
             count = f"{len(self.store.done)} of {self.store.n_sets} parameter sets are there"
-            text = f"{count}, missing: {_ranges(missing)} of {self._counted_along()}"
+            text = (
+                f"{count}, missing: {parts.ranges(missing, _MOST_TOLD)} of {self._counted_along()}"
+            )
         n_done = len(self.store.done)
         return Merged(self.store.n_sets, n_done, len(origins), self.n_repeated, text)
 
@@ -262,7 +264,7 @@ class _Merger:
                     self.owner[number] = len(self.names) - 1
             self.store.add(new, computed=False)
             taken += [number for number, _ in rows]
-        return {**piece.origin, "parameter_sets": _ranges(np.array(sorted(taken)), None)}
+        return {**piece.origin, "parameter_sets": parts.ranges(sorted(taken))}
 
     def _begin(self, piece: Piece) -> None:
         self.whole, self.origin = piece.whole, piece.origin
@@ -314,10 +316,3 @@ def _difference(first: tables.Table, second: tables.Table) -> str | None:
         if not same:
             return key
     return None
-
-
-def _ranges(numbers: np.ndarray, most: int | None = _MOST_TOLD) -> str:
-    """Numbers in ascending order in short: 0 to 3, 7."""
-    runs = np.split(numbers, np.flatnonzero(np.diff(numbers) != 1) + 1) if numbers.size else []
-    texts = [str(r[0]) if len(r) == 1 else f"{r[0]} to {r[-1]}" for r in runs[:most]]
-    return ", ".join([*texts, *([f"and {len(runs) - len(texts)} more"] * (len(runs) > len(texts)))])

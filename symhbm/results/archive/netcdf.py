@@ -6,6 +6,7 @@ import tempfile
 import threading
 from collections.abc import Iterable, Iterator
 from contextlib import contextmanager
+from itertools import repeat
 from pathlib import Path
 from typing import Any
 
@@ -26,8 +27,6 @@ from symhbm.results.provenance import SCHEMA_VERSION, DatasetParts
 from symhbm.results.schema import check_dataset, label, recall
 from symhbm.results.variables import TEXTS
 
-_AT_ONCE = 64
-"""Parameter sets of a working file that are read at once: bounded memory, few reads."""
 COMPRESSION: dict[str, Any] = {"zlib": True, "complevel": 4}
 
 
@@ -68,12 +67,8 @@ def save(dataset: xr.Dataset, path: str | os.PathLike[str], *, overwrite: bool =
     _check_attributes(dataset)
     target = path_of(path)
     try:
-        if not target.is_dir():
-            target = with_suffix(target)
-        if not target.name or target.is_dir() or not target.parent.is_dir():
-            raise OSError("expected a file name in an existing, writable directory")
-        if target.name.endswith(SUFFIX):
-            raise OSError(f"{SUFFIX!r} is the end of the name of a working file")
+        target = target if target.is_dir() else with_suffix(target)
+        check_target(target)
         if target.exists() and not overwrite:
             raise FileExistsError(
                 f"path={str(target)!r}: there is such a file; overwrite=True replaces it"
@@ -81,7 +76,7 @@ def save(dataset: xr.Dataset, path: str | os.PathLike[str], *, overwrite: bool =
         with draft_of(target) as draft:
             write(dataset, draft)
             seal(draft)
-    except FileExistsError:
+    except (ArchiveError, FileExistsError):
         raise
     except (OSError, RuntimeError, ValueError) as error:
         raise ArchiveError(f"path={str(target)!r}: cannot be written ({error})") from error
@@ -210,11 +205,13 @@ def origin_of(store: Store, call: xr.Dataset) -> dict[str, str]:
 
 def _filled(store: Store, blank: Table) -> Iterator[Table]:
     """The tables of all sets in order, a ``blank`` one for each that is not finished."""
-    for first in range(0, store.n_sets, _AT_ONCE):
-        last = min(first + _AT_ONCE, store.n_sets) - 1
-        finished = dict(store.read(first, last))
-        for number in range(first, last + 1):
-            yield tables.decode(*finished[number]) if number in finished else blank
+    number = 0
+    for rows in store.blocks():
+        for finished, encoded in rows:
+            yield from repeat(blank, finished - number)
+            yield tables.decode(*encoded)
+            number = finished + 1
+    yield from repeat(blank, store.n_sets - number)
 
 
 def call_of(store: Store) -> xr.Dataset:
@@ -308,6 +305,19 @@ def existing(path: Path) -> Path:
     if path.exists() or working_file(path).exists():
         return path
     return with_suffix(path)
+
+
+def check_target(target: Path, name: str = "path") -> None:
+    """Raise ArchiveError unless an archive of that name may be written."""
+    if not target.name or target.is_dir() or not target.parent.is_dir():
+        raise ArchiveError(
+            f"{name}={str(target)!r}: expected a file name in an existing, writable directory"
+        )
+    if target.name.endswith(SUFFIX):
+        raise ArchiveError(
+            f"{name}={str(target)!r}: expected the name of the archive, without {SUFFIX!r}, the "
+            "end of the name of a working file"
+        )
 
 
 def path_of(path: object, name: str = "path") -> Path:

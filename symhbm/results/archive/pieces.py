@@ -20,8 +20,6 @@ from symhbm.results.tables import Encoded, consecutive_blocks
 
 _SLAB = 2**26
 """Memory [bytes] of the parameter sets read at once."""
-_AT_ONCE = 64
-"""Parameter sets of a working file read at once."""
 
 Rows = Iterator[list[tuple[int, Encoded]]]
 
@@ -142,14 +140,12 @@ def _unfinished(store: Store) -> Piece:
     n_whole = schema.recall(whole)[0].size
     numbers = np.arange(n_whole) if part is None else part.numbers(schema.recall(whole)[0])
     [(_, blank)] = store.read(-1, -1)
-    origin = _origin(store.path, whole, {})
-    origin |= {"computed": store.sessions} | (
-        {parts.MERGED: store.sources} if store.sources else {}
-    )
+    origin = _origin(store.path, whole, {}) | {"computed": store.sessions}
+    if store.sources:
+        origin[parts.MERGED] = store.sources
 
     def rows() -> Rows:
-        for first in range(0, store.n_sets, _AT_ONCE):
-            found = store.read(first, min(first + _AT_ONCE, store.n_sets) - 1)
+        for found in store.blocks():
             yield [(int(numbers[own]), encoded) for own, encoded in found]
 
     return Piece(whole, blank, origin, rows)

@@ -27,6 +27,8 @@ SUFFIX = ".partial"
 _FORMAT = 1
 _PATIENCE = 600.0
 """Seconds that a reader may keep a commit waiting."""
+_AT_ONCE = 64
+"""Parameter sets that are read at once: bounded memory, few reads."""
 _SCHEMA = """
 BEGIN IMMEDIATE;
 CREATE TABLE about (name TEXT PRIMARY KEY, value BLOB, checksum INTEGER);
@@ -302,6 +304,11 @@ class Store:
             if number in self.done and number not in tables:
                 raise self._row_damaged(number)
         return [*tables.items()]
+
+    def blocks(self) -> Iterator[list[tuple[int, Encoded]]]:
+        """All finished sets in order, a few at a time."""
+        for first in range(0, self.n_sets, _AT_ONCE):
+            yield self.read(first, first + _AT_ONCE - 1)
 
     def remove(self) -> None:
         """Remove the file and release its lock."""

@@ -1,5 +1,6 @@
 """Datasets for those who read them: tables, motions, parts without padding, blocks."""
 
+from symhbm.results.description import largest_of, motions_of
 from symhbm.results.reading.blockwise import (
     ALIKE,
     COMPLETE,
@@ -32,7 +33,9 @@ __all__ = [
     "completeness",
     "is_inner",
     "largest",
+    "largest_of",
     "motion",
+    "motions_of",
     "moving",
     "output",
     "printable",

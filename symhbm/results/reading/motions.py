@@ -8,15 +8,8 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from symhbm.numerics import (
-    RADIANS,
-    FloatArray,
-    FourierBasis,
-    check,
-    largest_displacement,
-    turning_points,
-    unknowns_of,
-)
+from symhbm.numerics import RADIANS, check
+from symhbm.results.description import largest_of, motions_of, spread_of
 from symhbm.results.schema import check_dataset, check_present
 
 _KINDS = {"points": "", "peaks": "peak_"}
@@ -103,26 +96,22 @@ def motion(
     coefficient = result[f"{prefix}coefficient"].transpose(..., "harmonic", "component")
     frequency = result[frequency_name]
     outer = [str(dim) for dim in coefficient.dims[:-2]]
-    basis = FourierBasis(tuple(np.atleast_1d(coefficient["harmonic"].values).tolist()))
-    rows = unknowns_of(
-        basis, basis.harmonics, coefficient.values.reshape(-1, len(basis.harmonics), 2)
-    ).reshape(-1, basis.n_components)
-    shape = coefficient.shape[:-2]
+    basis, motions = motions_of(coefficient)
     speed = RADIANS * frequency.broadcast_like(coefficient.isel(harmonic=0, component=0, drop=True))
-    omega = speed.transpose(*outer).values.ravel()
-    derivatives = [rows]
+    omega = speed.transpose(*outer).values[..., None]
+    derivatives = [motions]
     for _ in range(2):
-        derivatives.append(derivatives[-1] @ basis.derivative_matrix.T * omega[:, None])
-    phasor = basis.phasors(rows).reshape(*shape, len(basis.harmonics))
+        derivatives.append(derivatives[-1] @ basis.derivative_matrix.T * omega)
+    phasor = basis.phasors(motions)
     size, by_harmonic = np.abs(phasor), [*outer, "harmonic"]
     values: dict[str, Any] = {
         "complex_amplitude": (by_harmonic, phasor),
         "harmonic_amplitude": (by_harmonic, size),
         "phase_lag": (by_harmonic, np.where(size > 0, np.angle(phasor.conj()), np.nan)),
-        "peak_to_peak": (outer, _over_known(_range, basis, rows).reshape(shape)),
+        "peak_to_peak": (outer, spread_of(basis, motions)),
     }
     for name, of in zip(("velocity", "acceleration"), derivatives[1:], strict=True):
-        values[f"{name}_amplitude"] = outer, _over_known(_largest, basis, of).reshape(shape)
+        values[f"{name}_amplitude"] = outer, largest_of(basis, of)
     coordinates = dict(coefficient.drop_vars("component").coords) | {frequency_name: frequency}
     about = dict(MOTIONS)
     if angle is not None:
@@ -131,7 +120,7 @@ def motion(
             raise ValueError(f"angle={check.shown(angle)}: expected one dimension")
         functions = basis.values(angle).T
         for name, of in zip(HISTORIES, derivatives, strict=True):
-            values[name] = [*outer, "angle"], (of @ functions).reshape(*shape, len(angle))
+            values[name] = [*outer, "angle"], of @ functions
         coordinates["angle"] = xr.Variable(
             "angle", angle, {"units": "rad", "long_name": "angle of the period, omega t"}
         )
@@ -141,22 +130,3 @@ def motion(
         for name, of in values.items()
     }
     return xr.Dataset(variables, coordinates)
-
-
-def _over_known(function: Any, basis: FourierBasis, rows: FloatArray) -> FloatArray:
-    """A function of motions (n, n_components), NaN where they are not known."""
-    known = np.isfinite(rows).all(axis=1)
-    result = np.full(len(rows), np.nan)
-    if known.any():
-        result[known] = function(basis, rows[known])
-    return result
-
-
-def _largest(basis: FourierBasis, rows: FloatArray) -> FloatArray:
-    return largest_displacement(basis, rows)[0]
-
-
-def _range(basis: FourierBasis, rows: FloatArray) -> FloatArray:
-    points = turning_points(basis, rows)
-    lowest = np.take_along_axis(points.value, points.lowest[:, None], axis=1)
-    return points.value[:, 0] - lowest[:, 0]

@@ -9,15 +9,8 @@ import xarray as xr
 
 from symhbm.model import Output
 from symhbm.model.records import plain
-from symhbm.numerics import (
-    RADIANS,
-    FloatArray,
-    FourierBasis,
-    check,
-    largest_displacement,
-    unknowns_of,
-)
-from symhbm.results.description import Description
+from symhbm.numerics import RADIANS, FloatArray, check
+from symhbm.results.description import Description, largest_of, motions_of
 from symhbm.results.provenance import DISPLACEMENTS, SEEN
 from symhbm.results.schema import check_dataset, check_present
 
@@ -79,7 +72,6 @@ def seen_from(
     name = f"{prefix}frequency" if f"{prefix}frequency" in result else "frequency"
     check_present(result, f"{prefix}coefficient", name, "force_amplitude", container="result")
     coefficient = result[f"{prefix}coefficient"].transpose(..., "dof", "harmonic", "component")
-    harmonics = tuple(np.atleast_1d(coefficient["harmonic"].values).tolist())
     about = _output_of(result)
     for base in bases:
         if base["motion"]["motion"] != motion:
@@ -89,16 +81,10 @@ def seen_from(
             coefficient = coefficient + sign * added
     coefficient = coefficient.transpose(..., "dof", "harmonic", "component")
     coefficient.attrs = dict(result[f"{prefix}coefficient"].attrs)
-    basis, values = FourierBasis(harmonics), coefficient.values
-    rows = unknowns_of(basis, harmonics, values.reshape(-1, len(harmonics), 2))
-    rows = rows.reshape(-1, basis.n_components)
-    amplitude, known = np.full(len(rows), np.nan), np.isfinite(rows).all(axis=1)
-    if known.any():
-        amplitude[known] = largest_displacement(basis, rows[known])[0]
     what = "displacement" if about is None else f"{about.name.replace('_', ' ')} of displacements"
     units = "m" if about is None else about.units
     words = {"units": units, "long_name": f"largest {motion} {what} over the period"}
-    amplitudes = xr.Variable(coefficient.dims[:-2], amplitude.reshape(values.shape[:-2]), words)
+    amplitudes = xr.Variable(coefficient.dims[:-2], largest_of(*motions_of(coefficient)), words)
     attributes = result.attrs | {DISPLACEMENTS: SEEN[motion]}
     variables = {"coefficient": coefficient, "amplitude": amplitudes, name: result[name]}
     return xr.Dataset(variables, attrs=attributes)

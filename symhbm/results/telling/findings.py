@@ -9,7 +9,7 @@ from symhbm.continuation import Status
 from symhbm.model.contacts import Behaviour
 from symhbm.results import parts
 from symhbm.results.reading import ALIKE, completeness, largest, read, set_dimensions
-from symhbm.results.telling.words import Rows, Words, count, counted, ranges
+from symhbm.results.telling.words import Rows, Words, count, counted
 
 _WORST = {
     "residual_norm": "residual",
@@ -188,7 +188,9 @@ def _contacts(words: Words) -> Rows:
             "never touching": did[Behaviour.NEVER_TOUCHES] & ~moves & ~did[Behaviour.STICKS],
             "no known state": ~did.any(axis=0),
         }
-        told = [f"{word}: {ranges(labels[which])}" for word, which in kinds.items() if which.any()]
+        told = [
+            f"{word}: {parts.ranges(labels[which])}" for word, which in kinds.items() if which.any()
+        ]
         if points > 1:
             told.append(f"some contact slips at {slipping} of {points} points")
             told += [f"some contact opens at {opening}"] if opening else []

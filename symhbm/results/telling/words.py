@@ -113,13 +113,6 @@ def counted(names: np.ndarray) -> str:
     return f"{counts.total()}: {kinds}" if counts else "none"
 
 
-def ranges(labels: Any) -> str:
-    """Labels in short: 0 to 3, 7."""
-    values = np.asarray(labels)
-    runs = np.split(values, np.flatnonzero(np.diff(values) != 1) + 1)
-    return ", ".join(str(r[0]) if len(r) == 1 else f"{r[0]} to {r[-1]}" for r in runs)
-
-
 def designs(words: Words) -> Rows:
     """Values, aims and certificate of a design, or of every point of a front."""
     dataset = words.dataset
