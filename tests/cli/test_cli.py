@@ -24,8 +24,8 @@ from symhbm.cli import main
 from symhbm.cli.selection import kinds
 from symhbm.continuation import Status
 from symhbm.plot.viewer.ensemble import samples_of
-from symhbm.results.archive.working_files import Store
 from symhbm.results.reading import blocks
+from tests.archives import interrupt
 from tests.problems import BLADE as VALUES
 from tests.problems import duffing, one_blade, ring_of_blades
 from tests.sectors_to_reduce import chain_sector
@@ -181,20 +181,10 @@ def unfinished(ds):
     return ds
 
 
-def interrupted(target, monkeypatch, at=GRID, **options):
+def interrupted(target, at=GRID, **options):
     """A run of three curves that was stopped after two of them."""
-    add = Store.add
-
-    def stopping(store, results):
-        for result in results:
-            if len(store.done) == 2:
-                raise KeyboardInterrupt
-            add(store, [result])
-
-    with monkeypatch.context() as patch:
-        patch.setattr(Store, "add", stopping)
-        with pytest.raises(KeyboardInterrupt):
-            sh.frf(RING, (150, 250), at=at, over={"normal_load": LOADS}, archive=target, **options)
+    over = {"normal_load": LOADS}
+    interrupt(2, sh.frf, RING, (150, 250), at=at, over=over, archive=target, **options)
     return target.with_name("run.nc.partial")
 
 
@@ -215,8 +205,8 @@ def test_info_of_a_flutter_limit(tmp_path):
 
 
 @pytest.mark.parametrize("at", [None, GRID], ids=["path", "grid"])
-def test_info_of_an_unfinished_run(tmp_path, monkeypatch, at):
-    path = interrupted(tmp_path / "run.nc", monkeypatch, at)
+def test_info_of_an_unfinished_run(tmp_path, at):
+    path = interrupted(tmp_path / "run.nc", at)
     said = told(path)
     assert said["curves"] == "2 of 3 complete, 1 of 3 not computed yet"
     assert said["points"].endswith("all converged")
@@ -520,7 +510,7 @@ def test_no_incomplete_curve_is_drawn_as_if_it_were_complete(tmp_path, monkeypat
 def test_resume(tmp_path, monkeypatch):
     target = tmp_path / "run.nc"
     for give_partial in (False, True):
-        partial = interrupted(target, monkeypatch)
+        partial = interrupted(target)
         assert told(partial)["curves"].startswith("2 of 3 complete, 1 of 3 not computed yet")
         given_name = partial if give_partial else target
         code, out, err = run("resume", given_name, "--workers", "2", "--no-progress")
@@ -533,7 +523,7 @@ def test_resume(tmp_path, monkeypatch):
         assert "nothing to resume" in run("resume", target)[1]
         target.unlink()
     assert "no such file" in run("resume", tmp_path / "other.nc")[2]
-    partial = interrupted(target, monkeypatch)
+    partial = interrupted(target)
 
     def stopped(path, **options):
         raise KeyboardInterrupt
@@ -544,9 +534,9 @@ def test_resume(tmp_path, monkeypatch):
     assert f"kept in {partial}" in err
 
 
-def test_warnings_are_lines_without_code(tmp_path, monkeypatch):
+def test_warnings_are_lines_without_code(tmp_path):
     target = tmp_path / "run.nc"
-    interrupted(target, monkeypatch, max_points=3)
+    interrupted(target, max_points=3)
     with warnings.catch_warnings():
         warnings.simplefilter("always")
         code, out, err = run("resume", target, "--workers", "1", "--no-progress")

@@ -21,6 +21,7 @@ from symhbm.response import ensemble
 from symhbm.results.archive import from_working_file
 from symhbm.results.archive.working_files import Store, working_file
 from symhbm.results.tables import consecutive_blocks
+from tests.archives import counted, interrupt
 from tests.problems import BLADE as VALUES
 from tests.problems import duffing
 from tests.quick import quick_first
@@ -82,29 +83,6 @@ def in_memory(name):
     return call(name)
 
 
-def counted(monkeypatch, stop=None):
-    """A list of the normal loads computed from now on; instead of one more, KeyboardInterrupt."""
-    made, compute = [], ensemble.compute_curve
-
-    def counting(problem, task):
-        if len(made) == stop:
-            raise KeyboardInterrupt
-        made.append(problem.parameters["normal_load"].tolist())
-        return compute(problem, task)
-
-    monkeypatch.setattr(ensemble, "compute_curve", counting)
-    return made
-
-
-def interrupt(name, path, after):
-    """Stop a call after some sets."""
-    with pytest.MonkeyPatch.context() as patch:
-        made = counted(patch, stop=after)
-        with pytest.raises(KeyboardInterrupt):
-            call(name, archive=path)
-    assert len(made) == after
-
-
 @pytest.fixture(autouse=True)
 def _one_evaluator():
     """Results tell what evaluates the equations: the same throughout, however many curves."""
@@ -117,7 +95,7 @@ def _one_evaluator():
 @pytest.fixture
 def interrupted(tmp_path):
     """Archive of a call of four sets of which two are finished."""
-    interrupt("path", tmp_path / "x.nc", after=2)
+    interrupt(2, call, "path", archive=tmp_path / "x.nc")
     assert sorted(os.listdir(tmp_path)) == ["x.nc.partial", "x.nc.partial-journal"]
     return tmp_path / "x.nc"
 
@@ -138,7 +116,7 @@ def assert_archive_of(name, path):
 def test_an_interrupted_archive_goes_on(name, tmp_path, monkeypatch):
     """From the file alone it ends as what is computed in memory, and nothing is computed twice."""
     path, size = tmp_path / "x.nc", in_memory(name).status.size
-    interrupt(name, path, after=size // 2)
+    interrupt(size // 2, call, name, archive=path)
     made = counted(monkeypatch)
     with sh.resume(path, progress=False) as result:
         xr.testing.assert_identical(result, in_memory(name))
@@ -189,7 +167,7 @@ def test_what_is_finished_can_be_read(interrupted):
 def test_the_same_call_goes_on(interrupted, monkeypatch):
     made = counted(monkeypatch)
     call("path", archive=interrupted).close()
-    assert made == [[load] for load in LOADS[2:]]
+    assert [problem.parameters["normal_load"] for problem in made] == LOADS[2:]
     assert_archive_of("path", interrupted)
 
 

@@ -13,19 +13,23 @@ import symhbm as sh
 from symhbm.results.archive import seal
 from symhbm.results.archive import working_files as store
 from symhbm.results.archive.working_files import Store, working_file
+from tests.archives import interrupt
 from tests.problems import one_blade
 
-BLADE = sh.HarmonicBalance(
-    one_blade(),
-    sh.forces.PointForce(),
-)
+BLADE = sh.HarmonicBalance(one_blade(), sh.forces.PointForce())
 LOADS = [0.5, 1.0, 3.0, 500.0]
 N_DONE = 3
 
 
-def call(**options):
+def call(progress=False, **options):
     over = {"normal_load": LOADS}
-    return sh.frf(BLADE, (18.0, 21.0), over=over, progress=False, **options)
+    return sh.frf(BLADE, (18.0, 21.0), over=over, progress=progress, **options)
+
+
+def interrupted(path):
+    """A working file with some of its sets, as a process leaves it that is interrupted."""
+    interrupt(N_DONE, call, archive=path)
+    return working_file(path)
 
 
 @cache
@@ -33,26 +37,9 @@ def in_memory():
     return call()
 
 
-def interrupt(path):
-    """A working file with some of its sets, as a process leaves it that is interrupted."""
-    add = Store.add
-
-    def stopping(self, encoded):
-        for table in encoded:
-            if len(self.done) == N_DONE:
-                raise KeyboardInterrupt
-            add(self, [table])
-
-    with pytest.MonkeyPatch.context() as patch:
-        patch.setattr(Store, "add", stopping)
-        with pytest.raises(KeyboardInterrupt):
-            call(archive=path)
-    return working_file(path)
-
-
 @pytest.fixture(scope="module")
 def working(tmp_path_factory):
-    return interrupt(tmp_path_factory.mktemp("working") / "x.nc").read_bytes()
+    return interrupted(tmp_path_factory.mktemp("working") / "x.nc").read_bytes()
 
 
 @pytest.fixture(scope="module")
@@ -330,7 +317,7 @@ def test_a_row_of_another_computation(working, tmp_path):
     file.write_bytes(working)
     with pytest.MonkeyPatch.context() as patch:
         patch.setattr(f"{__name__}.LOADS", [0.6, *LOADS[1:]])
-        interrupt(tmp_path / "y.nc")
+        interrupted(tmp_path / "y.nc")
     with closing(sqlite3.connect(file)) as connection, connection:
         connection.execute("ATTACH ? AS other", [str(other)])
         connection.execute("DELETE FROM results WHERE number=1")

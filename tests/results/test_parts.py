@@ -12,9 +12,9 @@ import xarray as xr
 import symhbm as sh
 from symhbm.continuation.correctors import compiled
 from symhbm.numerics.machine_code import COMPILER
-from symhbm.response import ensemble
 from symhbm.results.archive import merging, pieces
 from symhbm.results.archive.working_files import working_file
+from tests.archives import counted, interrupt
 from tests.quick import quick_first
 
 VALUES = dict(mass=1.0, stiffness=1e4, damping=0.5, friction_coefficient=0.5)
@@ -105,26 +105,10 @@ def assert_same(one, other):
     assert repr(expected) == repr(found)
 
 
-def stop_after(patch, count):
-    """Instead of one more curve, the user's interrupt."""
-    compute, done = ensemble.compute_curve, []
-
-    def stopping(problem, request):
-        if len(done) == count:
-            raise KeyboardInterrupt
-        done.append(problem)
-        return compute(problem, request)
-
-    patch.setattr(ensemble, "compute_curve", stopping)
-
-
 @pytest.fixture
 def interrupted(tmp_path):
     """The second of two parts, with one of its three samples."""
-    with pytest.MonkeyPatch.context() as patch:
-        stop_after(patch, 1)
-        with pytest.raises(KeyboardInterrupt):
-            call("grid", archive=tmp_path / "two.nc", part=(2, 2))
+    interrupt(1, call, "grid", archive=tmp_path / "two.nc", part=(2, 2))
     return tmp_path / "two.nc"
 
 
@@ -222,10 +206,7 @@ def test_an_interrupted_part_goes_on(interrupted, made, tmp_path):
     """By the same call or from its file; another part of the same sweep is refused there."""
     with pytest.raises(sh.datasets.ArchiveError, match="of another computation, different in part"):
         call("grid", archive=interrupted, part=(1, 2))
-    with pytest.MonkeyPatch.context() as patch:
-        stop_after(patch, 1)
-        with pytest.raises(KeyboardInterrupt):
-            call("grid", archive=interrupted, part=(2, 2))
+    interrupt(1, call, "grid", archive=interrupted, part=(2, 2))
     with sh.resume(interrupted, progress=False) as part:
         assert len(json.loads(part.attrs["computed"])) == 3
     merge([made("grid", (1, 2)), interrupted], tmp_path / "all.nc").close()
@@ -239,7 +220,7 @@ def test_missing_parts_are_told_and_can_be_computed(made, tmp_path):
     assert result.status.values[:2].tolist() == [str(sh.Status.NOT_STARTED)] * 2
     assert os.listdir(tmp_path) == ["all.nc.partial"]
     with pytest.MonkeyPatch.context() as patch:
-        stop_after(patch, 2)
+        counted(patch, stop=2)
         with sh.resume(path, progress=False) as whole:
             told = json.loads(whole.attrs["merged_from"])
     assert [entry["archive"] for entry in told] == ["x.nc", None]
@@ -251,7 +232,7 @@ def test_the_same_call_without_a_part_goes_on_with_what_was_merged(made, tmp_pat
     with pytest.warns(RuntimeWarning, match="missing"):
         sh.datasets.merge([made("grid", (2, 2))], tmp_path / "all.nc", progress=False)
     with pytest.MonkeyPatch.context() as patch:
-        stop_after(patch, 2)
+        counted(patch, stop=2)
         call("grid", archive=tmp_path / "all.nc").close()
     assert_same(made("grid"), tmp_path / "all.nc")
 

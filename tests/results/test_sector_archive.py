@@ -8,8 +8,8 @@ from sectors import random_disk, wave, with_friction, with_opening
 from sectors_to_reduce import plate_sector
 
 import symhbm as sh
-from symhbm.response import ensemble
 from symhbm.results.problem import record_of
+from tests.archives import interrupt
 from tests.quick import quick_first
 
 HARMONICS, BAND, ORDER = (0, 1, 2, 3), (20.0, 28.0), 2
@@ -102,20 +102,9 @@ def test_a_rebuilt_problem_is_the_same_to_the_bit(make, tmp_path):
 
 
 @pytest.mark.parametrize("make", [moved, turning_sector])
-def test_a_run_that_was_interrupted_is_resumed(make, tmp_path, monkeypatch):
+def test_a_run_that_was_interrupted_is_resumed(make, tmp_path):
     path, problem, over = tmp_path / "resumed.nc", make(), {"normal_load": [2.0, 3.0]}
-    original, calls = ensemble.compute_curve, []
-
-    def interrupted(*arguments):
-        calls.append(1)
-        if len(calls) == 2:
-            raise KeyboardInterrupt
-        return original(*arguments)
-
-    monkeypatch.setattr(ensemble, "compute_curve", interrupted)
-    with pytest.raises(KeyboardInterrupt):
-        sh.frf(problem, BAND, over=over, archive=path, progress=False)
-    monkeypatch.undo()
+    interrupt(1, sh.frf, problem, BAND, over=over, archive=path)
     with sh.resume(path, progress=False) as resumed:
         assert resumed.identical(sh.frf(problem, BAND, over=over, progress=False))
     grid = dict(at=[21.0, 23.0], over=over, progress=False)
