@@ -1,5 +1,7 @@
 """What forces give by degree of freedom: one value each, by number or by name, or as a field."""
 
+from __future__ import annotations
+
 from collections.abc import Callable, Mapping, Sequence
 from typing import Any
 
