@@ -18,7 +18,7 @@ from symhbm.numerics import check
 from symhbm.peaks.islands import Islands
 from symhbm.peaks.peak_rows import results_of, rows_of, status_of
 from symhbm.peaks.survey import Surveyor, sector_of
-from symhbm.peaks.tracking import LeadingBranches, Parameter, UpperEnvelope, upper_envelope
+from symhbm.peaks.tracking import LeadingBranches, Parameter, UpperEnvelope
 from symhbm.results import (
     Request,
     check_axis,
@@ -144,10 +144,10 @@ def peak_curve(
 def _verified_envelope(leading: LeadingBranches) -> UpperEnvelope:
     """The upper envelope, with what surveys at its minima and exchanges show followed too."""
     for _ in range(_ROUNDS):
-        envelope = upper_envelope(leading.followed, leading.unbounded)
+        envelope = UpperEnvelope.of(leading.followed, leading.unbounded)
         if leading.check(envelope.values_to_verify):
             return envelope
-    return upper_envelope(leading.followed, leading.unbounded)
+    return UpperEnvelope.of(leading.followed, leading.unbounded)
 
 
 def _with_value(

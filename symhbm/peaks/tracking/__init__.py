@@ -5,7 +5,6 @@ from symhbm.peaks.tracking.envelope import EnvelopePoint, UpperEnvelope
 from symhbm.peaks.tracking.leading_branches import LeadingBranches, SurveyedValue
 from symhbm.peaks.tracking.step import advanced, polished
 from symhbm.peaks.tracking.track import retrack
-from symhbm.peaks.tracking.upper_envelope import upper_envelope
 
 __all__ = [
     "EnvelopePoint",
@@ -16,5 +15,4 @@ __all__ = [
     "advanced",
     "polished",
     "retrack",
-    "upper_envelope",
 ]

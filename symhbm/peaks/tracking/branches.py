@@ -4,6 +4,7 @@ from bisect import bisect_left
 from collections.abc import Callable, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
+from itertools import pairwise
 from typing import TYPE_CHECKING
 
 import numpy as np
@@ -104,19 +105,26 @@ class Parameter:
 class MaximumBranch:
     """One maximum over ascending ``values`` of the parameter, its ``conditions`` solved at each.
 
-    ``events``: indices of points after which its kind or a contact state changes, and the values
-    where; ``end_status``: how it ended at its lower and upper end.
+    ``events``: values at which its kind or a contact state changes, with 1 where that is right
+    above and -1 where it is right below; ``end_status``: how it ended at its lower and upper end.
     """
 
     parameter: Parameter
     values: list[float]
     conditions: list[Conditions]
-    events: dict[int, float] = field(default_factory=dict)
+    events: dict[float, int] = field(default_factory=dict)
     end_status: tuple[TrackStatus, TrackStatus] = (TrackStatus.REACHED_END, TrackStatus.REACHED_END)
 
     def covers(self, value: float) -> bool:
         """Whether the branch exists at a value."""
         return self.values[0] <= value <= self.values[-1]
+
+    def event_after(self, number: int) -> float | None:
+        """The value of the event between one point and the next, None for none."""
+        low, high = self.values[number : number + 2]
+        if self.events.get(low) == 1:
+            return low
+        return high if self.events.get(high) == -1 else None
 
     @cached_property
     def _spline(self) -> "CubicHermiteSpline | None":
@@ -155,7 +163,7 @@ class MaximumBranch:
         after = bisect_left(self.values, value)
         if self.values[after] == value:
             return self.conditions[after]
-        event = self.events.get(after - 1)
+        event = self.event_after(after - 1)
         sides = sorted((after - 1, after), key=lambda i: abs(self.values[i] - value))
         if event is not None:
             sides = [after - 1, after] if value <= event else [after, after - 1]
@@ -174,15 +182,10 @@ class MaximumBranch:
     def insert(self, value: float, conditions: Conditions) -> None:
         """Add a solved point."""
         after = bisect_left(self.values, value)
-        if self.values[after] == value:
-            return
-        self.events = {
-            i + (i >= after or (i == after - 1 and value <= event)): event
-            for i, event in self.events.items()
-        }
-        self.values.insert(after, value)
-        self.conditions.insert(after, conditions)
-        self.__dict__.pop("_spline", None)
+        if self.values[after] != value:
+            self.values.insert(after, value)
+            self.conditions.insert(after, conditions)
+            self.__dict__.pop("_spline", None)
 
 
 @dataclass(frozen=True)
@@ -204,21 +207,18 @@ class FollowedBranches:
         parameter, down = self.parameter, last < first
         problem_path = parameter.problem_path(first, last)
         tracked = track(parameter.second_order, start, problem_path, bands=self.bands)
-        values = [parameter.value(first, last, s) for s, _ in tracked.steps]
-        conditions = [maximum for _, maximum in tracked.steps]
-        events = {i: values[i] for i in tracked.events}
+        steps = [(parameter.value(first, last, s), maximum) for s, maximum in tracked.steps]
+        events = {steps[i][0]: -1 if down else 1 for i in tracked.events}
         end_status = TrackStatus.REACHED_END, tracked.status
         if tracked.status == TrackStatus.UNBOUNDED:
-            self.unbounded.append((last, values[-1]) if down else (values[-1], last))
-            self.poles.append((parameter.value(first, last, tracked.pole), conditions[-1]))
+            end, highest = steps[-1]
+            self.unbounded.append((last, end) if down else (end, last))
+            self.poles.append((parameter.value(first, last, tracked.pole), highest))
         if down:
-            events = {len(values) - 2 - i: event for i, event in events.items()}
-            values, conditions = values[::-1], conditions[::-1]
-            end_status = tracked.status, TrackStatus.REACHED_END
-        kept = [0, *(i for i in range(1, len(values)) if values[i] > values[i - 1])]
-        if len(kept) < len(values):
-            events = {int(np.searchsorted(kept, i)): event for i, event in events.items()}
-            values, conditions = [values[i] for i in kept], [conditions[i] for i in kept]
+            steps, end_status = steps[::-1], end_status[::-1]
+        kept = steps[:1]
+        kept += [step for before, step in pairwise(steps) if step[0] > before[0]]
+        values, conditions = [value for value, _ in kept], [maximum for _, maximum in kept]
         self._join(MaximumBranch(parameter, values, conditions, events, end_status))
 
     def _join(self, branch: MaximumBranch) -> None:
@@ -287,8 +287,6 @@ def _meet(low: MaximumBranch, high: MaximumBranch) -> bool:
 
 def _joined(low: MaximumBranch, high: MaximumBranch) -> MaximumBranch:
     """Two branches that meet, as one."""
-    shift = len(low.values) - 1
-    events = low.events | {i + shift: event for i, event in high.events.items()}
     values, conditions = low.values + high.values[1:], low.conditions + high.conditions[1:]
     end_status = low.end_status[0], high.end_status[1]
-    return MaximumBranch(low.parameter, values, conditions, events, end_status)
+    return MaximumBranch(low.parameter, values, conditions, low.events | high.events, end_status)

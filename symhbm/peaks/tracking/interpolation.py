@@ -74,7 +74,7 @@ def fill(branch: MaximumBranch, start: float, end: float) -> None:
     """Add points to a branch until cubic interpolation is accurate."""
     parameter, values = branch.parameter, branch.values
     numbers = [i for i, value in enumerate(values) if start <= value <= end]
-    pending = [(values[i], values[i + 1], 0) for i in numbers[:-1] if i not in branch.events]
+    pending = [(values[i], values[i + 1], 0) for i in numbers[:-1] if branch.event_after(i) is None]
     while pending:
         low, high, depth = pending.pop()
         maxima = [branch.conditions[bisect_left(values, value)] for value in (low, high)]
