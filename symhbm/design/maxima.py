@@ -138,7 +138,7 @@ class Response:
             step = advanced(conditions, problem)
             if step is None and not few:
                 return None
-            moved = step[0] if step else retrack(self._second_order, conditions, problem)
+            moved = step[0] if step else retrack(conditions, problem)
             if moved is not None and not self._inside(moved.maximum):
                 return None  # The end of the band takes the place of a peak that left it.
             if moved is not None:

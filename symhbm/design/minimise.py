@@ -18,6 +18,7 @@ from symhbm.design.outcome import (
     certificate,
     checked,
     infeasible,
+    is_complete,
     report,
     report_of_fresh,
     status_of,
@@ -175,7 +176,7 @@ def minimise_peak(
     found = None
     if np.isfinite(design.value):
         found = task.compared(result, np.array([state.height for state in design.states]))
-    if status in _GOOD and not (task.complete(result) if found is None else found.agrees):
+    if status in _GOOD and not (is_complete(result) if found is None else found.agrees):
         status = Status.DESIGN_NOT_SURVEYED
     dims = dict(zip(task.sweep.dims, task.sweep.shape, strict=True))
     result = result.merge(report(program, cases, search_result, dims))

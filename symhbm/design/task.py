@@ -17,7 +17,6 @@ from symhbm.design.variables import DesignVariables
 from symhbm.model import DOUBT, warn_of_doubts
 from symhbm.model.linear import natural_band
 from symhbm.numerics import FloatArray, check
-from symhbm.peaks import COMPLETE
 from symhbm.response import frf
 from symhbm.results import Sweep, parse, runs
 
@@ -171,11 +170,6 @@ class Task:
         if first.problem is not self.problem or (single and wide):
             return None
         return compared(result, self.sweep, first, heights[: self.sweep.size])
-
-    @staticmethod
-    def complete(result: xr.Dataset) -> bool:
-        """Whether all curves of responses reached the ends of their bands."""
-        return bool(result["status"].isin([*map(str, COMPLETE)]).all())
 
 
 def _resonances(

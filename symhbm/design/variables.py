@@ -59,19 +59,10 @@ class DesignVariables:
 
     def parameters(self, problem: HarmonicBalance, x: FloatArray) -> dict[str, FloatArray]:
         """Parameters of a problem at ``x``; entries of no group keep their values."""
-        values = self.values(x)
-        result = {}
-        for name in self.names:
-            array = np.array(problem.parameters[name], dtype=float)
-            for group, value in zip(self.groups, values, strict=True):
-                if group.parameter == name:
-                    entries = list(group.entries)
-                    scaled = value * self.ratios[name][entries]
-                    if array.ndim:
-                        array[entries] = scaled
-                    else:
-                        array = scaled[0]
-            result[name] = array
+        result = {name: np.array(problem.parameters[name], dtype=float) for name in self.names}
+        for group, value in zip(self.groups, self.values(x), strict=True):
+            entries = list(group.entries)
+            result[group.parameter].flat[entries] = value * self.ratios[group.parameter][entries]
         return result
 
     def problem(self, problem: HarmonicBalance, x: FloatArray) -> HarmonicBalance:
@@ -115,11 +106,8 @@ class DesignVariables:
         result = np.zeros((size, self.n_variables))
         for number, group in enumerate(self.groups):
             values = np.asarray(problem.parameters[group.parameter], dtype=float)
-            chosen = np.zeros(values.shape)
-            if values.ndim:
-                chosen[list(group.entries)] = values[list(group.entries)]
-            else:
-                chosen = values
+            chosen, entries = np.zeros(values.shape), list(group.entries)
+            chosen.flat[entries] = values.flat[entries]
             target = slices[group.parameter]
             balanced = np.atleast_1d(problem.own(group.parameter, chosen))
             result[target.start - first : target.stop - first, number] = balanced

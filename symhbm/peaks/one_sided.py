@@ -5,7 +5,6 @@ proportion to how far the motion is beyond the limit, so that the slopes of the 
 """
 
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 
@@ -18,16 +17,9 @@ _STATIONARY = 1e-6
 """Slope of the response beside a peak, over the frequency and scaled, that counts as zero."""
 
 
-class Slopes(NamedTuple):
-    """Derivatives of amplitude and frequency [Hz] by all parameters, (n_parameters,) each."""
-
-    amplitude: FloatArray
-    frequency: FloatArray
-
-    @classmethod
-    def of(cls, solved: Conditions) -> "Slopes":
-        """Those of a solved maximum."""
-        return cls(solved.gradient, solved.frequency_gradient / RADIANS)
+def slopes_of(solved: Conditions) -> FloatArray:
+    """Derivatives of amplitude and frequency [Hz] by all parameters, (2, n_parameters)."""
+    return np.array([solved.gradient, solved.frequency_gradient / RADIANS])
 
 
 def switches_on_limit(maximum: Maximum) -> list[int]:
@@ -41,8 +33,8 @@ def switches_on_limit(maximum: Maximum) -> list[int]:
     return [j for j, group, _, place in places if group.law.switches[place].name == "slip"]
 
 
-def both_sides(solved: Conditions, switch: int) -> tuple[Slopes, Slopes] | None:
-    """Slopes towards larger and smaller parameters of a maximum with a switch on its limit.
+def both_sides(solved: Conditions, switch: int) -> tuple[FloatArray, FloatArray] | None:
+    """`slopes_of` a maximum with a switch on its limit, towards larger and smaller parameters.
 
     None where the response peaks smoothly with the contact in one state alone: its peak is then at
     the limit on the other side, and begins with the same slope of the amplitude. The frequency of
@@ -63,10 +55,6 @@ def both_sides(solved: Conditions, switch: int) -> tuple[Slopes, Slopes] | None:
     row, n = corner.limit(second_order), maximum.problem.n_unknowns + 1
     # Where the margin grows with a parameter, larger values make the contact slip.
     grows = row[n:] + row[:n] @ sticking.by_parameters[:n]
-    stuck = Slopes.of(sticking)
-    slid = Slopes(slipping.gradient, np.full(grows.shape, np.nan))
-    larger, smaller = (
-        Slopes(*(np.where(slips, a, b) for a, b in zip(slid, stuck, strict=True)))
-        for slips in (grows > 0, grows < 0)
-    )
-    return larger, smaller
+    stuck = slopes_of(sticking)
+    slid = np.array([slipping.gradient, np.full(grows.shape, np.nan)])
+    return np.where(grows > 0, slid, stuck), np.where(grows < 0, slid, stuck)

@@ -118,7 +118,7 @@ def peak_curve(
             "peaks of friction over samples cannot be followed"
         )
     check_mean(problem)
-    first, last = (_with_value(problem, parameter, index, value) for value in (low, high))
+    first, last = (Parameter(problem, parameter, index, low, high).at(end) for end in (low, high))
     bands = _bands(frequency_band, first, last)
     limits = float(np.min(bands)), float(np.max(bands))
     problem.model.check_frequencies("frequency_band", limits)
@@ -148,14 +148,6 @@ def _verified_envelope(leading: LeadingBranches) -> UpperEnvelope:
         if leading.check(envelope.values_to_verify):
             return envelope
     return UpperEnvelope.of(leading.followed, leading.unbounded)
-
-
-def _with_value(
-    problem: HarmonicBalance, parameter: str, index: int | None, value: float
-) -> HarmonicBalance:
-    values = np.array(problem.parameters[parameter], dtype=float)
-    values[... if index is None else index] = value
-    return problem.with_parameters(**{parameter: values})
 
 
 def _bands(given: Any, *problems: HarmonicBalance) -> list[tuple[float, float]]:

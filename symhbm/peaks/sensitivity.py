@@ -16,10 +16,10 @@ import xarray as xr
 from symhbm.balance import HarmonicBalance, SecondOrder
 from symhbm.continuation.between import TIE, Peak, PeakKind
 from symhbm.model.contacts import ContactLaw
-from symhbm.numerics import RADIANS, largest_displacement, unknowns_of
+from symhbm.numerics import RADIANS, FloatArray, largest_displacement, unknowns_of
 from symhbm.peaks.conditions import Conditions, solve
 from symhbm.peaks.maximum import Maximum
-from symhbm.peaks.one_sided import Slopes, both_sides, switches_on_limit
+from symhbm.peaks.one_sided import both_sides, slopes_of, switches_on_limit
 from symhbm.results import (
     OWN_DIMENSIONS,
     VARIABLES,
@@ -55,8 +55,8 @@ _REST = 1e-12
 """Motion of a contact, relative to that of the structure, that round-off explains."""
 _SIDE = "towards_smaller"
 """End of the names of derivatives towards smaller values, where those differ."""
-_Derivatives = dict[int, tuple[Slopes, Slopes]]
-"""By the degree of freedom that peaks, towards larger and smaller values."""
+_Derivatives = dict[int, tuple[FloatArray, FloatArray]]
+"""By the degree of freedom that peaks, towards larger and smaller values, as of `slopes_of`."""
 
 
 def sensitivity(dataset: xr.Dataset, *, laws: Iterable[ContactLaw] = ()) -> xr.Dataset:
@@ -106,13 +106,13 @@ def sensitivity(dataset: xr.Dataset, *, laws: Iterable[ContactLaw] = ()) -> xr.D
     """
     stored = _stored_peaks(dataset, laws)
     status = np.full(stored.shape, "", dtype=object)
-    larger: dict[str, Slopes] = {}
-    one_sided: list[tuple[tuple[int, ...], Slopes]] = []
+    one_sided: list[tuple[tuple[int, ...], FloatArray]] = []
     problem, parameters = stored.problem, stored.problem.parameters
     n_dof = problem.whole.n_peaking if problem.goal is None else 1
-    for name in stored.names:
-        shape = (*stored.shape, n_dof, *np.shape(parameters[name]))
-        larger[name] = Slopes(np.full(shape, np.nan), np.full(shape, np.nan))
+    larger = {
+        name: np.full((2, *stored.shape, n_dof, *np.shape(parameters[name])), np.nan)
+        for name in stored.names
+    }
     for index in np.ndindex(stored.shape):
         status[index], by_dof = stored.derivatives(index)
         for dof, (towards_larger, towards_smaller) in by_dof.items():
@@ -121,9 +121,7 @@ def sensitivity(dataset: xr.Dataset, *, laws: Iterable[ContactLaw] = ()) -> xr.D
                 one_sided.append(((*index, dof), towards_smaller))
     sides = {"": larger}
     if one_sided:
-        smaller = {
-            name: Slopes(*(values.copy() for values in pair)) for name, pair in larger.items()
-        }
+        smaller = {name: values.copy() for name, values in larger.items()}
         for place, slopes in one_sided:
             stored.enter(smaller, place, slopes)
         sides[_SIDE] = smaller
@@ -131,13 +129,13 @@ def sensitivity(dataset: xr.Dataset, *, laws: Iterable[ContactLaw] = ()) -> xr.D
     result = dataset.drop_dims([d for d in dataset.dims if d in {*OWN_DIMENSIONS} - kept_dims])
     dropped = [name for name in result.variables if name in VARIABLES and name not in _KEPT]
     result = result.drop_vars(dropped)
-    attributes = _attributes(variables.meaning("peaking_dof", records_of_problem(problem)))
+    records = records_of_problem(problem)
+    attributes = _attributes(variables.meaning("peaking_dof", records))
     result = result.assign_coords(peaking_dof=("peaking_dof", np.arange(n_dof), attributes))
     result["sensitivity_status"] = stored.dims, status, _attributes(VARIABLES["sensitivity_status"])
-    records = records_of_problem(stored.problem)
     for side, derivatives in sides.items():
         for name, pair in derivatives.items():
-            own = stored.problem.model.dims_of(name) if np.ndim(parameters[name]) else ()
+            own = problem.model.dims_of(name) if np.ndim(parameters[name]) else ()
             dims = (*stored.dims, "peaking_dof", *own)
             for of, values in zip(("peak_amplitude", "peak_frequency"), pair, strict=True):
                 meaning = variables.derivative(of, name, records, side.replace("_", " "))
@@ -179,11 +177,13 @@ class _StoredPeaks:
         pairs = pairwise([0, *ends])
         return {name: slice(*pair) for name, pair in zip(self.names, pairs, strict=True)}
 
-    def enter(self, derivatives: dict[str, Slopes], place: tuple[int, ...], slopes: Slopes) -> None:
+    def enter(
+        self, derivatives: dict[str, FloatArray], place: tuple[int, ...], slopes: FloatArray
+    ) -> None:
         """Enter the derivatives of one peak and degree of freedom by all parameters."""
         for name, columns in self.columns.items():
-            for target, row in zip(derivatives[name], slopes, strict=True):
-                target[place] = row[columns].reshape(np.shape(self.problem.parameters[name]))
+            shape = 2, *np.shape(self.problem.parameters[name])
+            derivatives[name][(slice(None), *place)] = slopes[:, columns].reshape(shape)
 
     def derivatives(self, index: tuple[int, ...]) -> tuple[str, _Derivatives]:
         """Sensitivity status of one peak, and derivatives of its amplitude and frequency by dof."""
@@ -298,7 +298,7 @@ def _derivatives(
                 return NOT_VERIFIED, {}
             sides = both_sides(solved, onset[0]) if onset else None
             if sides is None:
-                slopes = Slopes.of(solved)
+                slopes = slopes_of(solved)
                 sides = slopes, slopes
             else:
                 contact = problem.contacts.of_switches[onset[0]]

@@ -29,6 +29,13 @@ def with_load(problem, load):
     return problem.with_parameters(normal_load=load)
 
 
+def followed(start, end, names, maximum, bands=()):
+    """The maximum over all parameters between two problems that differ."""
+    solved = verified(SecondOrder(start, names), maximum)
+    assert solved is not None
+    return track(solved, problems_between(start, end, names), bands)
+
+
 def mistuned_disk():
     disk = sh.bladed_disk(5, **BLADE, contact_stiffness=1e6, normal_load=10)
     spreads: dict[str, Any] = dict(friction_coefficient=0.4, contact_stiffness=0.2)
@@ -42,9 +49,9 @@ def test_one_blade_through_full_stick(first, last):
     start, end = with_load(SINGLE, first), with_load(SINGLE, last)
     names = ["normal_load"]
     highest = survey(start, [BAND]).maxima[0]
-    tracked = track(SecondOrder(start, names), highest, problems_between(start, end, names))
+    tracked = followed(start, end, names, highest)
     assert tracked.status == TrackStatus.REACHED_END
-    assert tracked.end == 1
+    assert tracked.steps[-1][0] == 1
     loads = [first * (last / first) ** s for s, _ in tracked.steps]
     heights = [conditions.maximum.amplitude for _, conditions in tracked.steps]
     np.testing.assert_allclose(heights, [exact_peak(at)[0][0] for at in loads], rtol=EXACT_DIGITS)
@@ -56,11 +63,10 @@ def test_one_blade_through_full_stick(first, last):
 def test_corners_and_changes_of_kind():
     problem, names = mistuned_disk(), ["normal_load"]
     start, end = with_load(problem, 3.0), with_load(problem, 6.0)
-    second_order = SecondOrder(problem, names)
     highest = survey(start, [(5.0, 400.0)]).maxima[0]
     assert highest.kind == "corner"
     at = problems_between(start, end, names)
-    tracked = track(second_order, highest, at)
+    tracked = followed(start, end, names, highest)
     assert tracked.events
     assert len({conditions.maximum.kind for _, conditions in tracked.steps}) == 2
     # Each step is a maximum of the frequency response at its parameters.
@@ -81,10 +87,9 @@ def test_track_ends_at_the_end_of_its_band():
     start, end = with_load(SINGLE, 2.5), with_load(SINGLE, 5.0)
     names, limits = ["normal_load"], (2 * np.pi * 18, 2 * np.pi * 19)
     highest = survey(start, [(18.0, 19.0)]).maxima[0]
-    at = problems_between(start, end, names)
-    tracked = track(SecondOrder(start, names), highest, at, bands=[limits])
+    tracked = followed(start, end, names, highest, [limits])
     assert tracked.status == TrackStatus.LEFT_BAND
-    load = 2.5 * 2**tracked.end
+    load = 2.5 * 2 ** tracked.steps[-1][0]
     assert exact_peak(load)[0][1] == pytest.approx(19, rel=1e-7)
 
 
@@ -94,7 +99,7 @@ def test_retrack_over_several_parameters():
     start = verified(SecondOrder(SINGLE, names), highest)
     assert start is not None
     target = SINGLE.with_parameters(normal_load=14.0, contact_stiffness=2e4, mass=1.3)
-    result = retrack(start.second_order, start, target)
+    result = retrack(start, target)
     assert result is not None
     blade = OneBlade(1.3, 0.5, 1e4, 2e4, 0.5 * 14, 1.0, 1.0)
     assert result.maximum.amplitude == pytest.approx(blade.peak()[0], rel=EXACT_DIGITS)

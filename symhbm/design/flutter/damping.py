@@ -3,6 +3,7 @@
 from __future__ import annotations
 
 import warnings
+from contextlib import suppress
 from typing import Any, Unpack
 
 import numpy as np
@@ -104,7 +105,8 @@ def maximise_damping(
         values = scanned_values(request.band, optimum.best.value)
         place = int(np.argmax(found["damping_ratio"].values))
         if optimum.best.kind != OptimumKind.RANGE:
-            point = surface.at(optimum.best.value, level, _unknowns(surface, found, place))
+            with suppress(ArithmeticError):
+                point = surface.at(optimum.best.value, level, _unknowns(surface, found, place))
     scanned = values, scan(surface, values, np.array([level]))
     status = Status.DAMPING_NOT_FOLLOWED
     if optimum is not None and complete:

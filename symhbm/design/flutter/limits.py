@@ -10,6 +10,7 @@ It is found at a maximum of the damping ratio, where two limit cycles meet, or a
 amplitudes.
 """
 
+from contextlib import suppress
 from dataclasses import dataclass, field
 from enum import StrEnum
 from functools import cached_property
@@ -19,7 +20,7 @@ import numpy as np
 
 from symhbm.continuation import EventKind, Status
 from symhbm.design.flutter.surface import ModeSurface, SurfacePoint
-from symhbm.numerics import FloatArray, refined
+from symhbm.numerics import refined
 from symhbm.workers import progress_bar
 
 _COARSE = 9
@@ -109,51 +110,47 @@ class FlutterLimits:
             return Row(value, branch.status)
         if EventKind.FOLD in kinds:
             return Row(value, Status.MODE_TURNED_BACK)
-        turns = []
-        for point in branch.points[1:-1]:
-            if any(event.kind == EventKind.DAMPING_TURNS for event in point.events):
-                kind = LimitKind.FOLD if len(point.events) == 1 else LimitKind.CORNER
-                found = self._at(value, 10.0**point.value, point.unknowns)
-                if found is not None and kind == LimitKind.FOLD:
-                    found = self._polished(found)
-                turns.append((found, kind))
         places = [*self.disturbances, self.amplitudes[1]]
         states = [branch.at(float(np.log10(place)))[0][0] for place in places]
-        if any(state is None for state in states):
+        turns, ends = [], []
+        try:
+            for point in branch.points[1:-1]:
+                if any(event.kind == EventKind.DAMPING_TURNS for event in point.events):
+                    found = self.surface.at(value, 10.0**point.value, point.unknowns)
+                    if len(point.events) == 1:
+                        turns.append((self._polished(found), LimitKind.FOLD))
+                    else:
+                        turns.append((found, LimitKind.CORNER))
+            for place, state in zip(places, states, strict=True):
+                if state is None:
+                    return Row(value, Status.POINTS_MISSING)
+                ends.append(self.surface.at(value, place, state.state[:-1]))
+        except ArithmeticError:
             return Row(value, Status.POINTS_MISSING)
-        ends = [
-            self._at(value, place, state.state[:-1])
-            for place, state in zip(places, states, strict=True)
-            if state is not None
-        ]
-        if any(point is None for point in [*ends, *(point for point, _ in turns)]):
-            return Row(value, Status.POINTS_MISSING)
-        known = tuple(point for point in ends if point is not None)
-        inside = [(point, kind) for point, kind in turns if point is not None]
-        limits = tuple(self._limit(begin, known[-1], inside) for begin in known[:-1])
-        return Row(value, Status.SUCCESS, limits, known)
-
-    def _at(self, value: float, amplitude: float, near: FloatArray) -> SurfacePoint | None:
-        return self.surface.at(value, amplitude, near)
+        limits = tuple(self._limit(begin, ends[-1], turns) for begin in ends[:-1])
+        return Row(value, Status.SUCCESS, limits, tuple(ends))
 
     def _polished(self, point: SurfacePoint) -> SurfacePoint:
         """A maximum or a minimum to the last digits, by the secant method on its slope."""
-        best, before = point, self._moved(point, _SECANT)
-        for _ in range(_MAX_SECANTS):
-            if before is None or before.by_amplitude == point.by_amplitude:
-                break
-            run = np.log(point.amplitude / before.amplitude)
-            step = -run * point.by_amplitude / (point.by_amplitude - before.by_amplitude)
-            before, point = point, self._moved(point, float(step)) or point
-            if abs(point.by_amplitude) < abs(best.by_amplitude):
-                best = point
-            if not _ROUND_OFF < abs(step) < _FAR:
-                break
+        best = point
+        with suppress(ArithmeticError):
+            before = self._moved(point, _SECANT)
+            for _ in range(_MAX_SECANTS):
+                if before.by_amplitude == point.by_amplitude:
+                    break
+                run = np.log(point.amplitude / before.amplitude)
+                step = -run * point.by_amplitude / (point.by_amplitude - before.by_amplitude)
+                before, point = point, self._moved(point, float(step))
+                if abs(point.by_amplitude) < abs(best.by_amplitude):
+                    best = point
+                if not _ROUND_OFF < abs(step) < _FAR:
+                    break
         return best
 
-    def _moved(self, point: SurfacePoint, step: float) -> SurfacePoint | None:
+    def _moved(self, point: SurfacePoint, step: float) -> SurfacePoint:
         """The mode at an amplitude that is larger by a ``step`` of its logarithm."""
-        return self._at(point.value, point.amplitude * float(np.exp(step)), point.unknowns)
+        amplitude = point.amplitude * float(np.exp(step))
+        return self.surface.at(point.value, amplitude, point.unknowns)
 
     def _limit(
         self, begin: SurfacePoint, last: SurfacePoint, turns: list[tuple[SurfacePoint, LimitKind]]

@@ -10,8 +10,9 @@ from symhbm.balance import HarmonicBalance
 from symhbm.continuation import EventKind, SolveError, Status
 from symhbm.design.flutter.optimum import LEVEL, Optimum, OptimumKind
 from symhbm.design.flutter.surface import ModeSurface, SurfacePoint
+from symhbm.design.outcome import labelled, with_certificate
 from symhbm.numerics import FloatArray
-from symhbm.results import Request, meaning
+from symhbm.results import Request
 
 GOOD = (Status.DAMPING_LARGEST, Status.DAMPING_AT_BOUND, Status.DAMPING_ON_RANGE)
 """Statuses of an answer."""
@@ -104,16 +105,11 @@ def report(
         "scan_value": ("scan", scanned[0]),
         "scan_damping_ratio": ("scan", scanned[1]),
     }
-    return xr.Dataset({name: (*value, _about(name)) for name, value in table.items()})
+    return labelled(table)
 
 
 def _column(values: Sequence[float]) -> FloatArray:
     return np.array(values, dtype=float)
-
-
-def _about(name: str) -> dict[str, str]:
-    entry = meaning(name)
-    return {"units": entry.units, "long_name": entry.long_name}
 
 
 def certificate(
@@ -165,8 +161,7 @@ def certificate(
 
 def finished(result: xr.Dataset, status: Status, text: str, throw: bool) -> xr.Dataset:
     """The dataset with its status and certificate; SolveError without an answer if asked for."""
-    said = {"design_status": ((), str(status)), "certificate": ((), text)}
-    result = result.assign({name: (*value, _about(name)) for name, value in said.items()})
+    result = with_certificate(result, status, text)
     if throw and status not in GOOD:
         raise SolveError(str(status), result)
     return result

@@ -58,20 +58,20 @@ class ModeSurface:
         curve = NonlinearModeProblem(problem, linear.dof)
         return follow_mode(curve, linear, (low, high), self.request.max_points)
 
-    def at(self, value: float, amplitude: float, near: FloatArray) -> SurfacePoint | None:
-        """The mode there by Newton's method from the unknowns of one ``near``, if it finds one."""
+    def at(self, value: float, amplitude: float, near: FloatArray) -> SurfacePoint:
+        """The mode there by Newton's method from the unknowns of one ``near``.
+
+        ArithmeticError where it finds none, or no slopes.
+        """
         curve = self.curve.with_level(amplitude)
-        try:
-            result = newton(partial(curve.evaluate, value=value), near)
-        except ArithmeticError:
-            return None
+        result = newton(partial(curve.evaluate, value=value), near)
         factors, place = Factorisation(result.evaluation.jacobian), curve.damping_place
         by_size = np.zeros(curve.n_unknowns)
         by_size[-1] = result.evaluation.magnitude  # the amplitude is in the last condition alone
         slopes = [factors.solve(part) for part in (-result.evaluation.by_parameter, by_size)]
         by_value, by_amplitude = (np.nan if s is None else float(s[place]) for s in slopes)
         if not result.converged or not np.isfinite([by_value, by_amplitude]).all():
-            return None
+            raise ArithmeticError(f"no mode was found at an amplitude of {amplitude:g} m")
         return SurfacePoint(
             value,
             amplitude,

@@ -1,7 +1,7 @@
 """What is said of an optimal design: its dataset, status, certificate and derivatives."""
 
 from symhbm.design.outcome.certificate import certificate, status_of
-from symhbm.design.outcome.final_check import Comparison, compared
+from symhbm.design.outcome.final_check import Comparison, compared, is_complete
 from symhbm.design.outcome.report import (
     checked,
     in_units,
@@ -9,6 +9,7 @@ from symhbm.design.outcome.report import (
     labelled,
     report,
     report_of_fresh,
+    table_of,
     with_certificate,
 )
 
@@ -19,9 +20,11 @@ __all__ = [
     "compared",
     "in_units",
     "infeasible",
+    "is_complete",
     "labelled",
     "report",
     "report_of_fresh",
     "status_of",
+    "table_of",
     "with_certificate",
 ]

@@ -46,8 +46,7 @@ class Comparison(NamedTuple):
 
 def compared(result: xr.Dataset, sweep: Sweep, peak: NamedPeak, heights: FloatArray) -> Comparison:
     """Stored amplitudes of a response beside the logarithms of the largest (n_cases,) of a peak."""
-    complete = bool(result["status"].isin([*map(str, COMPLETE)]).all())
-    n_points, n_peaks, highest = 0, 0, 0.0
+    counts, highest = [0, 0], 0.0
     for number in range(sweep.size):
         index = np.unravel_index(number, sweep.shape) if sweep.shape else ()
         one = result.isel(dict(zip(sweep.dims, index, strict=True)))
@@ -59,14 +58,14 @@ def compared(result: xr.Dataset, sweep: Sweep, peak: NamedPeak, heights: FloatAr
         if peak.dof is None:  # peaks that are stored are those of the largest response
             found.append((one["peak_frequency"].values, one["peak_amplitude"].values))
         for kind, (frequency, amplitude) in enumerate(found):
-            inside = np.zeros(frequency.shape, dtype=bool)
-            for low, high in peak.bands[number]:
-                inside |= (frequency >= low) & (frequency <= high)
-            inside &= ~np.isnan(amplitude)
-            if kind:
-                n_peaks += int(inside.sum())
-            else:
-                n_points += int(inside.sum())
+            bands = [(frequency >= low) & (frequency <= high) for low, high in peak.bands[number]]
+            inside = np.any(bands, axis=0) & ~np.isnan(amplitude)
+            counts[kind] += int(inside.sum())
             largest = amplitude[inside].max(initial=0.0)
             highest = max(highest, float(largest / np.exp(heights[number])))
-    return Comparison(n_points, n_peaks, highest, complete)
+    return Comparison(counts[0], counts[1], highest, is_complete(result))
+
+
+def is_complete(result: xr.Dataset) -> bool:
+    """Whether all curves of responses reached the ends of their bands."""
+    return bool(result["status"].isin([*map(str, COMPLETE)]).all())

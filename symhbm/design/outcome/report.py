@@ -28,26 +28,21 @@ def report(
     """All variables of a design but its response; ``shape`` are the dimensions of the cases."""
     variables, design, active = program.variables, search_result.design, search_result.active
     starts, descents = search_result.starts, search_result.descents
-    labels = [group.label for group in variables.groups]
-    units = [cases.work.problem.records[group.parameter].units for group in variables.groups]
+    n = variables.n_variables
     of_peak = program.aims[0].is_peak
     heights = np.array([state.height for state in design.states])
-    multipliers, stationarity, curvature = np.zeros(len(labels)), np.nan, np.nan
+    multipliers, stationarity, curvature = np.zeros(n), np.nan, np.nan
     if active is not None:
         multipliers = np.where(active.free, 0.0, active.bound_multipliers)
         stationarity, curvature = active.stationarity, active.curvature
 
     def values(designs: Sequence[Design]) -> np.ndarray:
-        return np.array([variables.values(d.x) for d in designs]).reshape(-1, len(labels))
+        return np.array([variables.values(d.x) for d in designs]).reshape(-1, n)
 
     what = "amplitude" if of_peak else "aim"
     ended = [descent.design for descent in descents]
-    table: dict[str, Any] = {
-        "variable": ("variable", np.array(labels, dtype=object)),
-        "variable_units": ("variable", np.array(units, dtype=object)),
+    table = table_of(variables, cases) | {
         "design_value": ("variable", variables.values(design.x)),
-        "design_lower": ("variable", np.exp(variables.lower)),
-        "design_upper": ("variable", np.exp(variables.upper)),
         "design_bound_multiplier": ("variable", multipliers),
         f"design_{what}": ((), amplitudes(design.value)),
         "design_optimality": ((), stationarity),
@@ -79,6 +74,21 @@ def report(
     return in_units(labelled(table, records_of_problem(cases.work.problem)), cases.work.peaks)
 
 
+def table_of(variables: DesignVariables, cases: Cases) -> dict[str, Any]:
+    """The variables of a design by name, with their units and bounds."""
+    units = [cases.work.problem.records[group.parameter].units for group in variables.groups]
+    return {
+        "variable": ("variable", _labels(variables)),
+        "variable_units": ("variable", np.array(units, dtype=object)),
+        "design_lower": ("variable", np.exp(variables.lower)),
+        "design_upper": ("variable", np.exp(variables.upper)),
+    }
+
+
+def _labels(variables: DesignVariables) -> np.ndarray:
+    return np.array([group.label for group in variables.groups], dtype=object)
+
+
 def in_units(result: xr.Dataset, peaks: Sequence[NamedPeak]) -> xr.Dataset:
     """A dataset of named peaks, with their units beside them where some are of goals."""
     if all(peak.goal is None for peak in peaks):
@@ -103,10 +113,11 @@ def infeasible(
     problem: HarmonicBalance, variables: DesignVariables, names: Sequence[str]
 ) -> xr.Dataset:
     """A dataset of the problem where no design is possible."""
-    labels = np.array([group.label for group in variables.groups], dtype=object)
     unknown = np.full(variables.n_variables, np.nan)
     data = {"design_value": ("variable", unknown), "design_amplitude": ((), np.nan)}
-    coordinates = {"variable": ("variable", labels, _attributes("variable", PARAMETERS))}
+    coordinates = {
+        "variable": ("variable", _labels(variables), _attributes("variable", PARAMETERS))
+    }
     records = records_of_problem(problem)
     labelled = {name: (*value, _attributes(name, records)) for name, value in data.items()}
     parts = with_provenance(labelled, coordinates, problem, Sweep({}, (), ()))

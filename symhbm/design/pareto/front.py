@@ -14,7 +14,15 @@ from symhbm.continuation import Status
 from symhbm.design import tolerances
 from symhbm.design.cases import Cases
 from symhbm.design.maxima import amplitudes
-from symhbm.design.outcome import checked, in_units, infeasible, labelled, with_certificate
+from symhbm.design.outcome import (
+    checked,
+    in_units,
+    infeasible,
+    is_complete,
+    labelled,
+    table_of,
+    with_certificate,
+)
 from symhbm.design.pareto.points import (
     END,
     FLAT,
@@ -38,19 +46,14 @@ def dataset_of(
     """All variables of a front but its responses; removed points are apart."""
     variables = program.variables
     on, off = ([p for p in points if bool(p.removed) == removed] for removed in (False, True))
-    units = [cases.work.problem.records[group.parameter].units for group in variables.groups]
     actives = [point.found.active for point in on]
     heights = [
         program.levels(np.array([state.height for state in point.found.design.states]))
         for point in on
     ]
     n_active = np.array([0 if a is None else len(a.maxima) for a in actives], dtype=np.int32)
-    table: dict[str, Any] = {
-        "aim": ("aim", np.array([aim.name for aim in aims], dtype=object)),
-        "variable": ("variable", _texts([group.label for group in variables.groups])),
-        "variable_units": ("variable", _texts(units)),
-        "design_lower": ("variable", np.exp(variables.lower)),
-        "design_upper": ("variable", np.exp(variables.upper)),
+    table = table_of(variables, cases) | {
+        "aim": ("aim", _texts([aim.name for aim in aims])),
         "named_peak": ("named_peak", _texts(program.peaks)),
         "front_aim": (("front", "aim"), _aims(on)),
         "front_value": (("front", "variable"), _values(variables, on)),
@@ -292,7 +295,7 @@ def _compared(task: Task, result: xr.Dataset, points: Sequence[FrontPoint]) -> t
     ]
     known = [comparison for comparison in found if comparison is not None]
     if not known:
-        return task.complete(result), ""
+        return is_complete(result), ""
     counts = sum(one.n_points for one in known), sum(one.n_peaks for one in known)
     what = f"of {counts[0]} stored points and {counts[1]} peaks of all responses in the band"
     if all(one.agrees for one in known):

@@ -9,7 +9,7 @@ from end to end. Every point of a front is met by such a line, where the front i
 import hashlib
 import json
 import os
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
@@ -71,10 +71,6 @@ class KeptDesigns:
         """The working file."""
         assert self.target is not None
         return self.target.with_name(self.target.name + _SUFFIX)
-
-    def get(self, name: str) -> FloatArray | None:
-        """The design that was found, None for none."""
-        return self.designs.get(name)
 
     def add(self, name: str, x: FloatArray) -> None:
         """Keep a design; the working file is whole at any time."""
@@ -260,7 +256,7 @@ class _Searches:
         """The optimum of one aim; of several designs that have it the best in the other aim."""
         program = replace(self.program, aims=(self.aims[number],))
         name = f"end {number}"
-        found = self._found(name, program, lambda: search(program, self.cases, [], None))
+        found = self._found(name, program)
         point = self._point(float(number), END, program, found)
         active = point.found.active
         strict = active is not None and active.curvature > tolerances.LEVEL
@@ -275,11 +271,7 @@ class _Searches:
         scales[number], offsets[number] = _NEAR_OPTIMUM, point.aims[number]
         both = self._both(offsets, scales)
         starts = [point.x, self.program.variables.lower, self.program.variables.upper]
-        found = self._found(
-            f"{name}, the best in the other aim",
-            both,
-            lambda: best_of(both, self.cases, starts, 1, 1),
-        )
+        found = self._found(f"{name}, the best in the other aim", both, starts)
         better = self._point(float(number), END, both, found)
         gained = better.aims[other] < point.aims[other] - tolerances.AGREE
         kept = better.aims[number] <= point.aims[number] + 10 * _NEAR_OPTIMUM
@@ -296,11 +288,7 @@ class _Searches:
         program = replace(
             self.program, aims=(self.aims[other],), limits=self.program.limits.joined(row)
         )
-        found = self._found(
-            f"end {number}, the best in the other aim",
-            program,
-            lambda: best_of(program, self.cases, [point.x], 1, 1),
-        )
+        found = self._found(f"end {number}, the best in the other aim", program, [point.x])
         better = self._point(float(number), END, program, found)
         gained = better.aims[other] < point.aims[other] - tolerances.AGREE
         return better if gained else point
@@ -318,21 +306,23 @@ class _Searches:
         # Tolerances hold for logarithms of aims: a narrow range is not stretched.
         program = self._both(_chord(first, last, share), corner / corner.min())
         starts = [*near, (1 - share) * first.x + share * last.x]
-        found = self._found(
-            f"between {share!r} {run}",
-            program,
-            lambda: best_of(program, self.cases, starts, self.n_starts or 1, 1),
-        )
+        found = self._found(f"between {share!r} {run}", program, starts, self.n_starts or 1)
         return self._point(share, BETWEEN, program, found)
 
     def _found(
-        self, name: str, program: Program, searched: Callable[[], SearchResult]
+        self, name: str, program: Program, starts: Sequence[FloatArray] = (), n_starts: int = 1
     ) -> SearchResult:
-        """What a search finds, or the design that is kept of it, solved for again."""
-        x = self.kept.get(name)
+        """What a search finds, or the design that is kept of it, solved for again.
+
+        It begins at ``starts``, and at ``n_starts`` spread designs; without any it is a whole one.
+        """
+        x = self.kept.designs.get(name)
         if x is not None:
             return again(program, self.cases, x)
-        found = searched()
+        if starts:
+            found = best_of(program, self.cases, [*starts], n_starts, 1)
+        else:
+            found = search(program, self.cases, [], None)
         if np.isfinite(found.design.value):
             self.kept.add(name, found.design.x)
         return found

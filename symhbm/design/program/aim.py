@@ -105,9 +105,8 @@ class Aim:
     def merged(self, index: NDArray[np.intp], n_variables: int) -> "Aim":
         """The same of fewer variables, where variable ``j`` here is ``index[j]`` of those."""
         peaks, x = self.logarithm.sx_in()[0], ca.SX.sym("x", n_variables)
-        spread = ca.vertcat(*(x[int(j)] for j in index))
-        function = ca.Function("aim", [peaks, x], [self.logarithm(peaks, spread)])
-        return replace(self, logarithm=function)
+        merged = self.logarithm(peaks, x[index.tolist()])
+        return replace(self, logarithm=ca.Function("aim", [peaks, x], [merged]))
 
 
 @dataclass(frozen=True)
@@ -175,12 +174,8 @@ class Limits:
     def merged(self, index: NDArray[np.intp], n_variables: int) -> "Limits":
         """The same of fewer variables, where variable ``j`` here is ``index[j]`` of those."""
         x = ca.SX.sym("x", n_variables)
-        spread = ca.vertcat(*(x[int(j)] for j in index))
-        matrix = np.zeros((self.n_rows, n_variables))
-        for j, target in enumerate(index):
-            matrix[:, target] += self.matrix[:, j]
-        function = ca.Function("limits", [x], [self(spread)])
-        return replace(self, function=function, matrix=matrix)
+        function = ca.Function("limits", [x], [self(x[index.tolist()])])
+        return replace(self, function=function, matrix=self.matrix @ np.eye(n_variables)[index])
 
     def contradiction(self, lower: FloatArray, upper: FloatArray) -> str:
         """Names of linear rows that no values in the bounds satisfy together, "" for none found."""

@@ -11,6 +11,7 @@ import numpy as np
 import scipy
 
 from symhbm.balance import HarmonicBalance, SecondOrder
+from symhbm.continuation import ParameterProblem
 from symhbm.numerics import FloatArray
 from symhbm.peaks.conditions import Conditions
 from symhbm.peaks.tracking import tolerances
@@ -44,27 +45,17 @@ class Parameter:
         return SecondOrder(self.problem, [self.name])
 
     @cached_property
-    def _chosen(self) -> FloatArray:
-        """1 for the entries that vary, 0 for the others."""
-        chosen = np.ones(np.shape(self.problem.parameters[self.name]))
-        if self.index is not None:
-            chosen[:] = np.arange(len(chosen)) == self.index
-        return chosen
+    def _moving(self) -> ParameterProblem:
+        return ParameterProblem(self.problem, self.name, np.nan, self.index)
 
     @cached_property
     def _direction(self) -> FloatArray:
-        return np.atleast_1d(self.problem.own(self.name, self._chosen))
+        return np.atleast_1d(self._moving.chosen(self.problem))
 
     @cached_property
     def at(self) -> Callable[[float], HarmonicBalance]:
         """The problem at a value."""
-        nominal = np.asarray(self.problem.parameters[self.name], dtype=float)
-
-        def at(value: float) -> HarmonicBalance:
-            values = np.where(self._chosen > 0, value, nominal)
-            return self.problem.with_parameters(**{self.name: values})
-
-        return lru_cache(maxsize=64)(at)
+        return lru_cache(maxsize=64)(lambda value: self._moving.at(value)[0])
 
     def problem_path(self, first: float, last: float) -> Callable[[float], HarmonicBalance]:
         """The problems from one value (0) to another (1)."""
@@ -174,7 +165,7 @@ class MaximumBranch:
                 return result[0]
         for side in sides:
             problem_path = self.parameter.problem_path(self.values[side], value)
-            tracked = track(self.parameter.second_order, self.conditions[side], problem_path)
+            tracked = track(self.conditions[side], problem_path)
             if tracked.status == TrackStatus.REACHED_END:
                 return tracked.steps[-1][1]
         return None
@@ -205,8 +196,7 @@ class FollowedBranches:
     def follow(self, start: Conditions, first: float, last: float) -> None:
         """Follow a maximum from one value to another, and join it to the branches it meets."""
         parameter, down = self.parameter, last < first
-        problem_path = parameter.problem_path(first, last)
-        tracked = track(parameter.second_order, start, problem_path, bands=self.bands)
+        tracked = track(start, parameter.problem_path(first, last), self.bands)
         steps = [(parameter.value(first, last, s), maximum) for s, maximum in tracked.steps]
         events = {steps[i][0]: -1 if down else 1 for i in tracked.events}
         end_status = TrackStatus.REACHED_END, tracked.status
@@ -215,7 +205,7 @@ class FollowedBranches:
             self.unbounded.append((last, end) if down else (end, last))
             self.poles.append((parameter.value(first, last, tracked.pole), highest))
         if down:
-            steps, end_status = steps[::-1], end_status[::-1]
+            steps, end_status = steps[::-1], (tracked.status, TrackStatus.REACHED_END)
         kept = steps[:1]
         kept += [step for before, step in pairwise(steps) if step[0] > before[0]]
         values, conditions = [value for value, _ in kept], [maximum for _, maximum in kept]

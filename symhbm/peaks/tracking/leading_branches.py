@@ -60,6 +60,7 @@ class LeadingBranches:
         triples = zip(surveyed[::2], surveyed[1::2], surveyed[2::2], strict=False)
         pending = [(*triple, remaining) for triple in triples]
         for depth in range(tolerances.SURVEY_DEPTH + 1):
+            last = depth == tolerances.SURVEY_DEPTH
             intervals: list[tuple[SurveyedValue, SurveyedValue, int]] = []
             for low, middle, high, remaining in pending:
                 self._follow_candidates(low, high)
@@ -68,12 +69,12 @@ class LeadingBranches:
                 remaining = remaining - 1 if confirmed else tolerances.CONFIRMATIONS
                 self._follow_candidates(low, middle)
                 self._follow_candidates(middle, high)
-                if not agrees and depth == tolerances.SURVEY_DEPTH:
+                if not agrees and last:
                     self.unresolved.append((low.value, high.value))
                 wide = high.value > (1 + tolerances.MIN_INTERVAL) * low.value
                 if remaining and (wide or not agrees):
                     intervals += [(low, middle, remaining), (middle, high, remaining)]
-            if depth == tolerances.SURVEY_DEPTH:
+            if last:
                 return
             middles = self.survey(
                 [self.parameter.value(low.value, high.value, 0.5) for low, high, _ in intervals]
@@ -87,11 +88,8 @@ class LeadingBranches:
         """Survey further values and follow what was missed there; whether all surveys agree."""
         agrees = True
         new_values = self.survey([value for value in values if value not in self.surveyed])
-        all_values = sorted(self.surveyed)
         for surveyed in new_values:
-            index = all_values.index(surveyed.value)
-            neighbours = all_values[max(index - 1, 0) : index + 2]
-            low, high = self.surveyed[neighbours[0]], self.surveyed[neighbours[-1]]
+            low, *_, high = self._neighbours(surveyed)
             if not self._agrees(surveyed) or self._reveals_leader(low, surveyed, high):
                 self._follow_candidates(low, surveyed)
                 self._follow_candidates(surveyed, high)
@@ -176,10 +174,13 @@ class LeadingBranches:
 
     def _between_unbounded(self, surveyed: SurveyedValue) -> bool:
         """Whether the surveys on both sides are unbounded."""
+        return all(neighbour.survey.unbounded for neighbour in self._neighbours(surveyed))
+
+    def _neighbours(self, surveyed: SurveyedValue) -> list[SurveyedValue]:
+        """The survey at the value before, the one given and that at the value after."""
         values = sorted(self.surveyed)
         index = values.index(surveyed.value)
-        neighbours = [self.surveyed[v] for v in values[max(index - 1, 0) : index + 2]]
-        return all(neighbour.survey.unbounded for neighbour in neighbours)
+        return [self.surveyed[v] for v in values[max(index - 1, 0) : index + 2]]
 
 
 def _first_values(parameter: Parameter, wanted: list[float]) -> list[float]:

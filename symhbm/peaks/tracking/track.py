@@ -13,7 +13,7 @@ from itertools import product
 
 import numpy as np
 
-from symhbm.balance import HarmonicBalance, SecondOrder
+from symhbm.balance import HarmonicBalance
 from symhbm.numerics import FloatArray
 from symhbm.peaks.conditions import Conditions
 from symhbm.peaks.maximum import Maximum, MaximumKind
@@ -46,18 +46,17 @@ class TrackStatus(StrEnum):
 class Track:
     """A maximum over shares of the distance in parameters: solved ``steps`` and final ``status``.
 
-    ``events`` are indices of steps at an event, in the state before it; the next step is in the
-    state after it.
+    ``at`` gives copies of its problem with other values of the parameters that it is derived by,
+    from those of the start (0) to those of the end (1). ``bands`` [rad/s] limit its frequency; by
+    default nothing does. ``events`` are indices of steps at an event, in the state before it; the
+    next step is in the state after it.
     """
 
+    at: Callable[[float], HarmonicBalance]
+    bands: Sequence[tuple[float, float]] = ()
     steps: list[tuple[float, Conditions]] = field(default_factory=list)
     events: list[int] = field(default_factory=list)
     status: TrackStatus = TrackStatus.REACHED_END
-
-    @property
-    def end(self) -> float:
-        """The last share that was solved."""
-        return self.steps[-1][0] if self.steps else 0.0
 
     @property
     def pole(self) -> float:
@@ -73,68 +72,23 @@ class Track:
     @property
     def grows(self) -> bool:
         """Whether it grows towards a close pole: at least twofold over the last two thirds."""
-        remaining = self.pole - self.end
+        end, last = self.steps[-1]
+        remaining = self.pole - end
         if remaining >= tolerances.POLE_DISTANCE:
             return False
         before = [c.maximum.amplitude for s, c in self.steps if self.pole - s >= 3 * remaining]
-        return bool(before) and self.steps[-1][1].maximum.amplitude > 2 * before[-1]
+        return bool(before) and last.maximum.amplitude > 2 * before[-1]
 
-
-def track(
-    second_order: SecondOrder,
-    start: Maximum | Conditions,
-    at: Callable[[float], HarmonicBalance],
-    *,
-    bands: Sequence[tuple[float, float]] = (),
-) -> Track:
-    """Continue a maximum from ``at(0)`` to ``at(1)``.
-
-    ``at`` gives copies of the problem of ``second_order`` with other values of its parameters.
-    ``bands`` [rad/s] limit its frequency; by default nothing does.
-    """
-    return _Tracker(second_order, at, bands).run(start)
-
-
-def retrack(
-    second_order: SecondOrder, conditions: Conditions, problem: HarmonicBalance
-) -> Conditions | None:
-    """The maximum after a change of parameters: in one step, in several, or by a search.
-
-    The result is a verified maximum of the same degree of freedom, or None if it is gone.
-    """
-    step = advanced(conditions, problem)
-    if step is not None:
-        return step[0]
-    at = problems_between(conditions.maximum.problem, problem, second_order.names)
-    tracked = track(second_order, conditions, at)
-    if tracked.status == TrackStatus.REACHED_END and tracked.steps:
-        return tracked.steps[-1][1]
-    return search(second_order, expected_maximum(conditions, problem), problem)
-
-
-@dataclass
-class _Tracker:
-    """Step control and events of one track; arguments as of `track`."""
-
-    second_order: SecondOrder
-    at: Callable[[float], HarmonicBalance]
-    bands: Sequence[tuple[float, float]]
-
-    def run(self, start: Maximum | Conditions) -> Track:
+    def run(self, current: Conditions) -> None:
         """Step until the end is reached, the maximum is lost or leaves its band."""
-        track = Track()
-        current = start if isinstance(start, Conditions) else verified(self.second_order, start)
-        if current is None:
-            track.status = TrackStatus.DIED
-            return track
         if self.bands:
             self.bands = [band_of(current.maximum.frequency, self.bands)]
-        track.steps.append((0.0, current))
+        self.steps.append((0.0, current))
         step, s, failed, to_event = tolerances.FIRST_STEP, 0.0, -1.0, np.inf
         margins = self._margins(current)
         for _ in range(tolerances.MOST_STEPS):
             if s >= 1:
-                return track
+                return
             target = 1.0 if s + step > 1 - tolerances.EVENT_PRECISION else s + step
             corrected = advanced(current, self.at(target))
             at_event = False
@@ -149,10 +103,10 @@ class _Tracker:
                 rates = (margins[falling] - after[falling]) / (target - s)
                 to_event = float(np.min(after[falling] / rates, initial=np.inf))
                 (current, distance), s, margins = corrected, target, after
-                track.steps.append((s, current))
+                self.steps.append((s, current))
                 if _is_unbounded(current.maximum):
-                    track.status = TrackStatus.UNBOUNDED
-                    return track
+                    self.status = TrackStatus.UNBOUNDED
+                    return
                 ratio = tolerances.DESIRED_DISTANCE / max(distance, 1e-12)
                 step *= float(np.clip(np.sqrt(ratio), 0.3, 2.0))
                 step = min(step, tolerances.LARGEST_STEP)
@@ -162,22 +116,20 @@ class _Tracker:
             least = tolerances.EVENT_PRECISION if near_event else tolerances.SMALLEST_STEP
             if s >= 1 or not (at_event or (s < failed and step < least)):
                 continue
-            grows = track.grows
-            lost = grows and not at_event
+            lost = self.grows and not at_event
             continued = None if lost else self._continue_beyond(s, current)
             if continued is None:
-                track.status = self._end_of(current, grows)
-                return track
-            track.events.append(len(track.steps) - 1)
-            track.steps += self._steps_from_event(s, continued)
+                self.status = self._end_of(current)
+                return
+            self.events.append(len(self.steps) - 1)
+            self.steps += self._steps_from_event(s, continued)
             (s, current), step, failed, to_event = continued, tolerances.FIRST_STEP, -1.0, np.inf
             margins = self._margins(current)
-        track.status = TrackStatus.DIED
-        return track
+        self.status = TrackStatus.DIED
 
-    def _end_of(self, conditions: Conditions, grows: bool) -> TrackStatus:
+    def _end_of(self, conditions: Conditions) -> TrackStatus:
         """How a track ends at a maximum beyond which there is none."""
-        if grows:
+        if self.grows:
             return TrackStatus.UNBOUNDED
         return TrackStatus.LEFT_BAND if self._leaves_band(conditions) else TrackStatus.DIED
 
@@ -230,7 +182,7 @@ class _Tracker:
             expected = expected_maximum(conditions, self.at(target))
             most = min(tolerances.MAX_JUMP, tolerances.MAX_SLOPE * distance)
             successors = [
-                verified(self.second_order, maximum)
+                verified(conditions.second_order, maximum)
                 for maximum in _successors(conditions, expected)
                 if distance > tolerances.SAME_KIND_DISTANCE
                 or not _is_same_kind(maximum, conditions.maximum)
@@ -246,10 +198,37 @@ class _Tracker:
                 return target, min(candidates, key=lambda c: distance_between(c.maximum, expected))
             if distance == tolerances.SEARCH_DISTANCE:
                 problem = expected.problem
-                similar = search(self.second_order, expected, problem, self.bands, most)
+                similar = search(conditions.second_order, expected, problem, self.bands, most)
                 if similar and abs(relative_height(similar.maximum, expected)) <= most:
                     return target, similar
         return None
+
+
+def track(
+    start: Conditions,
+    at: Callable[[float], HarmonicBalance],
+    bands: Sequence[tuple[float, float]] = (),
+) -> Track:
+    """Continue a solved maximum from ``at(0)`` to ``at(1)``, arguments as of `Track`."""
+    result = Track(at, bands)
+    result.run(start)
+    return result
+
+
+def retrack(conditions: Conditions, problem: HarmonicBalance) -> Conditions | None:
+    """The maximum after a change of parameters: in one step, in several, or by a search.
+
+    The result is a verified maximum of the same degree of freedom, or None if it is gone.
+    """
+    step = advanced(conditions, problem)
+    if step is not None:
+        return step[0]
+    second_order = conditions.second_order
+    at = problems_between(conditions.maximum.problem, problem, second_order.names)
+    tracked = track(conditions, at)
+    if tracked.status == TrackStatus.REACHED_END:
+        return tracked.steps[-1][1]
+    return search(second_order, expected_maximum(conditions, problem), problem)
 
 
 def _is_unbounded(maximum: Maximum) -> bool:
