@@ -6,8 +6,12 @@ from contextlib import contextmanager
 from itertools import product
 
 import numpy as np
+from scipy.optimize import minimize_scalar
 
 import symhbm as sh
+from studies.closed_form import OneBlade
+from symhbm.design.cases import Work
+from symhbm.design.maxima import Maxima
 
 BAND = (5.0, 40.0)
 """Frequencies [Hz] that hold the resonances of the blade, stuck at 22.5 and free at 15.9."""
@@ -35,6 +39,30 @@ def ring(n_blades=13, contact_stiffness=1e6, engine_order=3, harmonics=(1,), **p
     return sh.HarmonicBalance(model, sh.forces.EngineOrder(engine_order, amplitude=1.0), harmonics)
 
 
+def mistuned(n_blades, order):
+    """A ring whose contacts differ."""
+    problem = ring(n_blades, engine_order=order)
+    spreads = dict(friction_coefficient=0.4, contact_stiffness=0.2)
+    draws = sh.mistuning.uniform(problem.model, n_samples=1, seed=2013, **spreads)
+    return problem.with_parameters(**{name: draws[name].values[0] for name in spreads})
+
+
+def closed_peak(load, contact_stiffness=1e4, ratio=1.0):
+    """Peak of a blade [m] in closed form."""
+    return OneBlade(1.0, 0.5, 1e4, contact_stiffness, 0.5 * load, 1.0, ratio).peak()[0]
+
+
+def minimum(value, bounds):
+    """Where a function of a load is least, to half of its digits, and that value."""
+    found = minimize_scalar(
+        lambda logarithm: value(float(np.exp(logarithm))),
+        bounds=np.log(bounds),
+        method="bounded",
+        options={"xatol": 1e-9},
+    )
+    return float(np.exp(found.x)), found.fun
+
+
 def design(
     problem, parameters="normal_load", bounds=BOUNDS, frequency_band=BAND, over=None, **options
 ):
@@ -42,6 +70,18 @@ def design(
     options = dict(n_starts=1, progress=False) | options
     with any_status():
         return sh.minimise_peak(problem, parameters, bounds, frequency_band, over, **options)
+
+
+def failing(monkeypatch, fails):
+    """Let the responses at some loads not be followed."""
+    call = Work.__call__
+
+    def some(self, number, x, previous):
+        if fails(float(np.exp(x[0]))):
+            return Maxima.of_failure(str(sh.Status.MINIMUM_STEP))
+        return call(self, number, x, previous)
+
+    monkeypatch.setattr(Work, "__call__", some)
 
 
 @contextmanager

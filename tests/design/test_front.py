@@ -1,22 +1,19 @@
 """Fronts of two aims: closed forms of ends and points between, dominated points, archives."""
 
 from dataclasses import replace
+from functools import partial
 
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-from designs import BAND, BEST_AMPLITUDE, BEST_LOAD, blade
-from scipy.optimize import minimize_scalar
 
 import symhbm as sh
-from studies.closed_form import OneBlade
 from symhbm.continuation.status import Status
-from symhbm.design.cases import Work
-from symhbm.design.maxima import Maxima
 from symhbm.design.pareto import points as searched
 from symhbm.design.pareto.front import certificate_of
 from symhbm.design.pareto.points import BETWEEN, END, on_front
 from symhbm.design.program import Aim
+from tests.designs import BAND, BEST_AMPLITUDE, BEST_LOAD, blade, closed_peak, failing, minimum
 
 BOUNDS = (0.5, 20.0)
 AIMS = {
@@ -32,10 +29,6 @@ def front_of(problem, bounds=BOUNDS, frequency_band=BAND, names="normal_load", *
     return sh.pareto_front(problem, names, bounds, frequency_band, **given)
 
 
-def closed_peak(limit, stiffness=1e4, contact=1e4, ratio=1.0):
-    return OneBlade(1.0, 0.5, stiffness, contact, limit, 1.0, ratio).peak()[0]
-
-
 @pytest.fixture(scope="module")
 def front():
     return front_of(blade())
@@ -47,11 +40,11 @@ class TestOneBlade:
         assert front.front_value[0].item() == pytest.approx(BEST_LOAD, rel=1e-8)
         assert front.front_aim[0, 0].item() == pytest.approx(BEST_AMPLITUDE, rel=DIGITS)
         assert front.front_value[-1].item() == pytest.approx(BOUNDS[0], rel=1e-15)
-        expected = closed_peak(0.5 * BOUNDS[0])
+        expected = closed_peak(BOUNDS[0])
         assert front.front_aim[-1, 0].item() == pytest.approx(expected, rel=DIGITS)
 
     def test_points_between_are_on_the_closed_form_and_on_their_lines(self, front):
-        peaks = [closed_peak(0.5 * load) for load in front.front_value.values[:, 0]]
+        peaks = [closed_peak(load) for load in front.front_value.values[:, 0]]
         assert front.front_aim.values[:, 0] == pytest.approx(peaks, rel=DIGITS)
         logarithms = np.log(front.front_aim.values)
         ranges = logarithms[0] - logarithms[-1]
@@ -132,23 +125,15 @@ def test_two_bands_against_each_other():
         aims={"one": lambda peaks, _: peaks["stiff"], "other": lambda peaks, _: peaks["soft"]},
     )
 
-    def best(stiffness):
-        return minimize_scalar(
-            lambda log_load: closed_peak(0.5 * np.exp(log_load), contact=stiffness),
-            bounds=np.log(BOUNDS),
-            method="bounded",
-            options={"xatol": 1e-9},
-        )
-
-    optima = [best(1e4), best(2e4)]
-    assert front.front_aim[0, 0].item() == pytest.approx(optima[0].fun, rel=1e-9)
-    assert front.front_aim[-1, 1].item() == pytest.approx(optima[1].fun, rel=1e-9)
+    stiff, soft = (minimum(partial(closed_peak, contact_stiffness=k), BOUNDS) for k in (1e4, 2e4))
+    assert front.front_aim[0, 0].item() == pytest.approx(stiff[1], rel=1e-9)
+    assert front.front_aim[-1, 1].item() == pytest.approx(soft[1], rel=1e-9)
     loads = front.front_value.values[:, 0]
     assert loads.size == 5  # although the aims differ by some 1e-5 along the front
     assert front.design_status.item() == Status.FRONT_FOUND
     assert np.all(np.diff(loads) > 0) or np.all(np.diff(loads) < 0)
     for load, aims in zip(loads, front.front_aim.values, strict=True):
-        expected = [closed_peak(0.5 * load), closed_peak(0.5 * load, contact=2e4)]
+        expected = [closed_peak(load), closed_peak(load, 2e4)]
         assert aims == pytest.approx(expected, rel=DIGITS)
 
 
@@ -223,14 +208,7 @@ def test_dominated_equal_and_failed_points_are_removed_with_reasons(monkeypatch)
 
 
 def test_failures_are_told(monkeypatch):
-    call = Work.__call__
-
-    def some(self, number, x, previous):
-        if np.exp(x[0]) < 1.5:
-            return Maxima.of_failure(str(Status.MINIMUM_STEP))
-        return call(self, number, x, previous)
-
-    monkeypatch.setattr(Work, "__call__", some)
+    failing(monkeypatch, lambda load: load < 1.5)
     with pytest.warns(RuntimeWarning, match="could not be followed over the whole band"):
         front = front_of(blade(), (1.0, 20.0), n_points=3)
     assert front.n_failed > 0

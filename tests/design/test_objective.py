@@ -5,15 +5,22 @@ from dataclasses import replace
 import casadi as ca
 import numpy as np
 import pytest
-from designs import BEST_AMPLITUDE, BEST_LOAD, blade, design, ring
-from scipy.optimize import Bounds, LinearConstraint, NonlinearConstraint, minimize_scalar
+from scipy.optimize import Bounds, LinearConstraint, NonlinearConstraint
 from xarray import DataArray
 
 import symhbm as sh
-from studies.closed_form import OneBlade
 from symhbm.continuation.status import Status
 from symhbm.design.cases import Work
-from symhbm.design.maxima import Maxima
+from tests.designs import (
+    BEST_AMPLITUDE,
+    BEST_LOAD,
+    blade,
+    closed_peak,
+    design,
+    failing,
+    minimum,
+    ring,
+)
 
 NEAR = (0.3, 20.0)
 """Loads [N] about the optima."""
@@ -23,11 +30,6 @@ DIGITS = 1e-9
 """Relative, of two exact solutions."""
 
 
-def closed_peak(load, friction=0.5):
-    """Peak of the blade [m] in closed form."""
-    return OneBlade(1.0, 0.5, 1e4, 1e4, friction * load, 1.0, 1.0).peak()[0]
-
-
 def weighted(peaks, parameters):
     return peaks["largest"] + WEIGHT * parameters["normal_load"][0]
 
@@ -35,15 +37,9 @@ def weighted(peaks, parameters):
 class TestObjective:
     def test_a_weight_and_a_peak(self):
         optimum = design(blade(), bounds=NEAR, objective=weighted)
-        closed = minimize_scalar(
-            lambda log_load: closed_peak(np.exp(log_load)) + WEIGHT * np.exp(log_load),
-            bounds=np.log(NEAR),
-            method="bounded",
-            options={"xatol": 1e-9},
-        )
-        assert optimum.design_aim.item() == pytest.approx(closed.fun, rel=DIGITS)
-        # A minimum of values alone has half their digits.
-        assert optimum.design_value.item() == pytest.approx(np.exp(closed.x), rel=1e-6)
+        at, least = minimum(lambda load: closed_peak(load) + WEIGHT * load, NEAR)
+        assert optimum.design_aim.item() == pytest.approx(least, rel=DIGITS)
+        assert optimum.design_value.item() == pytest.approx(at, rel=1e-6)
         peak = closed_peak(optimum.design_value.item())
         assert optimum.named_peak_amplitude.item() == pytest.approx(peak, rel=1e-10)
         assert optimum.design_status.item() == Status.DESIGN_OPTIMAL
@@ -83,14 +79,10 @@ class TestObjective:
             ),
         )
 
-        def value(log_load):
-            load = np.exp(log_load)
-            other = OneBlade(1.0, 0.5, 1e4, 2e4, 0.5 * load, 1.0, 1.0).peak()[0]
-            return np.sqrt(closed_peak(load) * other) * (1 + 0.05 * load) ** 2
+        def value(load):
+            return np.sqrt(closed_peak(load) * closed_peak(load, 2e4)) * (1 + 0.05 * load) ** 2
 
-        bounds = np.log(NEAR)
-        closed = minimize_scalar(value, bounds=bounds, method="bounded", options={"xatol": 1e-9})
-        assert optimum.design_aim.item() == pytest.approx(closed.fun, rel=DIGITS)
+        assert optimum.design_aim.item() == pytest.approx(minimum(value, NEAR)[1], rel=DIGITS)
         assert optimum.named_peak.values.tolist() == ["stiff", "soft"]
         assert optimum.active_named_peak.values.tolist() == [0, 1]
         assert optimum.active_multiplier.values == pytest.approx([0.5, 0.5], abs=1e-8)
@@ -292,18 +284,6 @@ BAD = {
 def test_bad_input_is_named_with_what_is_allowed(error, options, words):
     with pytest.raises(error, match=words):
         design(blade(), **(dict(bounds=NEAR) | options))
-
-
-def failing(monkeypatch, fails):
-    """Let the responses at some loads not be followed."""
-    call = Work.__call__
-
-    def some(self, number, x, previous):
-        if fails(float(np.exp(x[0]))):
-            return Maxima.of_failure(str(Status.MINIMUM_STEP))
-        return call(self, number, x, previous)
-
-    monkeypatch.setattr(Work, "__call__", some)
 
 
 class TestFailures:

@@ -2,7 +2,6 @@
 
 import re
 from concurrent.futures import Executor, Future
-from typing import Any
 
 import numpy as np
 import pytest
@@ -13,30 +12,15 @@ import symhbm as sh
 from studies.closed_form import EXACT_DIGITS, one_blade
 from symhbm.continuation.status import Status
 from symhbm.model.linear import natural_band
+from tests.designs import blade, mistuned, ring
 from tests.problems import duffing
 from tests.quick import quick_first
 
-BLADE = dict(mass=1, stiffness=1e4, damping=0.5, friction_coefficient=0.5)
-SINGLE = sh.HarmonicBalance(
-    sh.single_blade(**BLADE, contact_stiffness=1e4, normal_load=10),
-    sh.forces.PointForce(amplitude=1.0),
-)
+SINGLE = blade()
 
 
 def curve(problem=SINGLE, parameter="normal_load", band=(3.0, 4.0), *args, **options):
     return sh.peak_curve(problem, parameter, band, *args, **{"progress": False, **options})
-
-
-def ring(n_blades, order, **changes):
-    disk = sh.bladed_disk(n_blades, **BLADE, contact_stiffness=1e6, normal_load=10)
-    return sh.HarmonicBalance(disk, sh.forces.EngineOrder(order)).with_parameters(**changes)
-
-
-def mistuned(n_blades, order):
-    disk = ring(n_blades, order).model
-    spreads: dict[str, Any] = dict(friction_coefficient=0.4, contact_stiffness=0.2)
-    draws = sh.mistuning.uniform(disk, n_samples=1, seed=2013, **spreads)
-    return ring(n_blades, order, **{name: draws[name].values[0] for name in spreads})
 
 
 def interpolated(dataset, loads):
@@ -114,7 +98,7 @@ def test_slopes_against_differences(parameter, band):
 
 
 def test_minimum_of_a_tuned_ring():
-    dataset = curve(ring(13, 3), band=(2.0, 3.0))
+    dataset = curve(ring(), band=(2.0, 3.0))
     assert dataset.n_sectors == 13
     assert dataset.minimum_normal_load.values == pytest.approx([2.3674], rel=1e-4)
     load = dataset.minimum_normal_load.item()
@@ -297,7 +281,7 @@ def test_natural_band():
 )
 def test_bad_arguments(arguments, words):
     with pytest.raises((KeyError, ValueError), match=re.escape(words)):
-        curve(ring(3, 1), *arguments)
+        curve(ring(3, engine_order=1), *arguments)
 
 
 @pytest.mark.parametrize(

@@ -1,28 +1,21 @@
 """Maxima followed as parameters move: against closed forms and frequency responses."""
 
-from typing import Any
-
 import numpy as np
 import pytest
 
-import symhbm as sh
 from studies.closed_form import EXACT_DIGITS, OneBlade
 from symhbm.balance.second_order import SecondOrder
 from symhbm.peaks.survey import survey
 from symhbm.peaks.tracking.step import problems_between, verified
 from symhbm.peaks.tracking.track import TrackStatus, retrack, track
+from tests.designs import BAND, blade, mistuned
 
-BLADE = dict(mass=1, stiffness=1e4, damping=0.5, friction_coefficient=0.5)
-SINGLE = sh.HarmonicBalance(
-    sh.single_blade(**BLADE, contact_stiffness=1e4, normal_load=10),
-    sh.forces.PointForce(amplitude=1.0),
-)
-BAND = (5.0, 40.0)
+SINGLE = blade()
 
 
 def exact_peak(load):
-    blade = OneBlade(1.0, 0.5, 1e4, 1e4, 0.5 * load, 1.0, 1.0)
-    return blade.peak(), blade.largest_contact_force() / 0.5
+    exact = OneBlade(1.0, 0.5, 1e4, 1e4, 0.5 * load, 1.0, 1.0)
+    return exact.peak(), exact.largest_contact_force() / 0.5
 
 
 def with_load(problem, load):
@@ -34,14 +27,6 @@ def followed(start, end, names, maximum, bands=()):
     solved = verified(SecondOrder(start, names), maximum)
     assert solved is not None
     return track(solved, problems_between(start, end, names), bands)
-
-
-def mistuned_disk():
-    disk = sh.bladed_disk(5, **BLADE, contact_stiffness=1e6, normal_load=10)
-    spreads: dict[str, Any] = dict(friction_coefficient=0.4, contact_stiffness=0.2)
-    draws = sh.mistuning.uniform(disk, n_samples=1, seed=2013, **spreads)
-    problem = sh.HarmonicBalance(disk, sh.forces.EngineOrder(2))
-    return problem.with_parameters(**{name: draws[name].values[0] for name in spreads})
 
 
 @pytest.mark.parametrize(("first", "last"), [(1.0, 1000.0), (1000.0, 1.0)])
@@ -61,7 +46,7 @@ def test_one_blade_through_full_stick(first, last):
 
 
 def test_corners_and_changes_of_kind():
-    problem, names = mistuned_disk(), ["normal_load"]
+    problem, names = mistuned(5, 2), ["normal_load"]
     start, end = with_load(problem, 3.0), with_load(problem, 6.0)
     highest = survey(start, [(5.0, 400.0)]).maxima[0]
     assert highest.kind == "corner"
@@ -101,8 +86,8 @@ def test_retrack_over_several_parameters():
     target = SINGLE.with_parameters(normal_load=14.0, contact_stiffness=2e4, mass=1.3)
     result = retrack(start, target)
     assert result is not None
-    blade = OneBlade(1.3, 0.5, 1e4, 2e4, 0.5 * 14, 1.0, 1.0)
-    assert result.maximum.amplitude == pytest.approx(blade.peak()[0], rel=EXACT_DIGITS)
+    expected = OneBlade(1.3, 0.5, 1e4, 2e4, 0.5 * 14, 1.0, 1.0).peak()[0]
+    assert result.maximum.amplitude == pytest.approx(expected, rel=EXACT_DIGITS)
     assert result.maximum.problem is target
 
 
