@@ -4,7 +4,9 @@ A blade has three directions at its tip, x and y along the contact and z across 
 the disk; all structures are made of it. A cell is a name as ``"coulomb chain point 1"``.
 """
 
+import zlib
 from collections.abc import Callable, Iterable, Iterator, Mapping
+from itertools import combinations
 from typing import Any, ClassVar, NamedTuple
 
 import casadi as ca
@@ -298,10 +300,23 @@ def problem(name: str) -> sh.HarmonicBalance:
 
 
 def cases(quick: Iterable[str], others: Iterable[str] = ()) -> list[Any]:
-    """Parameters of a test: ``quick`` cells, and all different others, which are slow."""
+    """Parameters of a test: ``quick`` cells, and of the others those that hold all pairs of parts.
+
+    The others are slow. Each pair of parts, such as a law and a structure, is in a cell of each
+    test; which cell it is differs between tests with other quick ones.
+    """
     first = [str(cell(name)) for name in quick]
-    slow = [name for name in others if name not in first]
-    return [*first, *(pytest.param(name, marks=pytest.mark.slow) for name in slow)]
+    order = {name: zlib.crc32(f"{first} {name}".encode()) for name in others}
+    slow, known = [], {pair for name in first for pair in _pairs(name)}
+    for name in sorted(order, key=order.__getitem__):
+        if not _pairs(name) <= known:
+            known |= _pairs(name)
+            slow.append(pytest.param(name, marks=pytest.mark.slow))
+    return [*first, *slow]
+
+
+def _pairs(name: str) -> set[tuple[tuple[int, str], ...]]:
+    return set(combinations(enumerate(name.split()), 2))
 
 
 def solved(given: sh.HarmonicBalance, frequency: float = 24.0) -> np.ndarray:

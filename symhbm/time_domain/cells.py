@@ -7,8 +7,8 @@ from numpy.polynomial.polynomial import polyval
 
 from symhbm.numerics import FloatArray
 from symhbm.numerics.loops import polynomials
+from symhbm.time_domain.active_contacts import STICK
 from symhbm.time_domain.linear_motion import DEGREE, LinearMotion, alternates
-from symhbm.time_domain.normal_springs import STICK
 
 _POWER = np.arange(DEGREE + 1)
 _PRODUCTS = _POWER / np.maximum(_POWER[:, None] + _POWER, 1)

@@ -16,9 +16,9 @@ import numpy as np
 
 from symhbm.numerics import FloatArray
 from symhbm.numerics.loops import Loop, polynomials
+from symhbm.time_domain.active_contacts import APART, STICK, slip
 from symhbm.time_domain.cells import Cells
 from symhbm.time_domain.linear_motion import DEGREE, LinearMotion
-from symhbm.time_domain.normal_springs import APART, STICK, slip
 
 _POWER = np.arange(DEGREE + 1)
 _INSTANT = 1e-13
@@ -135,7 +135,7 @@ def march(linear: LinearMotion, state: FloatArray, length: float) -> March:
                 _follow_walls(linear, of_contact, np.array([j]), variation)
             elif before == APART:
                 friction[j] = 0.0
-                variation[2 * n + j] = _since_closing(linear, slope, j) @ variation[:n]
+                variation[2 * n + j] = linear.friction_since_closing(slope, j) @ variation[:n]
             events.append((tau, j, of_contact[j]))
         if len(events) > EVENTS_PER_CONTACT * count:
             raise ArithmeticError("the contacts change their states without end")
@@ -181,43 +181,25 @@ def _closing(linear: LinearMotion, slope: FloatArray, contact: int) -> float:
     return float(np.sign(outward)) if abs(outward) * (1 - _NOISE) > wall else STICK
 
 
-def _since_closing(linear: LinearMotion, slope: FloatArray, contact: int) -> FloatArray:
-    """Derivative by displacement (n_dof,) of the friction of a contact that closed and sticks.
-
-    Closing earlier by ``k_n dv / p'`` adds ``k_t u'`` times that: a spring beside the normal one.
-    """
-    direction = linear.normal.directions[np.searchsorted(linear.normal.contact, contact)]
-    outward, closes = linear.directions[contact] @ slope, direction @ slope
-    return direction * (linear.contact_stiffness[contact] * outward / closes if closes > 0 else 0.0)
-
-
 def _follow_walls(
     linear: LinearMotion, state: FloatArray, contacts: np.ndarray, variation: FloatArray
 ) -> None:
     """Make the friction of contacts that slip vary as their limit does, of open ones not at all."""
-    n, normal = linear.n_dof, linear.normal
-    variation[2 * n + contacts] = 0.0
-    for k in np.flatnonzero(np.isin(normal.contact, contacts)).tolist():
-        row = normal.along_wall(state)[k] * normal.by_displacement(state)[k]
-        variation[2 * n + normal.contact[k]] = row @ variation[:n]
+    n = linear.n_dof
+    variation[2 * n + contacts] = linear.friction_slopes(state)[contacts] @ variation[:n]
 
 
 def _carry(
     linear: LinearMotion, transition: FloatArray, state: FloatArray, variation: FloatArray
 ) -> FloatArray:
     """Derivative by the initial state after one more cell."""
-    n, normal, stick = linear.n_dof, linear.normal, state == STICK
-    friction = variation[2 * n :].copy()
-    pressing, constant = normal.by_displacement(state), -linear.push @ friction
+    n, normal, friction = linear.n_dof, linear.normal, variation[2 * linear.n_dof :]
+    constant = -linear.push @ friction
     if len(normal):
-        constant -= normal.push @ (pressing @ variation[:n])
+        constant -= normal.push @ (normal.by_displacement(state) @ variation[:n])
     moved = transition @ np.concatenate([variation[: 2 * n], constant])
-    travel = linear.directions[stick] @ (moved[:n] - variation[:n])
-    friction[stick] += linear.contact_stiffness[stick, None] * travel
-    if len(normal):
-        walls = normal.along_wall(state)[:, None] * pressing
-        friction[normal.contact] += walls @ (moved[:n] - variation[:n])
-    return np.concatenate([moved, friction])
+    travel = moved[:n] - variation[:n]
+    return np.concatenate([moved, friction + linear.friction_slopes(state) @ travel])
 
 
 def _margins(

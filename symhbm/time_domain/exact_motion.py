@@ -18,11 +18,11 @@ from numpy.typing import ArrayLike
 from symhbm.balance import HarmonicBalance
 from symhbm.continuation import NewtonResult, Status, linear_response, newton, solve_point
 from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics
+from symhbm.time_domain.active_contacts import APART, STICK
+from symhbm.time_domain.active_contacts import slip as slip_of
 from symhbm.time_domain.cells import Cells
 from symhbm.time_domain.event_march import March, march
 from symhbm.time_domain.linear_motion import DEGREE, LinearMotion, extremes
-from symhbm.time_domain.normal_springs import APART, STICK
-from symhbm.time_domain.normal_springs import slip as slip_of
 from symhbm.time_domain.periodic_orbit import (
     PERIODIC_TOLERANCE,
     energy_scale,
@@ -229,7 +229,7 @@ def _balanced_starts(problem: HarmonicBalance, linear: LinearMotion) -> Iterator
 def _linear_state(linear: LinearMotion, of_contact: FloatArray) -> FloatArray:
     """State at ``tau = 0`` of the motion whose contacts stay as they are."""
     omega, normal = linear.frequency, linear.normal
-    directions, _, springs = linear.springs(of_contact)
+    directions, springs = linear.springs(of_contact)
     stiffness = linear.stiffness + directions.T @ springs
     force = normal.force(np.zeros(linear.n_dof), of_contact) - normal.offset
     still = linear.static - normal.directions.T @ force

@@ -15,8 +15,8 @@ import scipy
 from symhbm.balance import HarmonicBalance
 from symhbm.model.contacts import MemorylessLaw
 from symhbm.numerics import FloatArray
+from symhbm.time_domain.active_contacts import STICK
 from symhbm.time_domain.linear_motion import DEGREE, LinearFlow, LinearMotion, curved
-from symhbm.time_domain.normal_springs import STICK
 
 INTEGRATION_TOLERANCE = 1e-12
 """Tolerance of a step of the integrator, relative to the motion at its end and to its size."""
@@ -140,8 +140,8 @@ class IntegratedMotion(LinearMotion):
     ) -> Callable[[float, FloatArray, FloatArray], FloatArray]:
         """Function of angle, values and slopes (n_dof, n_columns) from the start of a step on."""
         n = self.n_dof
-        _, push, springs = self.springs(state)
-        springs = push @ springs
+        directions, springs = self.springs(state)
+        springs = self.accelerations(directions) @ springs
         elastic = self._elastic + springs
         constant = np.column_stack([constant + springs @ x, springs, np.zeros((n, n)), np.eye(n)])
 

@@ -17,11 +17,11 @@ import numpy as np
 import scipy.linalg
 
 from symhbm.balance import HarmonicBalance
-from symhbm.model import Structure, positive_definite
+from symhbm.model import positive_definite
 from symhbm.model.contacts import Group
 from symhbm.numerics import FloatArray, by_harmonic
 from symhbm.numerics.loops import Loop, polynomials
-from symhbm.time_domain.normal_springs import STICK, NormalSprings
+from symhbm.time_domain.active_contacts import ActiveContacts
 
 DEGREE = 24
 """Degree of the polynomials of a cell."""
@@ -65,28 +65,13 @@ class LinearFlow:
         return (np.array([powers, rates]) @ flat).reshape(2 * n, 3 * n)
 
 
-class LinearMotion:
+class LinearMotion(ActiveContacts):
     """The linear motions of a problem at an angular ``frequency`` [rad/s], by contact state.
 
-    Contacts without spring or limit carry no force and are left out: ``active`` are the others.
-
-    Attributes
-    ----------
+    Attributes beside those of `ActiveContacts`
+    -------------------------------------------
     mass, damping, stiffness : (n_dof, n_dof)
         Dense matrices [kg, N s/m, N/m].
-    active : (n_active,)
-        Contacts that can carry a force.
-    rubs : (n_active,)
-        Which of them have friction.
-    directions, across : (n_active, n_dof)
-        Their directions ``w_j``, 0 without friction, and those at a right angle of planar friction.
-    contact_stiffness, limit : (n_active,)
-        Their ``k_d`` [N/m] and ``mu F_n`` [N] at rest, 0 without friction.
-    normal
-        Those of them whose normal force acts or moves.
-    sprung, load : (n_contacts,)
-        Whether contacts have a tangential spring, and their ``N0`` [N], NaN without a normal
-        direction.
     orders : (n_orders,), cosine, sine : (n_dof, n_orders)
         Harmonics of the force and their coefficients [N]; ``static`` (n_dof,) is its mean.
 
@@ -105,13 +90,12 @@ class LinearMotion:
                 f"whose series take gigabytes, got {model.n_dof:,}; reduce the structure by "
                 "symhbm.craig_bampton"
             )
+        super().__init__(model, frequency)
         self.frequency = frequency
-        self.n_dof, self.n_contacts = model.n_dof, model.n_contacts
         self.mass, self.damping, self.stiffness = (
             np.asarray(getattr(model, f"{name}_matrix").toarray(), dtype=float)
             for name in ("mass", "damping", "stiffness")
         )
-        self._set_contacts(model)
         self._set_force(problem)
         factor = positive_definite(self.mass)
         if len(self.normal):
@@ -149,37 +133,6 @@ class LinearMotion:
                 "the motion is linear between events with these alone"
             )
 
-    def _set_contacts(self, model: Structure) -> None:
-        contact, tangential, across, normal, sliders = model.spring_sliders(self.frequency)
-        stiffness, normal_stiffness, friction, load, offset = sliders
-        rows = model.directions.toarray()
-        self.all_directions = rows[[of_contact[0] for of_contact in model.contact_rows]]
-        rubs = (stiffness > 0) & (friction > 0) & ((normal_stiffness > 0) | (load > 0))
-        presses = (normal >= 0) & ((normal_stiffness > 0) | (np.maximum(load, 0.0) != offset))
-        carries = rubs | presses
-        self.sprung = np.zeros(self.n_contacts, dtype=bool)
-        self.load = np.full(self.n_contacts, np.nan)
-        self.sprung[contact] = stiffness > 0
-        self.load[contact] = np.where((normal >= 0) | (across >= 0), load, np.nan)
-        self.active, self.rubs = contact[carries], rubs[carries]
-        self.directions = np.where(self.rubs[:, None], rows[tangential[carries]], 0.0)
-        in_plane = self.rubs & (across[carries] >= 0)
-        self.across = np.where(in_plane[:, None], rows[across[carries]], 0.0)
-        self.contact_stiffness = np.where(rubs, stiffness, 0.0)[carries]
-        self.limit = np.where(rubs, friction * np.maximum(load, 0.0), 0.0)[carries]
-        friction = np.where(rubs, friction, 0.0)
-        spring = np.where(rubs, stiffness, 1.0)
-        self.normal = NormalSprings(
-            np.flatnonzero(presses[carries]),
-            rows[normal[presses]],
-            normal_stiffness[presses],
-            load[presses],
-            offset[presses],
-            friction[presses],
-            (friction * normal_stiffness / spring)[presses],
-            np.zeros((self.n_dof, 0)),
-        )
-
     def _set_force(self, problem: HarmonicBalance) -> None:
         basis, given = problem.basis, (problem.excitation, problem.basis, self.frequency)
         coefficients = problem.model.felt_coefficients(*given)
@@ -193,34 +146,9 @@ class LinearMotion:
         odd = not (self.static.any() or len(self.normal))
         self.antiperiodic = bool(np.all(self.orders % 2 == 1)) and odd
 
-    def limits(self, x: FloatArray) -> FloatArray:
-        """Largest friction forces (n_active,) [N] at a displacement."""
-        if not len(self.normal):
-            return self.limit
-        limit, normal = self.limit.copy(), self.normal
-        limit[normal.contact] = normal.friction * np.maximum(normal.pressure(x), 0.0)
-        return limit
-
-    def springs(self, state: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
-        """Springs of the contacts in a ``state`` (n_active,).
-
-        Directions (n, n_dof) of their forces, the accelerations (n_dof, n) that these take away,
-        and their stiffness times the directions of what moves them, (n, n_dof).
-        """
-        stick, normal = state == STICK, self.normal
-        directions, push = self.directions[stick], self.push[:, stick]
-        springs = directions * self.contact_stiffness[stick, None]
-        if not len(normal):
-            return directions, push, springs
-        # The friction of a contact that slips acts with its normal force.
-        share, closed = normal.along_wall(state), normal.closed(state)
-        pressed = normal.directions + share[:, None] * self.directions[normal.contact]
-        pushed = normal.push + share * self.push[:, normal.contact]
-        return (
-            np.concatenate([directions, pressed[closed]]),
-            np.concatenate([push, pushed[:, closed]], axis=1),
-            np.concatenate([springs, normal.by_displacement(state)[closed]]),
-        )
+    def accelerations(self, directions: FloatArray) -> FloatArray:
+        """Accelerations by ``tau`` twice (n_dof, n) that unit forces along directions give."""
+        return scipy.linalg.cho_solve((self._factor, True), directions.T) / self.frequency**2
 
     def constant(self, x: FloatArray, friction: FloatArray, state: FloatArray) -> FloatArray:
         """Acceleration (n_dof,) by static and contact forces at a displacement."""
@@ -246,7 +174,8 @@ class LinearMotion:
 
     def _build(self, state: FloatArray) -> LinearFlow:
         n, n_orders = self.n_dof, len(self.orders)
-        directions, push, springs = self.springs(state)
+        directions, springs = self.springs(state)
+        push = self.accelerations(directions)
         inverse = self._inverse_factor
         norm = self._scaled_stiffness + (inverse @ directions.T) @ (springs @ inverse.T)
         rate = np.sqrt(np.linalg.norm(norm, 2)) / self.frequency + self._viscous_norm

@@ -10,9 +10,9 @@ import numpy as np
 from symhbm.balance import HarmonicBalance
 from symhbm.continuation import Status
 from symhbm.numerics import Factorisation, FloatArray
+from symhbm.time_domain.active_contacts import APART
 from symhbm.time_domain.event_march import March, march
 from symhbm.time_domain.linear_motion import LinearMotion, extremes, in_plane
-from symhbm.time_domain.normal_springs import APART
 
 PERIODIC_TOLERANCE = 1e-11
 """Largest residual of periodicity relative to the motion, in the norm of energy."""

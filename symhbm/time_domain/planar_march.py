@@ -12,10 +12,10 @@ import numpy as np
 
 from symhbm.model.contacts import PlanarFriction
 from symhbm.numerics import FloatArray
+from symhbm.time_domain.active_contacts import APART, STICK
 from symhbm.time_domain.cells import Cells
 from symhbm.time_domain.event_march import EVENTS_PER_CONTACT, SHORTEST, March, first_event
 from symhbm.time_domain.linear_motion import DEGREE, LinearMotion
-from symhbm.time_domain.normal_springs import APART, STICK
 from symhbm.time_domain.periodic_orbit import Shot, shot_of
 from symhbm.time_domain.planar_motion import Instant, PlanarCells, PlanarMotion, Step
 

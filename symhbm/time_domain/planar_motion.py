@@ -15,10 +15,10 @@ import scipy.linalg
 
 from symhbm.balance import HarmonicBalance
 from symhbm.numerics import FloatArray
+from symhbm.time_domain.active_contacts import APART, STICK
 from symhbm.time_domain.cells import Cells
 from symhbm.time_domain.integrated_motion import INTEGRATION_TOLERANCE, IntegratedMotion
 from symhbm.time_domain.linear_motion import DEGREE, LinearMotion
-from symhbm.time_domain.normal_springs import APART, STICK
 
 _STAGES = 8
 _NODES, _WEIGHTS = ((part + shift) / 2 for part, shift in zip(

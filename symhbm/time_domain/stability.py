@@ -18,14 +18,14 @@ from symhbm.model import Structure
 from symhbm.model.condensation import LARGEST_MODAL
 from symhbm.model.contacts import MemorylessLaw
 from symhbm.numerics import FloatArray, check
-from symhbm.time_domain.floquet import (
+from symhbm.time_domain.linear_motion import curved, in_plane
+from symhbm.time_domain.perturbations import (
     moving_loads,
     multipliers,
     multipliers_of_part,
     period_map,
     repeats,
 )
-from symhbm.time_domain.linear_motion import curved, in_plane
 
 NEUTRAL = 1e-9
 """Growth over the frequency that counts as zero: at a fold, or without damping."""

@@ -1,4 +1,4 @@
-"""Curves of every cell: up and down, in parts, in archives, verified, and in time."""
+"""Curves of problems of all kinds: up and down, in parts, in archives, verified, and in time."""
 
 import json
 import pickle

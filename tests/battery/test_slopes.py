@@ -1,4 +1,4 @@
-"""Slopes of every cell, by unknowns, frequency and parameters, are differences of its residuals."""
+"""Slopes of problems of all kinds are differences: by unknowns, frequency and parameters."""
 
 import numpy as np
 import pytest

@@ -7,7 +7,7 @@ from random_contacts import random_system
 import symhbm as sh
 from tests.quick import quick_first
 
-FEW, EXACT, MANY = (1,), (0,), range(200)
+FEW, EXACT, MANY = (1,), (0,), range(60)
 TRUE = (
     sh.Status.REACHED_END,
     sh.Status.OTHER_SOLUTIONS,

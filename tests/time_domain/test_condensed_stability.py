@@ -6,7 +6,7 @@ import scipy.sparse as sp
 
 import symhbm as sh
 from symhbm.numerics import unknowns_of
-from symhbm.time_domain.floquet import multipliers
+from symhbm.time_domain.perturbations import multipliers
 
 BAND = (1.2, 2.6)
 FRICTION = sh.Contacts(

@@ -13,9 +13,8 @@ from symhbm.continuation.newton import newton
 from symhbm.continuation.start import linear_response
 from symhbm.model.contacts.coulomb.located import locate, stick_intervals
 from symhbm.numerics.fourier import FourierBasis
-from symhbm.time_domain import floquet
 from symhbm.time_domain.exact_motion import exact_motion
-from symhbm.time_domain.floquet import multipliers
+from symhbm.time_domain.perturbations import multipliers, sliders
 from tests.problems import one_blade, ring_of_blades
 
 TURN = 2 * np.pi
@@ -102,18 +101,17 @@ def test_against_the_exact_motion(name):
 def test_events_of_the_exact_motion_leave_no_error(name, monkeypatch):
     problem, omega, motion = solved(name)
 
-    def exact_intervals(*_):
+    def exact_stretches(*_):
         rows = []
         for contact in np.unique(motion.event_contact):
             mine = motion.event_contact == contact
-            angle, stick = motion.event_angle[mine], motion.event_kind[mine] == "stick"
-            assert np.all(stick != np.roll(stick, 1))
+            angle, slips = motion.event_angle[mine], motion.event_kind[mine] != "stick"
+            assert np.all(slips != np.roll(slips, 1))
             end = np.append(angle[1:], angle[0] + TURN)
-            rows += [(contact, a, b) for a, b in zip(angle[stick], end[stick], strict=True)]
-        contact, begin, end = zip(*rows, strict=True)
-        return np.array(contact), np.array(begin), np.array(end)
+            rows += [(contact, a, b, 1.0) for a, b in zip(angle[slips], end[slips], strict=True)]
+        return sliders.Stretches(*map(np.array, zip(*rows, strict=True)))
 
-    monkeypatch.setattr(floquet, "stick_intervals", exact_intervals)
+    monkeypatch.setattr(sliders, "stretches", exact_stretches)
     computed = multipliers(problem, omega, np.zeros(problem.n_unknowns))
     assert distance(computed, motion.multipliers) < 1e-11
 
@@ -336,5 +334,39 @@ def test_impossible():
     model = sh.Model([[1, 1], [1, 1]], np.eye(2), np.eye(2), contacts=[(0,)], **springs)
     with pytest.raises(np.linalg.LinAlgError):
         multipliers(sh.HarmonicBalance(model, sh.forces.PointForce()), 1.0, np.ones(4))
+    stiff = several((1,)).with_parameters(contact_stiffness=1e14, normal_load=1e20)
     with pytest.raises(ArithmeticError, match="too stiff"):
-        multipliers(blade((1,)).with_parameters(stiffness=1e14), 1.0, np.zeros(2))
+        multipliers(stiff, 1.0, np.zeros(8))
+    disk = ring_of_blades(600, contact_stiffness=1e6, normal_load=1.0)
+    large = sh.HarmonicBalance(disk, sh.forces.EngineOrder(1), by_sector=False)
+    with pytest.raises(ArithmeticError, match="too large"):
+        multipliers(large, 1.0, np.zeros(large.n_unknowns))
+
+
+def test_stiffness_leaves_the_digits():
+    problem = blade((1,)).with_parameters(stiffness=1e14)
+    computed = multipliers(problem, 1.0, np.zeros(2))
+    assert np.abs(computed) == pytest.approx(np.exp(-0.25 * TURN), rel=1e-9)
+
+
+def two_bodies(held):
+    """Two bodies, of which one rubs; where nothing holds them 0 is a double eigenvalue."""
+    model = sh.Model(
+        np.eye(2),
+        np.zeros((2, 2)),
+        np.array([[1.0, -1.0], [-1.0, 1.0]]) + held * np.eye(2),
+        contacts=[(0,)],
+        contact_stiffness=1.0,
+        friction_coefficient=0.5,
+        normal_load=1.0,
+    )
+    return sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=1.0), (1, 3))
+
+
+def test_states_without_a_set_of_eigenvectors():
+    """Against the same bodies held by springs too weak to matter."""
+    problem, held, omega = two_bodies(0.0), two_bodies(1e-9), 0.8
+    unknowns = np.array([2.0, 0.5, 0.1, 0.0, 1.0, -0.3, 0.0, 0.2])
+    assert np.count_nonzero(problem.locate(unknowns, omega).switches) == 1
+    values = [np.poly(multipliers(each, omega, unknowns)) for each in (problem, held)]
+    assert values[0] == pytest.approx(values[1], abs=1e-6)

@@ -6,9 +6,9 @@ import pytest
 import symhbm as sh
 from symhbm.continuation import solve_point
 from symhbm.numerics import RADIANS
-from symhbm.time_domain.floquet import multipliers
+from symhbm.time_domain.active_contacts import APART
 from symhbm.time_domain.motion import exact_motion_of
-from symhbm.time_domain.normal_springs import APART
+from symhbm.time_domain.perturbations import multipliers
 from symhbm.time_domain.planar_march import planar_march, planar_shot
 from symhbm.time_domain.planar_motion import PlanarMotion
 from tests.quick import quick_first

@@ -6,8 +6,8 @@ import pytest
 
 import symhbm as sh
 from symhbm.numerics import RADIANS, unknowns_of
-from symhbm.time_domain.floquet import multipliers
 from symhbm.time_domain.motion import shoot
+from symhbm.time_domain.perturbations import multipliers
 from tests.quick import quick_first
 
 ALL, ODD = tuple(range(30)), tuple(range(1, 30, 2))

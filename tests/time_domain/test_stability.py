@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import symhbm as sh
-from symhbm.time_domain.floquet import multipliers
+from symhbm.time_domain.perturbations import multipliers
 from symhbm.time_domain.stability import NEUTRAL, verdict
 from tests.problems import duffing, one_blade
 

@@ -257,7 +257,7 @@ def test_two_period_doublings_within_a_step():
     stop = sh.Gap(normal=(0, 1), normal_stiffness=76306.0, gap=0.0)
     damping, stiffness = 7.4 * np.eye(2), [[1.2e4, -2e3], [-2e3, 1.4e4]]
     model = sh.Model(np.eye(2), damping, stiffness, contacts={"stop": stop})
-    problem = sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=5.0), range(6))
+    problem = sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=5.0), range(8))
     up, down = (
         sh.follow(problem, "gap", band, frequency=16.0, stability=True)
         for band in ((-5.12e-5, -4.94e-5), (-4.94e-5, -5.12e-5))

@@ -12,10 +12,10 @@ import scipy.linalg
 import symhbm as sh
 from studies import fig03_single_blade as fig03
 from symhbm.numerics import FourierBasis
+from symhbm.time_domain.active_contacts import APART, STICK
 from symhbm.time_domain.event_march import march
 from symhbm.time_domain.linear_motion import LinearMotion
 from symhbm.time_domain.motion import shoot
-from symhbm.time_domain.normal_springs import APART, STICK
 from tests.pressed_contact import (
     CASES,
     TURN,

@@ -43,7 +43,16 @@ from symhbm.model.contacts.varying_load.batch import (
     locate,
     most_pieces,
 )
-from symhbm.model.contacts.varying_load.march import history_of
+from symhbm.model.contacts.varying_load.march import (
+    APART,
+    BEGIN,
+    END,
+    KIND,
+    LIFTED,
+    PUSHED_DOWN,
+    PUSHED_UP,
+    history_of,
+)
 from symhbm.model.contacts.varying_load.moving import moving_events
 from symhbm.numerics import FloatArray, FourierBasis, turning_points
 
@@ -72,6 +81,18 @@ class Periods:
     turning: FloatArray
     figures: FloatArray
     margin_slopes: FloatArray
+
+    def stretches(self) -> tuple[NDArray[np.intp], FloatArray, FloatArray, FloatArray, FloatArray]:
+        """What contacts do one after the other, arrays over all of it.
+
+        The contact, where it begins and ends [rad], in which direction the contact slips, 0 where
+        it does not, and whether it is open.
+        """
+        valid = np.arange(self.pieces.shape[1]) < self.counts[:, None]
+        kind = self.pieces[valid][:, KIND]
+        begin, end = self.pieces[valid][:, (BEGIN, END)].T
+        direction = (kind == PUSHED_UP) - 1.0 * (kind == PUSHED_DOWN)
+        return np.nonzero(valid)[0], begin, end, direction, (kind == APART) | (kind == LIFTED)
 
     def split(self, count: int) -> list["Periods"]:
         """Those of as many points."""

@@ -1,4 +1,4 @@
-"""Floquet multipliers of a response: its monodromy matrix, from event to event of its contacts.
+"""Small perturbations of a motion beside smooth laws, from event to event of its contacts.
 
 A given motion determines the angles at which its contacts begin to stick and to slip, and the
 stiffness of its smooth laws. Acceleration is continuous at all events: of a small
@@ -9,7 +9,6 @@ is integrated from break point to break point, to a tolerance of 1e-11.
 """
 
 import math
-from typing import NamedTuple
 
 import numpy as np
 import scipy
@@ -18,12 +17,7 @@ from numpy.typing import NDArray
 from symhbm.balance import HarmonicBalance
 from symhbm.model.contacts import Group, MemorylessLaw, Motions, PolynomialLaw, stick_intervals
 from symhbm.numerics import FloatArray
-from symhbm.time_domain.event_march import March, march
-from symhbm.time_domain.linear_motion import LinearMotion, curved, in_plane
-from symhbm.time_domain.normal_springs import STICK
-from symhbm.time_domain.periodic_orbit import size_of, state_of
-from symhbm.time_domain.planar_march import planar_march
-from symhbm.time_domain.planar_motion import PlanarMotion
+from symhbm.time_domain.linear_motion import curved
 
 _DIGITS = 37.0
 """Digits of a series, as a natural logarithm."""
@@ -35,78 +29,19 @@ _TOLERANCE = 1e-11
 """Error of a step of the integrator over the perturbation."""
 _BESIDE = 1e-11
 """Distance [rad] from a break point at which the slopes beside it are taken."""
-_SHORT = 1e-7
-"""Share of a cell over which the friction force is nearly linear."""
 _LEAST_CUBE = 3e4
 """Work of a cell that does not depend on the size of the state."""
 
 
-def multipliers(
-    problem: HarmonicBalance, frequency: float, unknowns: FloatArray
-) -> NDArray[np.complex128]:
-    """Floquet multipliers of the period, (2 n_dof + n_slipping,), largest magnitude first.
+def along_curved(
+    problem: HarmonicBalance, frequency: float, unknowns: FloatArray, length: float
+) -> tuple[FloatArray, FloatArray]:
+    """The map of perturbations over a ``length`` [rad] from ``tau = 0``, and the drift there.
 
-    ``unknowns`` (n_unknowns,) is a solution [m], ``frequency`` in rad/s. The state is displacement,
-    velocity and the friction forces of the contacts that slip; one that never slips is a spring,
-    whose neutral multiplier is left out. Friction is located, whatever law the problem has. Where
-    contacts open or their normal load moves they are those of the period that follows the state at
-    ``tau = 0``.
-
-    Raises errors as `multipliers_of_part`.
+    States are displacement, its derivative by ``tau`` and the friction forces of contacts that
+    slip, (n_state,). Raises ArithmeticError for a structure too stiff and too large, and for laws
+    that are neither smooth nor sliders.
     """
-    values, parts = multipliers_of_part(problem, frequency, unknowns)
-    return values**parts
-
-
-def multipliers_of_part(
-    problem: HarmonicBalance, frequency: float, unknowns: FloatArray
-) -> tuple[NDArray[np.complex128], int]:
-    """Those of the part of the period after which perturbations meet the same, and how many it has.
-
-    Where the motion is then the opposite one, so are perturbations whose multiplier is 1.
-
-    Raises `numpy.linalg.LinAlgError` for a mass matrix that is not positive definite,
-    ArithmeticError for a structure too stiff and too large to follow its oscillations, and for
-    smooth laws beside normal loads that move.
-    """
-    if in_plane(problem) and moving_loads(problem):
-        planar = PlanarMotion(problem, frequency, size_of(problem, unknowns))
-        state = planar.of_active(state_of(problem.located(), unknowns, frequency))
-        return planar_march(planar, state, 2 * np.pi).multipliers(planar).astype(complex), 1
-    found = period_map(problem, frequency, unknowns)
-    values = np.linalg.eigvals(found.matrix)
-    values = values[np.argsort(-np.abs(values), kind="stable")].astype(complex)
-    return (-values if found.turns else values), found.repeats
-
-
-class PeriodMap(NamedTuple):
-    """What becomes of a small perturbation after a share ``1 / repeats`` of the period.
-
-    ``matrix`` (n, n) maps states, whose derivative by the angle at the start is ``drift`` (n,).
-    ``turns`` tells that the motion is then the opposite one.
-    """
-
-    matrix: FloatArray
-    drift: FloatArray
-    repeats: int
-    turns: bool
-
-    def across(self) -> NDArray[np.complex128]:
-        """Eigenvalues but that of a shift in time, by which the motion becomes itself.
-
-        They are those of the map between states that differ by no shift: one of a motion without a
-        force is 1, and where another one is as well, none of both has an eigenvector of its own.
-        """
-        direction = self.drift / np.linalg.norm(self.drift)
-        others = scipy.linalg.null_space(direction[None])
-        values = np.linalg.eigvals(others.T @ self.matrix @ others)
-        return (-values if self.turns else values).astype(complex)
-
-
-def period_map(problem: HarmonicBalance, frequency: float, unknowns: FloatArray) -> PeriodMap:
-    """The map of small perturbations of a solution, as of `multipliers`; no planar friction."""
-    if moving_loads(problem):
-        return _of_march(problem, frequency, unknowns)
     model = problem.model
     _, row, stiffness, limit = model.sliders(frequency)
     carries = (stiffness > 0) & (limit > 0)
@@ -116,9 +51,6 @@ def period_map(problem: HarmonicBalance, frequency: float, unknowns: FloatArray)
     slipping, contact = np.unique(active[contact], return_inverse=True)
     motion = _Perturbation(problem, frequency, relative, slipping, np.setdiff1d(active, slipping))
     size = 2 * model.n_dof + len(slipping)
-    odd = all(group.law.odd for group in curved(problem))
-    parts = repeats(problem.harmonics, odd)
-    length = 2 * np.pi / parts
     edge, stick = _intervals(contact, begin, end, len(slipping), length, motion.breaks)
     if (edge[-1] / motion.longest_cell) * (size**3 + _LEAST_CUBE) > _MOST_WORK:
         raise ArithmeticError("a structure too stiff and too large to follow its oscillations")
@@ -129,50 +61,7 @@ def period_map(problem: HarmonicBalance, frequency: float, unknowns: FloatArray)
         problem.layout.coefficients(unknowns) @ problem.basis.values(0.0, d) for d in (1, 2)
     )
     force = np.where(stick[0], motion.spring @ slope, 0.0)
-    drift = np.concatenate([slope, curvature, force])
-    return PeriodMap(variation, drift, parts, odd and parts > math.gcd(*problem.harmonics))
-
-
-def moving_loads(problem: HarmonicBalance) -> bool:
-    """Whether contacts open or their normal load moves."""
-    model = problem.model
-    return any(
-        group.law.sliders(0.0, values) is None
-        and group.law.spring_sliders(0.0, values) is not None
-        and bool(group.law.acts(values).any())
-        for group in model.groups
-        if group.n
-        for values in [model.values_of(group)]
-    )
-
-
-def _of_march(problem: HarmonicBalance, frequency: float, unknowns: FloatArray) -> PeriodMap:
-    """The map along the exact motion over a period from the state of a solution."""
-    if curved(problem):
-        raise ArithmeticError("perturbations of smooth laws beside loads that move are not known")
-    linear = LinearMotion(problem, frequency)
-    width, size = linear.flow(np.full(len(linear.active), STICK)).width, 2 * linear.n_dof
-    if 2 * np.pi / width * (size**3 + _LEAST_CUBE) > _MOST_WORK:
-        raise ArithmeticError("a structure too stiff and too large to follow its oscillations")
-    state = linear.of_active(state_of(problem.located(), unknowns, frequency))
-    run = march(linear, state, 2 * np.pi)
-    kept, matrix = run.perturbed(linear)
-    return PeriodMap(matrix, _drift(linear, run)[kept], 1, False)
-
-
-def _drift(linear: LinearMotion, run: March) -> FloatArray:
-    """Derivative of the state (2 n_dof + n_active,) by the angle, at the start of a march."""
-    cells, first = run.cells, np.zeros(2, dtype=int)
-    width, powers = cells.width[0], cells.displacement[0]
-    friction = cells.inside(linear, first, np.array([0.0, _SHORT]))[2]
-    rates = (friction[1] - friction[0]) / (_SHORT * width)
-    return np.concatenate([powers[1] / width, 2 * powers[2] / width**2, rates])
-
-
-def repeats(harmonics: tuple[int, ...], odd: bool) -> int:
-    """Number of periods of the perturbation equations in one: of ``odd`` laws they see no sign."""
-    common = math.gcd(*harmonics)
-    return common * (2 if odd and all(n // common % 2 for n in harmonics) else 1)
+    return variation, np.concatenate([slope, curvature, force])
 
 
 def _intervals(

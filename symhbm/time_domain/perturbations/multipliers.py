@@ -1,0 +1,110 @@
+"""Floquet multipliers of a response: the map of small perturbations over its period."""
+
+import math
+from typing import NamedTuple
+
+import numpy as np
+import scipy
+from numpy.typing import NDArray
+
+from symhbm.balance import HarmonicBalance
+from symhbm.numerics import FloatArray
+from symhbm.time_domain.linear_motion import curved, in_plane
+from symhbm.time_domain.periodic_orbit import size_of, state_of
+from symhbm.time_domain.perturbations.curved import along_curved
+from symhbm.time_domain.perturbations.sliders import along_sliders
+from symhbm.time_domain.planar_march import planar_march
+from symhbm.time_domain.planar_motion import PlanarMotion
+
+
+def multipliers(
+    problem: HarmonicBalance, frequency: float, unknowns: FloatArray
+) -> NDArray[np.complex128]:
+    """Floquet multipliers of the period, (2 n_dof + n_slipping,), largest magnitude first.
+
+    ``unknowns`` (n_unknowns,) is a solution [m], ``frequency`` in rad/s. The state is displacement,
+    velocity and the friction forces of the contacts that slip; one that never slips is a spring,
+    whose neutral multiplier is left out. Friction is located, whatever law the problem has. Beside
+    planar friction they are those of the period that follows the state at ``tau = 0``, else those
+    along the motion of the solution.
+
+    Raises errors as `multipliers_of_part`.
+    """
+    values, parts = multipliers_of_part(problem, frequency, unknowns)
+    return values**parts
+
+
+def multipliers_of_part(
+    problem: HarmonicBalance, frequency: float, unknowns: FloatArray
+) -> tuple[NDArray[np.complex128], int]:
+    """Those of the part of the period after which perturbations meet the same, and how many it has.
+
+    Where the motion is then the opposite one, so are perturbations whose multiplier is 1.
+
+    Raises `numpy.linalg.LinAlgError` for a mass matrix that is not positive definite,
+    ArithmeticError for a structure too stiff and too large to follow its oscillations, and for
+    smooth laws beside normal loads that move.
+    """
+    if in_plane(problem) and moving_loads(problem):
+        planar = PlanarMotion(problem, frequency, size_of(problem, unknowns))
+        state = planar.of_active(state_of(problem.located(), unknowns, frequency))
+        return planar_march(planar, state, 2 * np.pi).multipliers(planar).astype(complex), 1
+    found = period_map(problem, frequency, unknowns)
+    values = np.linalg.eigvals(found.matrix)
+    values = values[np.argsort(-np.abs(values), kind="stable")].astype(complex)
+    return (-values if found.turns else values), found.repeats
+
+
+class PeriodMap(NamedTuple):
+    """What becomes of a small perturbation after a share ``1 / repeats`` of the period.
+
+    ``matrix`` (n, n) maps states, whose derivative by the angle at the start is ``drift`` (n,).
+    ``turns`` tells that the motion is then the opposite one.
+    """
+
+    matrix: FloatArray
+    drift: FloatArray
+    repeats: int
+    turns: bool
+
+    def across(self) -> NDArray[np.complex128]:
+        """Eigenvalues but that of a shift in time, by which the motion becomes itself.
+
+        They are those of the map between states that differ by no shift: one of a motion without a
+        force is 1, and where another one is as well, none of both has an eigenvector of its own.
+        """
+        direction = self.drift / np.linalg.norm(self.drift)
+        others = scipy.linalg.null_space(direction[None])
+        values = np.linalg.eigvals(others.T @ self.matrix @ others)
+        return (-values if self.turns else values).astype(complex)
+
+
+def period_map(problem: HarmonicBalance, frequency: float, unknowns: FloatArray) -> PeriodMap:
+    """The map of small perturbations of a solution, as of `multipliers`; no planar friction."""
+    laws = curved(problem)
+    if laws and moving_loads(problem):
+        raise ArithmeticError("perturbations of smooth laws beside loads that move are not known")
+    odd = not moving_loads(problem) and all(group.law.odd for group in laws)
+    parts = repeats(problem.harmonics, odd)
+    along = along_curved if laws else along_sliders
+    matrix, drift = along(problem, frequency, unknowns, 2 * np.pi / parts)
+    return PeriodMap(matrix, drift, parts, odd and parts > math.gcd(*problem.harmonics))
+
+
+def moving_loads(problem: HarmonicBalance) -> bool:
+    """Whether contacts open or their normal load moves."""
+    model = problem.model
+    return any(
+        group.law.sliders(0.0, values) is None
+        and group.law.spring_sliders(0.0, values) is not None
+        and bool(group.law.acts(values).any())
+        for group in model.groups
+        if group.n
+        for values in [model.values_of(group)]
+    )
+
+
+def repeats(harmonics: tuple[int, ...], odd: bool) -> int:
+    """Number of periods of the perturbation equations in one: of ``odd`` laws they see no sign."""
+    common = math.gcd(*harmonics)
+    return common * (2 if odd and all(n // common % 2 for n in harmonics) else 1)

@@ -1,0 +1,229 @@
+"""Small perturbations of a motion whose contacts are springs and sliders.
+
+A given motion determines where its contacts stick, slip, open and close. In between a perturbation
+is a linear motion without a force, whose matrices do not depend on the frequency: its modes are
+known once for each state of the contacts. Acceleration is continuous at all events, so that nothing
+jumps there but friction forces, see `symhbm.time_domain.event_march`. The only error is that of the
+given motion.
+"""
+
+from dataclasses import replace
+from functools import lru_cache
+from typing import NamedTuple
+
+import numpy as np
+import scipy.linalg
+from numpy.typing import NDArray
+
+from symhbm.balance import HarmonicBalance
+from symhbm.model import Structure
+from symhbm.model.contacts import Motions, VariableLoadFriction
+from symhbm.numerics import FloatArray
+from symhbm.time_domain.active_contacts import APART, STICK, ActiveContacts
+
+_FRICTION = VariableLoadFriction()
+"""The law of all springs and sliders; a constant load is one without a normal spring."""
+_MOST_WORK = 1e9
+"""Stretches times the cube of the size of the state: seconds."""
+_CONDITION = 1e6
+"""Condition of the eigenvectors of a state above which the exponential is taken without them."""
+_SMALL = 1e-8
+"""Exponents whose ``(exp(z) - 1) / z`` is 1."""
+_INSTANT = 1e-13
+"""Distance of events [rad] below which they share one instant."""
+
+
+class Stretches(NamedTuple):
+    """What contacts do one after the other, arrays over all stretches.
+
+    The active ``contact``, where it begins and ends [rad], and its ``state``, see
+    `symhbm.time_domain.active_contacts`.
+    """
+
+    contact: np.ndarray
+    begin: FloatArray
+    end: FloatArray
+    state: FloatArray
+
+
+def stretches(
+    contacts: ActiveContacts, problem: HarmonicBalance, frequency: float, unknowns: FloatArray
+) -> Stretches:
+    """Those of the motion with ``unknowns`` (n_unknowns,) [m]; ``frequency`` in rad/s."""
+    relative, normal = problem.layout.relative(unknowns), contacts.normal
+    load, stiffness, friction = np.ones(len(contacts.active)), *np.zeros((2, len(contacts.active)))
+    friction[contacts.rubs] = contacts.limit[contacts.rubs]
+    pressing = np.zeros((len(load), relative.shape[1]))
+    pressing[normal.contact] = relative[normal.row]
+    load[normal.contact], stiffness[normal.contact] = normal.load, normal.stiffness
+    friction[normal.contact] = normal.friction
+    pulling = np.where(contacts.rubs[:, None], relative[contacts.tangential], 0.0)
+    values = dict(
+        contact_stiffness=contacts.contact_stiffness,
+        normal_stiffness=stiffness,
+        friction_coefficient=friction,
+        normal_load=load,
+    )
+    motion = np.concatenate([pulling, pressing], axis=1)
+    located = _FRICTION.locate(Motions(problem.basis, motion, frequency, values))
+    contact, begin, end, direction, apart = located.details.stretches()
+    return Stretches(contact, begin, end, np.where(apart, APART, direction))
+
+
+class _Modes(NamedTuple):
+    """Perturbations in one state of the contacts.
+
+    The ``generator`` (2 n_dof, 2 n_dof) [1/s], its eigenvalues and eigenvectors with their inverse,
+    whether these are well conditioned, and the derivative of the friction forces by displacement
+    (n_active, n_dof).
+    """
+
+    generator: FloatArray
+    values: NDArray[np.complex128]
+    vectors: NDArray[np.complex128]
+    inverse: NDArray[np.complex128]
+    regular: bool
+    friction_slopes: FloatArray
+
+
+class _Perturbations(ActiveContacts):
+    """Linear equations of perturbations in each state of the contacts.
+
+    States are displacement, velocity over the angular frequency ``unit`` [rad/s], which makes both
+    one size, and friction forces.
+    """
+
+    def __init__(self, model: Structure, frequency: float):
+        super().__init__(model, frequency)
+        mass, damping, stiffness = (
+            getattr(model, f"{name}_matrix").toarray() for name in ("mass", "damping", "stiffness")
+        )
+        factor = np.linalg.cholesky(mass)
+        forces = stiffness, damping, self.directions.T, self.normal.directions.T
+        parts = (scipy.linalg.cho_solve((factor, True), part) for part in forces)
+        self._elastic, self._viscous, self._push, push = parts
+        self.normal = replace(self.normal, push=push)
+        stuck = self._stiffness(np.full(len(self.active), STICK))
+        self.unit = np.sqrt(np.linalg.norm(stuck, 2))
+        self._modes: dict[bytes, _Modes] = {}
+
+    def _stiffness(self, state: FloatArray) -> FloatArray:
+        """Acceleration by displacement, (n_dof, n_dof) [1/s^2]."""
+        result = self._elastic + self._push @ self.friction_slopes(state)
+        return result + self.normal.push @ self.normal.by_displacement(state)
+
+    def modes(self, state: FloatArray) -> _Modes:
+        """Those in a ``state`` (n_active,) of the contacts."""
+        key = state.tobytes()
+        if key not in self._modes:
+            n, unit = self.n_dof, self.unit
+            parts = [[np.zeros((n, n)), unit * np.eye(n)]]
+            parts.append([-self._stiffness(state) / unit, -self._viscous])
+            generator = np.block(parts)
+            values, vectors = (part.astype(complex) for part in np.linalg.eig(generator))
+            regular = bool(np.linalg.cond(vectors) < _CONDITION)
+            inverse = np.linalg.inv(vectors).astype(complex) if regular else vectors
+            slopes = self.friction_slopes(state)
+            self._modes[key] = _Modes(generator, values, vectors, inverse, regular, slopes)
+        return self._modes[key]
+
+    def maps(self, state: FloatArray, times: FloatArray) -> FloatArray:
+        """States after ``times`` (n,) [s] by those before, (n, n_state, n_state)."""
+        n, size = self.n_dof, 2 * self.n_dof + len(self.active)
+        modes, result = self.modes(state), np.zeros((len(times), size, size))
+        free, pushed = _exponentials(modes, times)
+        # Friction is that of the springs of this state, and what stays as it was at the start.
+        pushed = pushed[:, :, n:] @ (-self._push / self.unit)
+        slopes = modes.friction_slopes
+        result[:, : 2 * n, : 2 * n], result[:, : 2 * n, 2 * n :] = free, pushed
+        result[:, : 2 * n, :n] -= pushed @ slopes
+        result[:, 2 * n :] = slopes @ result[:, :n]
+        result[:, 2 * n :, :n] -= slopes
+        result[:, 2 * n :, 2 * n :] += np.eye(len(self.active))
+        return result
+
+
+def _exponentials(modes: _Modes, times: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """``exp(A t)`` and its integral from 0 on, (n, 2 n_dof, 2 n_dof) each, at times (n,) [s]."""
+    if not modes.regular:
+        size = len(modes.generator)
+        both = np.zeros((2 * size, 2 * size))
+        both[:size] = np.hstack([modes.generator, np.eye(size)])
+        found = np.array([scipy.linalg.expm(both * time)[:size] for time in times], dtype=float)
+        return found[:, :, :size], found[:, :, size:]
+    exponents = np.multiply.outer(times, modes.values)
+    small = np.abs(exponents) < _SMALL
+    integral = np.where(small, 1.0, np.expm1(exponents) / np.where(small, 1.0, exponents))
+    parts = np.exp(exponents), times[:, None] * integral
+    free, pushed = ((modes.vectors * part[:, None]) @ modes.inverse for part in parts)
+    return free.real, pushed.real
+
+
+@lru_cache(maxsize=8)
+def _known(model: Structure) -> dict[tuple[bytes, bytes], _Perturbations]:
+    """Perturbations of a structure by its active contacts, which loads of rotation may change."""
+    return {}
+
+
+def along_sliders(
+    problem: HarmonicBalance, frequency: float, unknowns: FloatArray, length: float
+) -> tuple[FloatArray, FloatArray]:
+    """The map of perturbations over a ``length`` [rad] from ``tau = 0``, and the drift there.
+
+    States are displacement, its derivative by ``tau`` and the friction forces of contacts that slip
+    or open, (n_state,). Raises ArithmeticError for a structure too large.
+    """
+    model, n = problem.model, problem.model.n_dof
+    contacts = ActiveContacts(model, frequency)
+    known, key = _known(model), (contacts.active.tobytes(), contacts.normal.contact.tobytes())
+    if key not in known:
+        known[key] = _Perturbations(model, frequency)
+    linear, each = known[key], stretches(contacts, problem, frequency, unknowns)
+    edges, states = _between_events(each, len(contacts.active), length)
+    size = 2 * n + len(contacts.active)
+    if len(states) * size**3 > _MOST_WORK:
+        raise ArithmeticError("a structure too large to follow its perturbations")
+    maps, times = np.empty((len(states), size, size)), np.diff(edges) / frequency
+    distinct, which = np.unique(states, axis=0, return_inverse=True)
+    for number, state in enumerate(distinct):
+        maps[which == number] = linear.maps(state, times[which == number])
+
+    slipped = contacts.rubs & _slip_at_times(each, len(contacts.active))
+    kept = np.concatenate([np.arange(2 * n), 2 * n + np.flatnonzero(slipped)])
+    variation = np.eye(size)[:, kept]
+    # The friction of contacts that never slip follows the displacement through their springs.
+    stuck = np.flatnonzero(~slipped)
+    variation[2 * n + stuck, :n] = linear.friction_slopes(np.full(size - 2 * n, STICK))[stuck]
+    coefficients = problem.layout.coefficients(unknowns)
+    slope, curvature = (coefficients @ problem.basis.values(0.0, d) for d in (1, 2))
+    drift = np.concatenate([slope, curvature, linear.friction_slopes(states[0]) @ slope])[kept]
+    begins = states != np.vstack([np.full(size - 2 * n, STICK), states[:-1]])
+    for k, state in enumerate(states):
+        moved = np.flatnonzero(begins[k] & (state != STICK))
+        variation[2 * n + moved] = linear.friction_slopes(state)[moved] @ variation[:n]
+        closed = begins[k] & (state == STICK) & (states[k - 1] == APART)
+        for j in np.flatnonzero(closed).tolist():
+            slope = coefficients @ problem.basis.values(edges[k], 1)
+            variation[2 * n + j] = linear.friction_since_closing(slope, j) @ variation[:n]
+        variation = maps[k] @ variation
+    by_angle = np.ones(size)
+    by_angle[n : 2 * n] = linear.unit / frequency
+    return (by_angle[:, None] * variation / by_angle[kept])[kept], drift
+
+
+def _slip_at_times(each: Stretches, n_active: int) -> np.ndarray:
+    """Which of the active contacts slip or open at times."""
+    return np.isin(np.arange(n_active), each.contact[each.state != STICK])
+
+
+def _between_events(each: Stretches, n_active: int, length: float) -> tuple[FloatArray, FloatArray]:
+    """Ends (n + 1,) [rad] of intervals between events, and the states (n, n_active) in them."""
+    events = np.concatenate([each.begin, each.end]) % (2 * np.pi)
+    edges = np.unique(np.concatenate([[0.0, length], events[events < length - _INSTANT]]))
+    edges = edges[np.concatenate([[True], np.diff(edges) > _INSTANT])]
+    middle = (edges[1:] + edges[:-1]) / 2
+    inside = (middle[:, None] - each.begin) % (2 * np.pi) < each.end - each.begin
+    states = np.full((len(middle), n_active), STICK)
+    interval, stretch = np.nonzero(inside & (each.state != STICK))
+    states[interval, each.contact[stretch]] = each.state[stretch]
+    return edges, states
