@@ -93,6 +93,8 @@ def result(name: str) -> xr.Dataset:
 
 
 each = pytest.mark.parametrize("name", RESULTS)
+READ = {"path", "grid", "ensemble", "point", "modes", "motion", "design", "branches", "verified"}
+"""Results that commands read in all runs; the others are slow tests."""
 pytestmark = pytest.mark.filterwarnings("ignore:.*incomplete:RuntimeWarning")
 
 
@@ -135,7 +137,9 @@ def test_it_explains_itself(name):
     assert found.attrs["symhbm_schema"] == 1
 
 
-@each
+@pytest.mark.parametrize(
+    "name", [pytest.param(n, marks=[pytest.mark.slow] * (n not in READ)) for n in RESULTS]
+)
 def test_the_command_line_reads_it(name, tmp_path, monkeypatch):
     path = str(sh.save(result(name), tmp_path / "x.nc"))
 

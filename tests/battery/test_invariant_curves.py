@@ -36,11 +36,7 @@ def peaks(found):
     return at[located], found.peak_amplitude.values[located]
 
 
-TWO_INSTANTS = "pressed rotor point 0123"
-"""Two peaks beside an onset of slip: the largest displacement passes to another instant there."""
-
-
-@pytest.mark.parametrize("name", cases([*FEW, TWO_INSTANTS], cells()))
+@pytest.mark.parametrize("name", cases(FEW, cells()))
 def test_down_as_up(name):
     given = problem(name)
     up, down = (curve(given, band) for band in (BAND, BAND[::-1]))
