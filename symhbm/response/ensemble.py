@@ -18,7 +18,7 @@ from symhbm.continuation import Status
 from symhbm.numerics import Table
 from symhbm.numerics.loops import told_of_compiling
 from symhbm.response.curve import compute_curve, continuation_problem_of
-from symhbm.results import Request, Sweep, tables
+from symhbm.results import Request, Sweep, runs, tables
 from symhbm.workers import at_work, progress_bar, warn_of_executor
 
 _WAITING = 2
@@ -45,14 +45,13 @@ def compute(
     sweep: Sweep,
     request: Request,
     blank: Callable[[], Table],
-    executor: Executor | None = None,
-    progress: bool | None = None,
+    running: runs.Running,
     done: Collection[int] = (),
 ) -> Generator[NumberedTables, None, None]:
     """Numbers and tables of all parameter sets but those ``done``, as they are finished.
 
-    ``executor`` is any `concurrent.futures.Executor`. Sets that it does not compute, because
-    workers die or it is closed, are computed in this process. A set whose computation fails has the
+    Sets that the executor does not compute, because workers die or it is closed, are computed in
+    this process. A set whose computation fails has the
     ``blank`` curve with a status that tells why.
     """
 
@@ -61,13 +60,13 @@ def compute(
         return tables.encode(tables.failed(blank(), outcome)) if failed else outcome
 
     def tell() -> None:
-        if progress is not False:
+        if running.progress is not False:
             print("symhbm: compiling loops, once after installing", file=sys.stderr)
 
-    bar_of_curves = progress_bar("curve", progress, sweep.size, len(done))
+    bar_of_curves = progress_bar("curve", running.progress, sweep.size, len(done))
     with told_of_compiling(tell), bar_of_curves as bar:
         numbers = [number for number in range(sweep.size) if number not in done]
-        for finished in _outcomes(problem, sweep, request, numbers, executor):
+        for finished in _outcomes(problem, sweep, request, numbers, running.executor):
             bar.update(len(finished))
             yield [(number, table(outcome)) for number, outcome in finished]
 

@@ -12,14 +12,7 @@ from symhbm.balance import HarmonicBalance
 from symhbm.model import Place
 from symhbm.numerics import check
 from symhbm.response.run import reported, run_sweep
-from symhbm.response.unforced import (
-    amplitudes_of,
-    axis_of,
-    checked,
-    modes_of,
-    request_of,
-    wave_of,
-)
+from symhbm.response.unforced import amplitudes_of, axis_of, checked, request_of
 from symhbm.results import check_grid, runs
 from symhbm.time_domain import check_stability
 
@@ -127,7 +120,6 @@ def nonlinear_modes(
     (array([2.3039]), array([0.1138]))
     """
     running, sweep = runs.Running.of(run, runs.Sweeping), checked(problem, over)
-    wave = wave_of(nodal_diameter)
     axis: dict[str, Any]
     if parameter == "amplitude":
         if amplitude is not None:
@@ -135,13 +127,12 @@ def nonlinear_modes(
         edges = amplitudes_of((1e-6, 1e-2) if band is None else band, "band")
         axis = dict(name="amplitude", band=edges, at=check_grid(at, edges), index=None)
     else:
-        axis = axis_of(problem, parameter, band, at, sweep, wave)
+        axis = axis_of(problem, parameter, band, at, sweep, nodal_diameter)
         if amplitude is None:
             raise ValueError(f"amplitude=None: expected that of vibrations while {parameter} moves")
         axis["amplitude"] = check.scalar("amplitude", amplitude, "positive")
-    own = dict(mode=check.integer("mode", mode, minimum=0), nodal_diameter=wave)
-    call = problem, sweep, running, axis, place
-    request = request_of(*call, unforced="nonlinear mode", **own)
+    own = "nonlinear mode", mode, place, nodal_diameter
+    request = request_of(problem, sweep, running, axis, *own)
     return reported(run_sweep(problem, sweep, request, running), running.throw)
 
 
@@ -246,16 +237,14 @@ def limit_cycles(
     """
     running, sweep = runs.Running.of(run, runs.Sweeping), checked(problem, over)
     amplitudes = amplitudes_of(amplitudes)
-    wave = wave_of(nodal_diameter)
     axis: dict[str, Any] = dict(name="amplitude", band=amplitudes, at=None, index=None)
     if parameter is not None:
-        axis = axis_of(problem, parameter, band, at, sweep, wave)
+        axis = axis_of(problem, parameter, band, at, sweep, nodal_diameter)
     elif not (band is at is None):
         raise ValueError("parameter=None: expected the name of one where band or at is given")
     if stability is None:
         stability = parameter is None and problem.model.has_matrices
-    own = dict(mode=modes_of(mode), nodal_diameter=wave, amplitudes=amplitudes)
-    told = check_stability(problem, stability)
-    call = problem, sweep, running, axis, place
-    request = request_of(*call, unforced="limit cycle", stability=told, **own)
+    own = "limit cycle", mode, place, nodal_diameter
+    more = dict(stability=check_stability(problem, stability), amplitudes=amplitudes)
+    request = request_of(problem, sweep, running, axis, *own, **more)
     return reported(run_sweep(problem, sweep, request, running), running.throw)

@@ -38,7 +38,6 @@ from symhbm.results.archive import (
     working_file,
 )
 from symhbm.results.reading import COMPLETE
-from symhbm.workers import check_executor, check_progress
 
 _TOLD = 5
 """Curves of a sweep that a warning names."""
@@ -56,7 +55,6 @@ def run_sweep(
     Raises KeyError for names to keep that the result does not have, and ArchiveError if the archive
     is of another computation, is in use, or cannot be written.
     """
-    executor, progress = running.executor, running.progress
     part = parts.check_part(running.part, sweep)
     call, blank = schema.describe(problem, sweep, request), _blank(problem, request)
     if part is not None:
@@ -67,7 +65,7 @@ def run_sweep(
         call.attributes["left_out"] = json.dumps(_left_out(problem, request, call))
     if running.archive is None:
         with Spool() as spool, _with_note(lambda: _lost_text(len(spool), sweep.size)):
-            for encoded in compute(problem, sweep, request, blank, executor, progress):
+            for encoded in compute(problem, sweep, request, blank, running):
                 spool.add(encoded)
             if part is not None:
                 call.attributes[parts.COMPUTED] = json.dumps([computed_here()])
@@ -75,7 +73,7 @@ def run_sweep(
     target = _target("archive", running.archive)
     file, call = working_file(target), call.dataset()
     if target.exists():
-        complete = _checked_archive(call, target, progress)
+        complete = _checked_archive(call, target, running.progress)
         if file.exists():
             # The process that wrote it was killed just before it removed the working file.
             with suppress(ArchiveError), Store(file) as store:
@@ -87,7 +85,7 @@ def run_sweep(
         if store.call is None:
             store.begin(call_bytes, sweep.size, encoded_blank)
         _check_same(call, call_of(store), file)
-        return _finished(store, target, call, problem, request, blank, executor, progress)
+        return _finished(store, target, call, problem, request, blank, running)
 
 
 def _blank(problem: HarmonicBalance, request: Request) -> Callable[[], Table]:
@@ -197,8 +195,7 @@ def resume(
     >>> sh.resume("loads.nc", progress=False).sizes["normal_load"]
     2
     """
-    check_executor(executor)
-    progress = check_progress(progress)
+    running = runs.Running(executor=executor, progress=progress)
     target = _target("path", path_of(path).with_name(path_of(path).name.removesuffix(SUFFIX)))
     file = working_file(target)
     if not file.exists():
@@ -210,8 +207,8 @@ def resume(
         problem = rebuild(call, laws)
         sweep, request = schema.recall(call, problem)
         request = prepared(problem, sweep, request, progress)
-        of_curves = problem, request, _blank(problem, request), executor, progress
-        finished = _finished(store, target, call, *of_curves)
+        blank = _blank(problem, request)
+        finished = _finished(store, target, call, problem, request, blank, running)
     return reported(finished)
 
 
@@ -222,22 +219,21 @@ def _finished(
     problem: HarmonicBalance,
     request: Request,
     blank: Callable[[], Table],
-    executor: Executor | None,
-    progress: bool | None,
+    running: runs.Running,
 ) -> xr.Dataset:
     if target.exists():
-        complete = _checked_archive(call, target, progress)
+        complete = _checked_archive(call, target, running.progress)
         store.remove()
         return complete
     sweep, _ = schema.recall(call)
     _check_names(store, blank())
     with _with_note(lambda: f"{store.rest}, and so does symhbm.resume({str(target)!r})"):
-        curves = compute(problem, sweep, request, blank, executor, progress, store.done)
+        curves = compute(problem, sweep, request, blank, running, store.done)
         # Closed at once where the file cannot be written: nothing more is computed.
         with closing(curves):
             for encoded in curves:
                 store.add(encoded)
-        assemble(store, target, progress)
+        assemble(store, target, running.progress)
         store.remove()
     return load(target, lazy=True)
 

@@ -26,7 +26,7 @@ from symhbm.design.flutter.surface import ModeSurface
 from symhbm.model import Place
 from symhbm.numerics import Table, check
 from symhbm.response import reported
-from symhbm.response.unforced import amplitudes_of, axis_of, checked, request_of, wave_of
+from symhbm.response.unforced import amplitudes_of, axis_of, checked, request_of
 from symhbm.results import Request, runs, schema
 
 _SCANNED = 61
@@ -227,14 +227,14 @@ def _limits(
 ) -> tuple[FlutterLimits, Request]:
     """What computes the limits, and the request that asks for them; raises for bad arguments."""
     sweep = checked(problem, None)
-    wave, amplitudes = wave_of(nodal_diameter), amplitudes_of(amplitudes)
+    amplitudes = amplitudes_of(amplitudes)
     disturbances = (
         (amplitudes[0],) if disturbance is None else _disturbances(disturbance, amplitudes)
     )
-    axis = axis_of(problem, parameter, band, at, sweep, wave)
-    own: dict[str, Any] = dict(mode=check.integer("mode", mode, minimum=0), nodal_diameter=wave)
-    own |= dict(unforced="nonlinear mode", amplitude=amplitudes[1])
-    request = request_of(problem, sweep, running, axis, place, **own)
+    axis = axis_of(problem, parameter, band, at, sweep, nodal_diameter)
+    axis["amplitude"] = amplitudes[1]
+    own = "nonlinear mode", mode, place, nodal_diameter
+    request = request_of(problem, sweep, running, axis, *own)
     limits = FlutterLimits(
         ModeSurface(problem, request), amplitudes, disturbances, running.progress
     )

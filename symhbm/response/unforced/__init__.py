@@ -1,13 +1,6 @@
 """Curves of motions that no force drives."""
 
-from symhbm.response.unforced.arguments import (
-    amplitudes_of,
-    axis_of,
-    checked,
-    modes_of,
-    request_of,
-    wave_of,
-)
+from symhbm.response.unforced.arguments import amplitudes_of, axis_of, checked, request_of
 from symhbm.response.unforced.curve import (
     free_problem,
     mode_problem,
@@ -21,9 +14,7 @@ __all__ = [
     "checked",
     "free_problem",
     "mode_problem",
-    "modes_of",
     "request_of",
     "synthesised_response",
     "unforced_curve",
-    "wave_of",
 ]

@@ -36,7 +36,7 @@ def axis_of(
     band: Any,
     at: Any,
     sweep: Sweep,
-    wave: int | None,
+    nodal_diameter: Any,
 ) -> dict[str, Any]:
     """Fields of the request that tell which parameter moves, and where."""
     axis = check_axis(problem, parameter, band, at)
@@ -45,15 +45,15 @@ def axis_of(
         raise ValueError(f"parameter={parameter!r}: expected one of the structure, no force acts")
     if name in sweep.values:
         raise ValueError(f"over: {name!r} is the parameter that is followed")
-    if wave is not None and index is not None:
+    if nodal_diameter is not None and index is not None:
         raise ValueError(
-            f"nodal_diameter={wave}: expected None where the parameter of one contact or blade "
-            "moves, all sectors move alike in a wave"
+            f"nodal_diameter={nodal_diameter}: expected None where the parameter of one contact or "
+            "blade moves, all sectors move alike in a wave"
         )
     return axis
 
 
-def modes_of(mode: Any) -> int | tuple[int, ...]:
+def _modes_of(mode: Any) -> int | tuple[int, ...]:
     """A number of a mode, or several different ones."""
     if not isinstance(mode, Sequence) or isinstance(mode, str):
         return check.integer("mode", mode, minimum=0)
@@ -63,29 +63,32 @@ def modes_of(mode: Any) -> int | tuple[int, ...]:
     return numbers
 
 
-def wave_of(given: Any) -> int | None:
-    """A number of nodal diameters, None for none."""
-    return None if given is None else check.integer("nodal_diameter", given)
-
-
 def request_of(
     problem: HarmonicBalance,
     sweep: Sweep,
     running: runs.Running,
     axis: dict[str, Any],
+    unforced: str,
+    mode: Any,
     place: Place | None,
+    nodal_diameter: Any,
     **own: Any,
 ) -> Request:
     """The request with what moves along an ``axis``, its place that of the first parameter set.
 
-    Raises as `mode_problem`.
+    Raises for bad arguments, and as `mode_problem`.
     """
+    several = unforced == "limit cycle"
+    wave = None if nodal_diameter is None else check.integer("nodal_diameter", nodal_diameter)
     request = Request(
         **axis,
         **own,
         may_fold=True,
         max_points=running.max_points,
         keep=check_keep(running.keep, False, axis["name"], None),
+        unforced=unforced,
+        mode=_modes_of(mode) if several else check.integer("mode", mode, minimum=0),
+        nodal_diameter=wave,
         dof=None if place is None else problem.model.number_of(place),
     )
     first = sweep.chosen(0)

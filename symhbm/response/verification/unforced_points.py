@@ -176,19 +176,11 @@ class StoredEvents(StoredGroup):
         self._kinds = kinds.values
         moving = points.description.moving
         names = ("frequency", moving, "amplitude", "damping_ratio", "modal_amplitude")
-        self._names = [
-            name
-            for name in dict.fromkeys(names)
-            if {name, f"event_{name}"} <= {*self.dataset.variables}
-        ]
-        self._along = {
-            name: self.dataset[name].transpose(*points.dims).values for name in self._names
-        }
-        self._at = {
-            name: self.dataset[f"event_{name}"].transpose(*self.dims) for name in self._names
-        }
-        self.moving = {name: self._at[name] for name in dict.fromkeys((moving, "frequency"))
-                       if name in self._at}  # fmt: skip
+        known = {*self.dataset.variables}
+        both = [name for name in names if {name, f"event_{name}"} <= known]
+        self._along = {name: self.dataset[name].transpose(*points.dims).values for name in both}
+        self._at = {name: self.dataset[f"event_{name}"].transpose(*self.dims) for name in both}
+        self.moving = {name: self._at[name] for name in (moving, "frequency") if name in self._at}
 
     @property
     def available(self) -> list[str]:
