@@ -11,6 +11,17 @@ CLOSE = 0.3
 N_VALUES = 2000
 
 
+def level(amplitude):
+    """What is drawn of amplitudes [dB re 1 m]."""
+    return 20 * np.log10(amplitude)
+
+
+def texts(ax):
+    """What a legend says, nothing without one."""
+    legend = ax.get_legend()
+    return [] if legend is None else [text.get_text() for text in legend.get_texts()]
+
+
 def on_paper(ax, x, y):
     """Places (n, 2) on paper [mm] of data, in the size that the figure has."""
     figure = ax.get_figure(root=True)

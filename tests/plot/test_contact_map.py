@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 import symhbm as sh
+from tests.paper import texts
 
 POINTS = np.array([[0.5, x, y] for y in (0.0, 0.01) for x in (0.0, 0.01, 0.02)])
 LOADS = [0.1, 9.0, 0.2, 9.0, 0.1, 9.0]
@@ -35,8 +36,7 @@ def test_states_are_where_contacts_are(response):
     [dots] = ax.collections
     np.testing.assert_allclose(dots.get_offsets(), 1e3 * POINTS[:, 1:])
     assert [ax.get_xlabel(), ax.get_ylabel()] == ["$y$ [mm]", "$z$ [mm]"]
-    words = [text.get_text() for text in ax.get_legend().get_texts()]
-    assert words == ["sticks", "slips"]
+    assert texts(ax) == ["sticks", "slips"]
     faces = dots.get_facecolors()
     slips = point.contact_state.values == 1
     assert slips.tolist() == [load < 1 for load in LOADS]

@@ -9,6 +9,7 @@ import xarray as xr
 import symhbm as sh
 from studies import fig03_single_blade as fig03
 from symhbm.plot import drawing
+from tests.paper import level, texts
 
 
 @pytest.fixture(scope="module")
@@ -22,20 +23,14 @@ def test_lines_labels_and_peaks(family):
     assert len(curves) == 3
     assert "Hz" in ax.get_xlabel()
     assert "dB" in ax.get_ylabel()
-    legend = ax.get_legend()
-    assert legend is not None
-    assert [text.get_text() for text in legend.get_texts()] == [
-        "$F_n$ = 1 N",
-        "$F_n$ = 3 N",
-        "$F_n$ = 100 N",
-    ]
+    assert texts(ax) == ["$F_n$ = 1 N", "$F_n$ = 3 N", "$F_n$ = 100 N"]
     marks = [line for line in ax.lines if len(line.get_xdata()) == 1]
     assert len(marks) == 3
     for i, mark in enumerate(marks):
-        level = 20 * np.log10(float(family.peak_amplitude[i, 0]))
-        assert mark.get_ydata()[0] == pytest.approx(level)
+        top = level(float(family.peak_amplitude[i, 0]))
+        assert mark.get_ydata()[0] == pytest.approx(top)
         # No line rises above its own peak.
-        assert curves[i].get_ydata().max() == pytest.approx(level, abs=1e-12)
+        assert curves[i].get_ydata().max() == pytest.approx(top, abs=1e-12)
 
 
 def test_lines_differ_in_greyscale(family):
@@ -75,15 +70,13 @@ def test_many_curves_of_two_parameters():
     family = sh.frf(fig03.problem(), (10, 12), over=over, at=[10, 11])
     ax, _ = sh.plot.response(family, peaks=False).axes
     assert len(ax.lines) == 18
-    legend = ax.get_legend()
-    assert legend is not None
-    assert [t.get_text() for t in legend.get_texts()] == ["$c$ = 0.5 N s/m", "$c$ = 1 N s/m"]
+    assert texts(ax) == ["$c$ = 0.5 N s/m", "$c$ = 1 N s/m"]
     first = [line for line in ax.lines if line.get_linestyle() == "-"]
     assert len(first) == 9
     for line, load in zip(first, family.normal_load, strict=True):
         expected = family.amplitude.sel(normal_load=load, damping=0.5).max("dof")
         known = np.isin(line.get_xdata(), family.frequency)
-        np.testing.assert_array_equal(line.get_ydata()[known], 20 * np.log10(expected))
+        np.testing.assert_array_equal(line.get_ydata()[known], level(expected))
 
 
 def test_samples_are_thin_lines_alike():
@@ -95,7 +88,7 @@ def test_samples_are_thin_lines_alike():
     assert len({str(line.get_color()) for line in ax.lines}) == 1
     for line, top in zip(ax.lines, family.peak_amplitude.max("peak").values, strict=True):
         assert line.get_alpha() < 1
-        assert line.get_ydata().max() == pytest.approx(20 * np.log10(top), abs=1e-12)
+        assert line.get_ydata().max() == pytest.approx(level(top), abs=1e-12)
 
 
 BAD = {

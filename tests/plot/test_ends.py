@@ -4,20 +4,18 @@ import numpy as np
 import pytest
 
 import symhbm as sh
+from tests.paper import level, texts
+from tests.problems import one_blade
 
-BLADE = dict(mass=1, stiffness=1e4, contact_stiffness=1e4, friction_coefficient=0.5)
-PROBLEM = sh.HarmonicBalance(
-    sh.single_blade(**BLADE, damping=0.5, normal_load=3), sh.forces.PointForce()
-)
-FREE = sh.HarmonicBalance(sh.single_blade(**BLADE, damping=-0.5, normal_load=3), harmonics=(1, 3))
+PROBLEM = sh.HarmonicBalance(one_blade(), sh.forces.PointForce())
+FREE = sh.HarmonicBalance(one_blade(damping=-0.5), harmonics=(1, 3))
 
 
 def crosses(ax):
     """Places (n, 2) of the marks of axes, and what the legend says of them."""
     lines = [line for line in ax.lines if line.get_marker() == "x"]
     places = [line.get_xydata() for line in lines]
-    legend = ax.get_legend()
-    said = [] if legend is None else [text.get_text() for text in legend.get_texts()]
+    said = texts(ax)
     assert ("incomplete, ends here" in said) == bool(len(lines))
     assert said.count("incomplete, ends here") <= 1
     return np.concatenate(places) if places else np.empty((0, 2))
@@ -33,11 +31,11 @@ def short(verb, *given, max_points=12, **options):
 def test_paths_that_stop(band, loads):
     found = short(sh.frf, PROBLEM, band, over={"normal_load": loads})
     last = [found.isel(normal_load=k, point=int(n) - 1) for k, n in enumerate(found.n_points)]
-    level = 20 * np.log10([one.amplitude.item() for one in last])
+    levels = level([one.amplitude.item() for one in last])
     frequency = [one.frequency.item() for one in last]
     assert not np.isin(frequency, band).any()
     drawn = crosses(sh.plot.response(found).axes[0])
-    np.testing.assert_allclose(drawn, np.transpose([frequency, level]))
+    np.testing.assert_allclose(drawn, np.transpose([frequency, levels]))
     lag = crosses(sh.plot.phase(found).axes[0])
     np.testing.assert_allclose(lag[:, 0], frequency)
 
@@ -114,7 +112,6 @@ def test_fronts_that_are_not_complete():
     )
     for status in (sh.Status.FRONT_FOUND, sh.Status.FRONT_INCOMPLETE):
         found["design_status"] = ((), str(status))
-        legend = sh.plot.pareto_front(found).axes[0].child_axes[0].get_legend()
-        assert legend is not None
-        said = any("incomplete" in text.get_text() for text in legend.get_texts())
+        told = texts(sh.plot.pareto_front(found).axes[0].child_axes[0])
+        said = any("incomplete" in text for text in told)
         assert said == (status == sh.Status.FRONT_INCOMPLETE)

@@ -11,6 +11,7 @@ from symhbm.cli.selection import kinds
 from symhbm.plot.picture import Axis, Colours, Panel, Picture
 from symhbm.plot.rendering import pictured
 from symhbm.plot.viewer.packing import as_json, embedded
+from tests.paper import texts
 from tests.plot.viewer.test_view import response, unpacked
 
 
@@ -30,9 +31,7 @@ def test_a_new_kind_is_drawn_by_matplotlib():
     ax, bar = figure.axes
     assert (ax.get_xlabel(), ax.get_ylabel(), ax.get_yscale()) == ("value $x$ [m]", "square", "log")
     np.testing.assert_array_equal(ax.lines[0].get_xydata(), np.stack([values, values**2], axis=1))
-    legend = ax.get_legend()
-    assert legend is not None
-    assert [text.get_text() for text in legend.get_texts()] == ["within", "squares"]
+    assert texts(ax) == ["within", "squares"]
     assert bar.get_ylabel() == "nothing"
     own, axes = plt.subplots()
     assert square(values, ax=axes) is own

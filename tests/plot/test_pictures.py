@@ -17,12 +17,8 @@ from symhbm.cli import main
 from symhbm.continuation.status import Status
 from symhbm.numerics.interpolation import amplitude_between
 from symhbm.results.variables import SLOPES
-from tests.paper import CLOSE, exact, farthest, long_lines, off_paper, values_of
+from tests.paper import CLOSE, exact, farthest, level, long_lines, off_paper, values_of
 from tests.problems import duffing, ring_of_blades
-
-
-def level(amplitude):
-    return 20 * np.log10(amplitude)
 
 
 def mistuned():
@@ -90,7 +86,7 @@ def test_a_curve_that_folds_is_drawn_where_it_is():
     assert (curve.event_kind.values == "fold").sum() == 2
     ax = sh.plot.response(curve.drop_vars("stability")).axes[0]
     (line,) = long_lines(ax)
-    values = values_of(line, curve, 600)
+    values = values_of(line, curve, 300)
     amplitude = exact(curve, values).amplitude.isel(dof=0).values
     folds = np.sort(curve.event_frequency.values)
     inside = np.isfinite(amplitude).sum(axis=1) == 3

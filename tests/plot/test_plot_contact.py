@@ -9,6 +9,7 @@ import symhbm as sh
 from studies import fig03_single_blade as fig03
 from studies import fig08_engine_orders as fig08
 from tests.loops import loops_of
+from tests.paper import texts
 from tests.problems import duffing
 
 EVEN = sh.HarmonicBalance(
@@ -107,8 +108,7 @@ def test_families():
     areas = np.array([loop.area for loop in loops.values()]).reshape(2, 3)
     np.testing.assert_allclose(areas, grid.dissipation[..., 0], rtol=1e-9, atol=1e-15)
     (ax,) = sh.plot.hysteresis(grid).axes
-    labels = [text.get_text() for text in ax.get_legend().get_texts()]
-    assert labels[1] == "$F_n$ = 1 N, $f$ = 15 Hz"
+    assert texts(ax)[1] == "$F_n$ = 1 N, $f$ = 15 Hz"
     missing = grid.assign(coefficient=grid.coefficient.where(grid.frequency != 15))
     (ax,) = sh.plot.hysteresis(missing).axes
     assert ax.get_title() == "left out, not converged: 2 of 6 points"

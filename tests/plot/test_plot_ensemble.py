@@ -7,6 +7,7 @@ import xarray as xr
 
 import symhbm as sh
 from symhbm.continuation import Status
+from tests.paper import level, texts
 from tests.problems import duffing, ring_of_blades
 
 GRID = np.linspace(60, 95, 29)
@@ -32,19 +33,11 @@ def paths():
     return sh.frf(problem(), (60, 95), over=loads())
 
 
-def level(amplitude):
-    return 20 * np.log10(amplitude)
-
-
 def band(ax, number):
     """Lower and upper edge of a band at the grid."""
     vertices = ax.collections[number].get_paths()[0].vertices
     rows = [vertices[vertices[:, 0] == x][:, 1] for x in GRID]
     return np.array([row.min() for row in rows]), np.array([row.max() for row in rows])
-
-
-def texts(ax):
-    return [text.get_text() for text in ax.get_legend().get_texts()]
 
 
 @pytest.mark.parametrize("dof", [None, 3])

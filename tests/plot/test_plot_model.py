@@ -18,6 +18,7 @@ from symhbm.cli import main
 from symhbm.cli.selection import draw
 from symhbm.plot.structure.masses import COLORS
 from symhbm.plot.structure.network import HALF, links, spread
+from tests.paper import texts
 from tests.problems import one_blade, ring_of_blades
 
 FRICTION: Any = dict(contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3)
@@ -284,9 +285,7 @@ def test_condensed_structure():
 def test_plates_are_dots_and_lines(bending):
     figure = sh.plot.model(plate(bending), force=sh.forces.PointForce(105))
     ax = figure.axes[0]
-    legend = ax.get_legend()
-    assert legend is not None
-    labels = [text.get_text() for text in legend.get_texts()]
+    labels = texts(ax)
     assert len(masses(figure)) == 0
     assert "held to the ground, 200" in labels
     assert "friction damper between, 1" in labels

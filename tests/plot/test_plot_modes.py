@@ -5,6 +5,7 @@ import numpy as np
 import pytest
 
 import symhbm as sh
+from tests.paper import texts
 from tests.problems import one_blade
 
 BLADE = one_blade()  # fmt: skip
@@ -29,8 +30,7 @@ def test_both_panels_show_the_lines_and_the_events():
         marks = [line for line in panel.lines if line.get_linestyle() == "None"]
         drawn = np.sort(np.concatenate([line.get_xdata() for line in marks]))
         np.testing.assert_array_equal(drawn, np.sort(found.event_amplitude.values.ravel()))
-    labels = [text.get_text() for text in panels[0].get_legend().get_texts()]
-    assert labels == ["$F_n$ = 1 N", "$F_n$ = 3 N"]
+    assert texts(panels[0]) == ["$F_n$ = 1 N", "$F_n$ = 3 N"]
 
 
 def test_grid_without_folds_is_drawn_into_axes_of_ones_own():

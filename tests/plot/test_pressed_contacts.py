@@ -13,6 +13,7 @@ from symhbm.model.contacts import Behaviour
 from symhbm.plot.contact import contact_of, histories
 from symhbm.plot.contact.states import _runs
 from tests.loops import loops_of
+from tests.paper import texts
 
 FRICTION = dict(contact_stiffness=1e4, normal_stiffness=1e4, friction_coefficient=0.3)
 TURNING = sh.forces.HarmonicForce(cosine={1: [10, 0]}, sine={1: [0, 10]})
@@ -109,8 +110,7 @@ def test_a_loop_with_its_moving_limit_and_events():
     np.testing.assert_allclose(upper.get_ydata(), -limit, atol=1e-11)
     count = [len(line.get_xdata()) for line in marks]
     assert count == [1, 0, 1, 1]  # onset of slip, its end, opening, closing
-    words = [text.get_text() for text in ax.get_legend().get_texts()]
-    assert words == ["limit $\\pm\\mu N$", "open", "onset of slip", "opening", "closing"]
+    assert texts(ax) == ["limit $\\pm\\mu N$", "open", "onset of slip", "opening", "closing"]
     opening = np.asarray(marks[2].get_data())[:, 0]
     assert abs(opening[1]) < 1e-12
 
@@ -157,9 +157,9 @@ def test_families_of_loops():
     area = [loop.area for loop in loops_of(grid)[0].values()]
     np.testing.assert_allclose(area, grid.dissipation.values.ravel(), rtol=1e-3)
     (ax,) = sh.plot.hysteresis(grid).axes
-    assert len(ax.get_legend().get_texts()) == 6
+    assert len(texts(ax)) == 6
     (ax,) = sh.plot.normal_force(grid).axes
-    assert ax.get_legend().get_texts()[0].get_text() == "$F_n$ = 5 N, $f$ = 16 Hz"
+    assert texts(ax)[0] == "$F_n$ = 5 N, $f$ = 16 Hz"
 
 
 def test_pictures_that_cannot_be():
@@ -200,8 +200,7 @@ def test_states_change_at_the_events(band):
     onset = float(band.event_frequency.values[band.event_kind.values == "onset of opening"][0])
     assert max(end for _, end, _ in slips) == pytest.approx(onset, abs=1e-12)
     assert min(begin for begin, _, _ in opens) == pytest.approx(onset, abs=1e-12)
-    words = [text.get_text() for text in ax.get_legend().get_texts()]
-    assert words == ["sticks", "slips", "opens", "open; never touches"]
+    assert texts(ax) == ["sticks", "slips", "opens", "open; never touches"]
     assert [label.get_text() for label in ax.get_yticklabels()] == ["contact 0"]
     # Heights are shares of the period.
     stuck = ax.collections[0].get_paths()[0].vertices

@@ -7,6 +7,7 @@ import symhbm as sh
 from symhbm.plot.curves import drawn
 from symhbm.plot.drawing import Scale
 from symhbm.plot.lines import Line
+from tests.paper import level
 from tests.problems import one_blade, ring_of_blades
 
 BLADE = one_blade()  # fmt: skip
@@ -40,7 +41,7 @@ def test_points_and_peaks_are_on_the_line(sweep, scale, unit):
         for at, amplitude in ((curve.frequency, curve.amplitude), (curve.peak_frequency, None)):
             expected = curve.peak_amplitude if amplitude is None else amplitude.max("dof")
             expected = FACTOR[unit] * expected.values
-            expected = 20 * np.log10(expected) if scale == "decibel" else expected
+            expected = level(expected) if scale == "decibel" else expected
             found = height[np.searchsorted(value, at.values)]
             np.testing.assert_allclose(found, expected, rtol=1e-12)
             if amplitude is None:
@@ -136,5 +137,5 @@ def test_a_coarse_grid_of_a_ring_is_drawn_below_its_peaks():
     grid = np.arange(50.0, 351, 5)
     curve = sh.frf(problem, (50, 350), at=grid, over=draws, progress=False).isel(sample=0)
     lines = sh.plot.response(curve).axes[0].lines
-    top = 20 * np.log10(float(curve.peak_amplitude.max()))
+    top = level(float(curve.peak_amplitude.max()))
     assert max(np.max(line.get_ydata(), initial=-np.inf) for line in lines) <= top + 1e-9

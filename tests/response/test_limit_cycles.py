@@ -15,17 +15,17 @@ from symhbm.response.accuracy.truncation import embed
 from symhbm.time_domain.event_march import march
 from symhbm.time_domain.linear_motion import LinearMotion
 from symhbm.time_domain.periodic_orbit import state_of
+from tests.problems import one_blade, ring_of_blades
 from tests.published import van_der_pol
 from tests.quick import quick_first
 from tests.reference import STATED
 
-VALUES = dict(mass=1, stiffness=1e4, contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3)
 LIMIT, STIFFNESS = 1.5, 1e4
 """Of the contact of that blade [N, N/m]."""
 
 
 def blade(damping, **values):
-    return sh.single_blade(damping=damping, **VALUES | values)
+    return one_blade(damping=damping, **values)
 
 
 def cycles(structure, *given, harmonics=(1,), **options):
@@ -314,7 +314,7 @@ def ring_on_ground(damping, n=13):
 
 def test_waves_are_disturbed_by_all_waves():
     # All blades of a ring without contacts to the ground move together without friction.
-    ring = sh.bladed_disk(13, damping=-2.0, **VALUES)
+    ring = ring_of_blades(13, damping=-2.0)
     found = cycles(ring, harmonics=(1, 3), nodal_diameter=6)
     assert found.stability.values.tolist() == [0, 0]
     np.testing.assert_allclose(found.growth_rate[0], 1.0, rtol=1e-9)
@@ -323,7 +323,7 @@ def test_waves_are_disturbed_by_all_waves():
 
 
 def test_fold_of_a_wave():
-    ring = sh.bladed_disk(13, damping=-2.0, **VALUES)
+    ring = ring_of_blades(13, damping=-2.0)
     found = cycles(ring, "damping", (-60, 0), harmonics=(1, 3), nodal_diameter=3)
     fold = found.fold_damping.item()
     for share, number in ((0.999, 2), (1.001, 0)):
@@ -471,6 +471,6 @@ def test_what_has_no_modes_is_refused():
         cycles(blade(-0.5), harmonics=(3, 5))
     with pytest.raises(ValueError, match="stability=True"):
         cycles(sectors(), stability=True, nodal_diameter=1)
-    ring = sh.bladed_disk(5, damping=-2.0, **VALUES)
+    ring = ring_of_blades(5, damping=-2.0)
     with pytest.raises(ValueError, match="all sectors move alike"):
         cycles(ring, "damping[2]", (-3, 0), nodal_diameter=1)

@@ -7,6 +7,7 @@ import pytest
 import scipy.sparse as sp
 
 import symhbm as sh
+from tests.paper import level
 from tests.problems import one_blade, ring_of_blades
 
 FRICTION = dict(contact_stiffness=1e4, friction_coefficient=0.5, normal_load=[1.0, 1.5])
@@ -74,7 +75,7 @@ def test_outputs_are_those_of_the_motion_in_time(response):
 
 def test_peaks_of_an_output_are_where_a_dense_scan_has_them(response):
     assert response.peak_amplitude.attrs["units"] == "Pa"
-    grid = np.linspace(*BAND, 3501)
+    grid = np.linspace(*BAND, 1201)
     scan = sh.frf(problem(), BAND, at=grid, keep=["stress_amplitude"], progress=False)
     top = scan.stress_amplitude.max("stress_row").values
     inside = np.flatnonzero((top[1:-1] > top[:-2]) & (top[1:-1] > top[2:])) + 1
@@ -82,7 +83,7 @@ def test_peaks_of_an_output_are_where_a_dense_scan_has_them(response):
     for k, hertz, height in zip(
         inside, response.peak_frequency.values, response.peak_amplitude.values, strict=True
     ):
-        assert abs(grid[k] - hertz) < 0.011
+        assert abs(grid[k] - hertz) < 0.03
         assert top[k] <= height * (1 + 1e-12)
         near = sh.frf(
             problem(), BAND, at=hertz + np.linspace(-1e-4, 1e-4, 5), progress=False
@@ -276,8 +277,8 @@ def test_pictures_of_outputs(response):
     figure = sh.plot.response(sh.datasets.output(response, "stress"))
     axes = figure.axes[0]
     assert axes.get_ylabel() == "largest stress [dB re 1 Pa]"
-    level = 20 * np.log10(response.peak_amplitude.values.max())
-    assert max(np.nanmax(line.get_ydata()) for line in axes.lines) == pytest.approx(level, abs=1e-6)
+    top = level(response.peak_amplitude.values.max())
+    assert max(np.nanmax(line.get_ydata()) for line in axes.lines) == pytest.approx(top, abs=1e-6)
     plain = sh.plot.response(response).axes[0]
     assert max(np.nanmax(line.get_ydata()) for line in plain.lines) < 0
 

@@ -8,20 +8,19 @@ import pytest
 
 import symhbm as sh
 from symhbm.response import summary
+from tests.problems import one_blade, ring_of_blades
 from tests.quick import quick_first
 
-VALUES = dict(mass=1, stiffness=1e4, contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3)
 QUIET = dict(progress=False)
 LOADS = {"normal_load": [1.0, 3.0]}
 
 
 def blade(damping, harmonics=(1, 3, 5)):
-    return sh.HarmonicBalance(sh.single_blade(damping=damping, **VALUES), harmonics=harmonics)
+    return sh.HarmonicBalance(one_blade(damping=damping), harmonics=harmonics)
 
 
 def ring(damping):
-    structure = sh.bladed_disk(5, damping=damping, **VALUES)
-    return sh.HarmonicBalance(structure, harmonics=(1, 3))
+    return sh.HarmonicBalance(ring_of_blades(5, damping=damping), harmonics=(1, 3))
 
 
 def disk():

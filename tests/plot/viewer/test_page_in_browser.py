@@ -9,21 +9,15 @@ import xarray as xr
 
 import symhbm as sh
 from tests.pages import check
-from tests.problems import duffing
+from tests.problems import duffing, one_blade, ring_of_blades
 from tests.quick import quick_first
 
-BLADE = dict(mass=1, stiffness=1e4, damping=0.5, contact_stiffness=1e4, friction_coefficient=0.5)
-PROBLEM = sh.HarmonicBalance(
-    sh.single_blade(**BLADE, normal_load=3), sh.forces.PointForce(), harmonics=(1, 3)
-)
-DISK = sh.bladed_disk(5, **BLADE | dict(contact_stiffness=1e6, normal_load=10))
+PROBLEM = sh.HarmonicBalance(one_blade(), sh.forces.PointForce(), harmonics=(1, 3))
+DISK = ring_of_blades(5, contact_stiffness=1e6, normal_load=10)
 WAVE = sh.forces.EngineOrder(1)
 RING = sh.HarmonicBalance(DISK, WAVE)
 DUFFING = duffing()
-SELF_EXCITED = sh.HarmonicBalance(
-    sh.single_blade(**BLADE | dict(damping=-0.5), normal_load=3), harmonics=(1, 3)
-)
-CLAMPED = sh.single_blade(**BLADE, normal_load=3)
+SELF_EXCITED = sh.HarmonicBalance(one_blade(damping=-0.5), harmonics=(1, 3))
 
 
 def mistuned(n_samples, n_values, **options):
@@ -47,7 +41,7 @@ CASES = {
     "peaks alone": lambda: mistuned(4, 21, keep=["peak_frequency", "peak_amplitude"]),
     "duffing": lambda: sh.frf(DUFFING, (0.32, 0.08), stability=True, progress=False),
     "modes": lambda: sh.nonlinear_modes(
-        sh.HarmonicBalance(CLAMPED, harmonics=(1, 3)),
+        sh.HarmonicBalance(one_blade(), harmonics=(1, 3)),
         over={"normal_load": [1, 3]},
         progress=False,
     ),
