@@ -357,7 +357,10 @@ def test_fits_that_fail_say_so(values, word):
 def test_seeds_of_the_fit_and_numbers_left_over():
     values = np.random.default_rng(3).gumbel(size=1010)
     values[3] = np.nan
-    fits = [sh.statistics.extreme_value_fit(values, n_bootstrap=100, seed=s) for s in (1, 1, 2)]
+    fits = [
+        sh.statistics.extreme_value_fit(values, 25, "gumbel", n_bootstrap=100, seed=seed)
+        for seed in (1, 1, 2)
+    ]
     assert fits[0].identical(fits[1])
     assert fits[0].anderson_darling_p_value != fits[2].anderson_darling_p_value
     assert (int(fits[0].n_blocks), int(fits[0].n_unused)) == (40, 9)

@@ -39,15 +39,13 @@ def test_engine_order_on_chosen_degrees_of_freedom():
     assert not found[[1, 3]].any()
 
 
-@given(n=st.integers(1, 40), order=st.integers(-1000, 1000), turns=st.integers(-1000, 1000))
+@given(
+    n=st.integers(1, 40),
+    order=st.integers(-1000, 1000),
+    turns=st.integers(-1000, 1000) | st.sampled_from([10**17, 10**30, -(10**18)]),
+)
 def test_aliased_orders_are_the_same_force_to_the_bit(n, order, turns):
     wave, alias = (sh.forces.EngineOrder(eo).shape(n, BASIS) for eo in (order, order + turns * n))
-    np.testing.assert_array_equal(wave, alias)
-
-
-@pytest.mark.parametrize("turns", [10**6, 10**17, 10**18, 10**30, -(10**18)])
-def test_large_orders_are_aliases_too(turns):
-    wave, alias = (sh.forces.EngineOrder(eo).shape(13, BASIS) for eo in (3, 3 + 13 * turns))
     np.testing.assert_array_equal(wave, alias)
 
 
@@ -79,15 +77,8 @@ def test_harmonic_force_says_what_the_others_say():
     point = sh.forces.PointForce(place=0, phase=0.3)
     same = sh.forces.HarmonicForce(cosine={1: [np.cos(0.3), 0]}, sine={1: [-np.sin(0.3), 0]})
     np.testing.assert_array_equal(point.shape(2, BASIS), same.shape(2, BASIS))
-    assert sh.forces.HarmonicForce(sine={1: 2.0}).shape(1, BASIS)[0].tolist() == [
-        0,
-        0,
-        2,
-        0,
-        0,
-        0,
-        0,
-    ]
+    alone = sh.forces.HarmonicForce(sine={1: 2.0}).shape(1, BASIS)
+    assert alone.tolist() == [[0, 0, 2, 0, 0, 0, 0]]
 
 
 @pytest.mark.parametrize(

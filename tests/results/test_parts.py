@@ -178,7 +178,7 @@ DRAWN = {
 }
 
 
-@pytest.mark.parametrize("sampling", ["random", "sobol", "latin_hypercube"])
+@pytest.mark.parametrize("sampling", quick_first(["sobol", "random", "latin_hypercube"], 1))
 @pytest.mark.parametrize("law", quick_first(DRAWN, 1))
 def test_samples_are_the_same_whatever_the_parts(law, sampling, tmp_path):
     """Each job draws anew, as it would alone: with correlations, and by every kind of sampling."""
@@ -351,7 +351,7 @@ def test_files_that_are_there_are_not_replaced_without_a_word(made, tmp_path):
 
 
 @pytest.mark.parametrize(
-    "name", ["a b.nc", "ä?#%41.nc", "-o.nc", "a\nb.nc", "'; DROP.nc", "x" * 240 + ".nc", "0.5"]
+    "name", ["a b\nc.nc", "ä?#%41.nc", "-o '; DROP.nc", "x" * 240 + ".nc", "0.5"]
 )
 def test_strange_names_are_names(name, made, tmp_path, monkeypatch):
     monkeypatch.chdir(tmp_path)

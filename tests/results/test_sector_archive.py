@@ -78,7 +78,7 @@ def lossy():
     return sh.HarmonicBalance(model, sh.forces.PointForce(1), (1, 3))
 
 
-PROBLEMS = [sector, moved, of_two, condensed, turning_sector, turning, reduced, lossy]
+PROBLEMS = [turning_sector, lossy, sector, moved, of_two, condensed, turning, reduced]
 
 
 @pytest.mark.parametrize("make", quick_first(PROBLEMS, 2))
@@ -96,7 +96,7 @@ def test_a_rebuilt_problem_is_the_same_to_the_bit(make, tmp_path):
         one, other = (each.evaluate(unknowns, omega) for each in (problem, again))
         np.testing.assert_array_equal(other.residual, one.residual)
         np.testing.assert_array_equal(other.jacobian, one.jacobian)
-    verified = sh.verify(response, progress=False)
+    verified = sh.verify(response, exact="none", progress=False)
     assert verified.residual_stored.max() < 1e-9
     assert record_of(again)[0] == record_of(sh.datasets.rebuild(sh.solve(again, 24.0)))[0]
 
