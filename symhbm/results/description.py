@@ -37,25 +37,15 @@ def variables_of(outputs: Mapping[str, Output]) -> dict[str, Variable]:
     """Meanings of the variables of outputs, by name."""
     result = {}
     for name, output in outputs.items():
-        units, words = output.units, name.replace("_", " ")
-        result[f"{name}_amplitude"] = Variable(
-            output.inner, units, f"largest absolute {words} over the period"
-        )
-        result[f"{name}_peak_to_peak"] = Variable(
-            output.inner, units, f"largest less smallest {words} over the period"
-        )
-        result[f"{name}_coefficient"] = Variable(
-            (*output.inner, *_COMPONENTS), units, f"Fourier coefficient of the {words}"
-        )
+        words = name.replace("_", " ")
+        sizes = {
+            f"{name}_amplitude": f"largest absolute {words} over the period",
+            f"{name}_peak_to_peak": f"largest less smallest {words} over the period",
+        }
+        coefficient = {f"{name}_coefficient": f"Fourier coefficient of the {words}"}
+        result |= in_units(output.units, output.inner, **sizes)
+        result |= in_units(output.units, (*output.inner, *_COMPONENTS), **coefficient)
     return result
-
-
-def histories_of(outputs: Mapping[str, Output]) -> dict[str, Variable]:
-    """Meanings of outputs over the period, by name."""
-    return {
-        name: Variable(output.inner, output.units, name.replace("_", " "))
-        for name, output in outputs.items()
-    }
 
 
 def of_peaks(words: str, units: str) -> dict[str, Variable]:
@@ -257,12 +247,9 @@ class Description:
 
 def records_of(description: dict[str, Any]) -> dict[str, Parameter | Variable]:
     """What the parameters of a described problem are, and the variables of its contact laws."""
-    variables = [entry["variables"] for entry in description.get("groups", {}).values()]
-    outputs = outputs_of(description)
-    peaking = description.get("peaking")
-    of_outputs = {} if peaking is None else of_peaks(*peaking)
-    of_outputs |= variables_of(outputs) | histories_of(outputs)
-    return parameters_of(description) | _of_laws(variables) | of_outputs
+    laws = [entry["variables"] for entry in description.get("groups", {}).values()]
+    outputs, peaking = outputs_of(description), description.get("peaking")
+    return _records(parameters_of(description), laws, outputs, peaking)
 
 
 def parameters_of(description: dict[str, Any]) -> dict[str, Parameter]:
@@ -301,16 +288,23 @@ def check_names(problem: HarmonicBalance) -> None:
 def records_of_problem(problem: HarmonicBalance) -> dict[str, Parameter | Variable]:
     """The same of a problem; ValueError for a name that all datasets have."""
     check_names(problem)
-    of_laws = _of_laws([group.law.variables for group in problem.groups])
-    outputs = problem.model.outputs
-    of_outputs = variables_of(outputs) | histories_of(outputs)
-    peaking = {} if problem.peaks_of is None else of_peaks(*problem.peaking_words)
-    return problem.records | of_laws | peaking | of_outputs
+    laws = [group.law.variables for group in problem.groups]
+    peaking = None if problem.peaks_of is None else problem.peaking_words
+    return _records(problem.records, laws, problem.model.outputs, peaking)
 
 
-def _of_laws(variables: Iterable[Mapping[str, Sequence[str]]]) -> dict[str, Variable]:
-    return {
-        name: Variable(OF_LAWS, about[0], about[1])
-        for of_law in variables
-        for name, about in of_law.items()
+def _records(
+    parameters: Mapping[str, Parameter],
+    laws: Iterable[Mapping[str, Sequence[str]]],
+    outputs: Mapping[str, Output],
+    peaking: Sequence[str] | None,
+) -> dict[str, Parameter | Variable]:
+    of_laws = {
+        name: Variable(OF_LAWS, about[0], about[1]) for law in laws for name, about in law.items()
     }
+    histories = {
+        name: Variable(output.inner, output.units, name.replace("_", " "))
+        for name, output in outputs.items()
+    }
+    of_peaking = {} if peaking is None else of_peaks(*peaking)
+    return {**parameters, **of_laws, **of_peaking, **variables_of(outputs), **histories}

@@ -16,7 +16,7 @@ import xarray as xr
 
 from symhbm.numerics import check
 from symhbm.results.description import Description
-from symhbm.results.provenance import DatasetParts
+from symhbm.results.provenance import DatasetParts, variable_of
 from symhbm.results.sweep import Sweep
 from symhbm.results.tables import Encoded
 
@@ -118,24 +118,17 @@ def call_of_part(
     coordinates = dict(own.coordinates)
     for target, source in ((variables, whole.variables), (coordinates, whole.coordinates)):
         for name, entry in source.items():
-            dims, values, attributes = _plain(entry)
-            if part.dim in dims:
+            value = variable_of(entry)
+            if part.dim in value.dims:
                 if f"{_WHOLE}{name}" in whole.variables | whole.coordinates:
                     raise ValueError(
                         f"over: expected a name other than '{_WHOLE}{name}', parts of a sweep "
                         "have it"
                     )
-                dims = tuple(f"{_WHOLE}{dim}" if dim == part.dim else dim for dim in dims)
-                target[f"{_WHOLE}{name}"] = dims, values, attributes
+                dims = [f"{_WHOLE}{dim}" if dim == part.dim else dim for dim in value.dims]
+                target[f"{_WHOLE}{name}"] = xr.Variable(dims, value.values, value.attrs)
     attributes = own.attributes | {PART: json.dumps(asdict(part))}
     return DatasetParts(variables, coordinates, attributes, own.sizes)
-
-
-def _plain(entry: Any) -> tuple[tuple[str, ...], Any, dict[str, Any]]:
-    if isinstance(entry, (xr.Variable, xr.DataArray)):
-        return tuple(map(str, entry.dims)), entry.values, dict(entry.attrs)
-    dims, values, attributes = entry
-    return ((dims,) if isinstance(dims, str) else tuple(dims)), values, dict(attributes)
 
 
 def ranges(numbers: Any, most: int | None = None) -> str:

@@ -62,7 +62,7 @@ class DatasetParts:
     def dataset(self) -> xr.Dataset:
         """The dataset."""
         parts = self.variables | self.coordinates
-        variables = {name: _variable(part) for name, part in parts.items()}
+        variables = {name: variable_of(part) for name, part in parts.items()}
         labels = xr.Coordinates() if self.sizes is None else _labels(*self.sizes)
         coordinates = [*self.coordinates]
         if SPEED_ORDER in self.attributes:
@@ -102,7 +102,7 @@ def _of_kept(variable: Any, kept: str) -> Any:
     return changed
 
 
-def _variable(part: Any) -> Any:
+def variable_of(part: Any) -> Any:
     """A part as an xarray variable, made without xarray's slow search for array packages."""
     if isinstance(part, xr.DataArray):
         return part
@@ -115,16 +115,15 @@ def _variable(part: Any) -> Any:
 @lru_cache(maxsize=64)
 def _labels(n_dof: int, n_contacts: int, harmonics: tuple[int, ...]) -> xr.Coordinates:
     """Coordinates that many datasets share: their indices are slow to make."""
-    long_names = {"dof": "degree of freedom", "contact": "contact"}
-    long_names["harmonic"] = "harmonic of the excitation frequency"
-    values = {"dof": np.arange(n_dof), "contact": np.arange(n_contacts)}
-    values["harmonic"] = np.array(harmonics)
-    parts = {
-        name: (name, values[name], _about(long_name)) for name, long_name in long_names.items()
+    words = "harmonic of the excitation frequency"
+    component = np.array(["cos", "sin"], dtype=object)
+    parts: dict[str, tuple] = {
+        "dof": ("dof", np.arange(n_dof), _about("degree of freedom")),
+        "contact": ("contact", np.arange(n_contacts), _about("contact")),
+        "harmonic": ("harmonic", np.array(harmonics), _about(words)),
+        "component": ("component", component, {"long_name": "component of the harmonic"}),
     }
-    components = np.array(["cos", "sin"], dtype=object)
-    parts["component"] = "component", components, {"long_name": "component of the harmonic"}
-    return xr.Coordinates({name: _variable(part) for name, part in parts.items()})
+    return xr.Coordinates({name: variable_of(part) for name, part in parts.items()})
 
 
 _AXES = ("x", "y", "z")
@@ -297,6 +296,4 @@ def states_of(dataset: xr.Dataset) -> list[int]:
     return [state for state, text in _EVALUATORS.items() if text in told]
 
 
-@cache
-def _version(package: str) -> str:
-    return version(package)
+_version = cache(version)

@@ -142,13 +142,8 @@ class ForceSum(Excitation):
     amplitude: float = None  # type: ignore[assignment]
 
     def __post_init__(self):
-        given = self._first if self.amplitude is None else self.amplitude
+        given = self._leading.amplitude if self.amplitude is None else self.amplitude
         object.__setattr__(self, "amplitude", check.scalar("amplitude", given))
-
-    @property
-    def _first(self) -> float:
-        """Amplitude of the first part that has one, 0 where nothing oscillates."""
-        return next((part.amplitude for part in self.parts if part.amplitude), 0.0)
 
     @property
     def _owners(self) -> dict[str, int]:
@@ -179,13 +174,13 @@ class ForceSum(Excitation):
     @property
     def _ratios(self) -> list[float]:
         """Amplitudes of the parts over the common one; 1 each where all of them are 0."""
-        first = self._first
+        first = self._leading.amplitude
         return [part.amplitude / first if first else 1.0 for part in self.parts]
 
     @property
     def scaled(self) -> tuple[Excitation, ...]:
         """The parts with the amplitudes that they have in the sum."""
-        if self.amplitude == self._first:
+        if self.amplitude == self._leading.amplitude:
             return self.parts
         return tuple(
             part.with_parameters(force_amplitude=self.amplitude * ratio)

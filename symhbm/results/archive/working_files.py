@@ -98,7 +98,8 @@ class Store:
         # A transaction: one state of the file, even if another process writes meanwhile.
         self._execute("BEGIN")
         self._identify(self._entry("call"), int(self._entry("n_sets")))
-        self.sessions, self.sources = self._listed("sessions"), self._listed("sources")
+        self.sessions = json.loads(self._entry("sessions", b"[]"))
+        self.sources = json.loads(self._entry("sources", b"[]"))
         rows = self._execute("SELECT number, layout, content, checksum FROM results")
         for number, layout, content, checksum in rows:
             self._check_row(number, layout, content, checksum)
@@ -189,18 +190,16 @@ class Store:
         assert self._connection is not None
         return self._connection.execute(command, values)
 
-    def _entry(self, name: str) -> bytes:
+    def _entry(self, name: str, otherwise: bytes | None = None) -> bytes:
+        """An entry, or ``otherwise`` where a file need not have it."""
         command = "SELECT value, checksum FROM about WHERE name=?"
-        value, checksum = self._execute(command, (name,)).fetchone() or (None, None)
+        found = self._execute(command, (name,)).fetchone()
+        if found is None and otherwise is not None:
+            return otherwise
+        value, checksum = found or (None, None)
         if not isinstance(value, bytes) or checksum != zlib.crc32(value, zlib.crc32(name.encode())):
             raise self._damaged(f"what it says about {name} is not as it was written")
         return value
-
-    def _listed(self, name: str) -> list[dict[str, Any]]:
-        """A list that a file may have."""
-        if self._execute("SELECT 1 FROM about WHERE name=?", (name,)).fetchone() is None:
-            return []
-        return json.loads(self._entry(name))
 
     def _put(self, name: str, value: bytes) -> None:
         checksum = zlib.crc32(value, zlib.crc32(name.encode()))

@@ -60,28 +60,21 @@ def output(result: xr.Dataset, name: str) -> xr.Dataset:
             continue
         values = result[f"{name}_{part}"].variable
         if about.several:
-            axis = values.dims.index(about.inner[0])
-            dims = [*values.dims]
-            dims[axis] = "dof"
+            dims = ["dof" if dim == about.inner[0] else dim for dim in values.dims]
             view[part] = xr.Variable(dims, values.data, values.attrs)
         else:
             outer = values.ndim - sum(dim in ("harmonic", "component") for dim in values.dims)
             dims = (*values.dims[:outer], "dof", *values.dims[outer:])
             view[part] = xr.Variable(dims, np.expand_dims(values.values, outer), values.attrs)
     if own and "peak_coefficient" in result.variables:
-        rows = xr.DataArray(about.rows.toarray(), dims=("row", "dof"))
-        of_dofs = result["peak_coefficient"].drop_vars(
-            [n for n in result["peak_coefficient"].coords if n in ("dof", "node", "direction")]
-        )
-        peaks = xr.dot(rows, of_dofs.fillna(0.0), dim="dof").where(
-            of_dofs.notnull().all("dof").drop_vars("dof", errors="ignore")
-        )
-        dims = ["dof" if dim == "row" else str(dim) for dim in peaks.dims]
-        at = xr.Variable(dims, peaks.values, {"units": about.units})
-        wanted = [str(dim) for dim in result["peak_coefficient"].dims]
-        at = at.transpose(*wanted)
-        at.attrs["long_name"] = f"Fourier coefficient of the {name.replace('_', ' ')} at the peak"
-        view["peak_coefficient"] = at
+        stored = result["peak_coefficient"].variable
+        of_dofs = stored.transpose("dof", ...)
+        flat = of_dofs.values.reshape(of_dofs.shape[0], -1)
+        rows = np.where(np.isnan(flat).any(axis=0), np.nan, about.rows @ np.nan_to_num(flat))
+        words = f"Fourier coefficient of the {name.replace('_', ' ')} at the peak"
+        attributes = {"units": about.units, "long_name": words}
+        peaks = xr.Variable(of_dofs.dims, rows.reshape(-1, *of_dofs.shape[1:]), attributes)
+        view["peak_coefficient"] = peaks.transpose(*stored.dims)
     numbers = np.arange(about.rows.shape[0])
     words = {"long_name": f"row of the {name.replace('_', ' ')}", "units": "1"}
     return view.assign_coords(dof=("dof", numbers, words)).assign_attrs({OUTPUT: name})
