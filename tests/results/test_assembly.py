@@ -7,18 +7,13 @@ import xarray as xr
 import symhbm as sh
 from tests.problems import one_blade
 
-BLADE = sh.HarmonicBalance(
-    one_blade(),
-    sh.forces.PointForce(),
-)
+BLADE = sh.HarmonicBalance(one_blade(), sh.forces.PointForce())
 NAMED = xr.DataArray(
     [1.0, 3.0], dims="case", coords={"case": ["low", "high"], "cost": ("case", [1, 2])}
 )
 CALLS = {
     "path": {},
     "grid": dict(at=[15.0, 19.0]),
-    "list": dict(over={"normal_load": [1.0, 3.0]}),
-    "dimension": dict(over={"normal_load": xr.DataArray([1.0, 3.0], dims="case")}),
     "labels": dict(over={"normal_load": NAMED}),
 }
 

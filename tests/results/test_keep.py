@@ -20,11 +20,7 @@ RING = sh.HarmonicBalance(
     sh.forces.EngineOrder(1),
     harmonics=(1, 3),
 )
-BLADE = sh.HarmonicBalance(
-    one_blade(),
-    sh.forces.PointForce(),
-    harmonics=(1, 3),
-)
+BLADE = sh.HarmonicBalance(one_blade(), sh.forces.PointForce(), harmonics=(1, 3))
 DRAWS = sh.mistuning.uniform(RING, 3, seed=2013, friction_coefficient=0.4, normal_load=0.3)
 BAND, GRID = (140.0, 210.0), [150.0, 170.0, 200.0]
 README = ["amplitude", "peak_frequency", "peak_amplitude", "peak_dof", "peak_kind"]
