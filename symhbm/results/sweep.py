@@ -73,7 +73,7 @@ def parse(
             f"{argument}={check.shown(over)}: expected a mapping of parameters or a Dataset"
         )
     values: dict[str, xr.DataArray] = {}
-    for name, value in (over.data_vars if isinstance(over, xr.Dataset) else over).items():
+    for name, value in over.items():
         own = problem.parameter_name(str(name))
         values[own] = _array(problem, own, value, argument)
     sizes: dict[str, int] = {}
