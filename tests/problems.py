@@ -299,24 +299,25 @@ def problem(name: str) -> sh.HarmonicBalance:
     return sh.HarmonicBalance(model, given, harmonics)
 
 
-def cases(quick: Iterable[str], others: Iterable[str] = ()) -> list[Any]:
-    """Parameters of a test: ``quick`` cells, and of the others those that hold all pairs of parts.
+def cases(quick: Iterable[str], others: Iterable[str] = (), together: int = 2) -> list[Any]:
+    """Parameters of a test: ``quick`` cells, and slow ones that hold all parts of the others.
 
-    The others are slow. Each pair of parts, such as a law and a structure, is in a cell of each
-    test; which cell it is differs between tests with other quick ones.
+    Each pair of parts, such as a law and a structure, is in a cell, of ``together=1`` each part.
+    Which cell it is differs between tests with other quick ones.
     """
     first = [str(cell(name)) for name in quick]
     order = {name: zlib.crc32(f"{first} {name}".encode()) for name in others}
-    slow, known = [], {pair for name in first for pair in _pairs(name)}
+    slow, known = [], {parts for name in first for parts in combined(name, together)}
     for name in sorted(order, key=order.__getitem__):
-        if not _pairs(name) <= known:
-            known |= _pairs(name)
+        if not combined(name, together) <= known:
+            known |= combined(name, together)
             slow.append(pytest.param(name, marks=pytest.mark.slow))
     return [*first, *slow]
 
 
-def _pairs(name: str) -> set[tuple[tuple[int, str], ...]]:
-    return set(combinations(enumerate(name.split()), 2))
+def combined(name: str, together: int) -> set[tuple[tuple[int, str], ...]]:
+    """As many parts of a cell ``together``, all of them."""
+    return set(combinations(enumerate(name.split()), together))
 
 
 def solved(given: sh.HarmonicBalance, frequency: float = 24.0) -> np.ndarray:

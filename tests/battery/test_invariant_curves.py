@@ -36,7 +36,7 @@ def peaks(found):
     return at[located], found.peak_amplitude.values[located]
 
 
-@pytest.mark.parametrize("name", cases(FEW, cells()))
+@pytest.mark.parametrize("name", cases(FEW, cells(), together=1))
 def test_down_as_up(name):
     given = problem(name)
     up, down = (curve(given, band) for band in (BAND, BAND[::-1]))
@@ -49,7 +49,7 @@ def test_down_as_up(name):
     np.testing.assert_allclose(*events, rtol=1e-8)
 
 
-@pytest.mark.parametrize("name", cases(FEW[:2], cells()))
+@pytest.mark.parametrize("name", cases(FEW[:2], cells(), together=1))
 def test_parts_are_the_whole_and_archives_keep_it(name, tmp_path):
     given, over = problem(name), {"force_amplitude": [0.6, 1.2, 2.4]}
     options = dict(at=np.linspace(*BAND, 5), over=over)
@@ -76,7 +76,7 @@ def test_copies_give_the_same_response(name):
         np.testing.assert_allclose(again, one.coefficient, atol=1e-11 * size)
 
 
-@pytest.mark.parametrize("name", cases(FEW[:3], cells()))
+@pytest.mark.parametrize("name", cases(FEW[:3], cells(), together=1))
 def test_curves_are_verified(name):
     audit = sh.verify(curve(problem(name)), points=3, exact="none", laws=OWN_LAWS, progress=False)
     assert json.loads(audit.verification)["passed"]
@@ -91,6 +91,7 @@ IN_TIME = ["blade", "rotor", "chain", "ring", "mistuned", "reduced-ring"]
     cases(
         ["planar blade base 13", "coulomb reduced-ring order 1", "coupled blade point 13"],
         cells(structures=IN_TIME),
+        together=1,
     ),
 )
 def test_exact_motion_is_what_many_harmonics_tend_to(name):

@@ -52,6 +52,7 @@ def highest(given, band=BAND):
             "planar blade point 1", "driven chain point 13", "coulomb condensed base 13",
         ],
         cells(LAWS, ["blade", "rotor", "chain", "mistuned", "condensed"], harmonics=("13", "0123")),
+        together=1,
     ),
 )  # fmt: skip
 def test_slopes_of_peaks_are_differences(name):
@@ -77,6 +78,7 @@ def test_slopes_of_peaks_are_differences(name):
     cases(
         ["planar blade point 1"],
         cells(LAWS, ["blade", "mistuned", "condensed-sector"], harmonics=("13", "0123")),
+        together=1,
     ),
 )
 def test_peaks_over_a_parameter_are_those_of_its_values(name):
