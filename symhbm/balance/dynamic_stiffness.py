@@ -10,7 +10,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from symhbm.balance.evaluation import Evaluation
-from symhbm.model import Excitation, HarmonicForce, StaticLoad, Structure
+from symhbm.model import Excitation, HarmonicForce, PolynomialStructure, StaticLoad, Structure
 from symhbm.model.excitation import FrequencyForce
 from symhbm.numerics import ComplexArray, FloatArray, FourierBasis
 
@@ -52,7 +52,9 @@ class DynamicStiffness:
         static = structure.static_load(excitation, basis)
         self._load = structure.split_force(static[:, None], FourierBasis((0,)))[0]
         self._largest = [float(np.abs(shapes[power]).max()) for power in self.powers]
-        self._structure, self._basis = structure, basis
+        # One that bends, where curvature is asked for.
+        self._structure: Any = structure
+        self._basis = basis
         # Condensed structures have derivatives of their own, checked where they are made.
         self._checked = {*basis.harmonics} if structure.pole_residues is not None else set[int]()
         self.n_components = basis.n_components
@@ -280,7 +282,7 @@ def losses(
     for n in basis.harmonics:
         first = basis.component(n)
         at = slice(first, first + 1 + (n > 0))
-        if structure.is_polynomial:
+        if isinstance(structure, PolynomialStructure):
             stiffness: Any = sum(frequency**k * a for k, a in structure.powers(n).items())
         else:
             stiffness = structure.linear_forces(n, frequency)[0][:, : structure.n_dof]

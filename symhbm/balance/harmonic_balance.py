@@ -21,7 +21,7 @@ from symhbm.model import (
     PARAMETERS,
     EngineOrder,
     Excitation,
-    Matrices,
+    Model,
     ReadOnly,
     StaticLoad,
     Structure,
@@ -33,7 +33,7 @@ from symhbm.model import (
     rows_of,
 )
 from symhbm.model.contacts import ContactLaw, NormalLaw, Parameter
-from symhbm.model.cyclic import check_speed
+from symhbm.model.cyclic import Sector, check_speed
 from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics
 
 LARGE = 100_000
@@ -128,9 +128,9 @@ class HarmonicBalance:
             samples = check.integer("samples", samples, minimum=2 * basis.highest + 1)
         if symmetry is not None and not model.has_matrices:
             raise ValueError("symmetry: expected None for a structure without matrices")
-        if (stored := model.stored_matrices) is not None:
-            _check_entries(model, stored)
-            _advise(model, stored)
+        if isinstance(model, Model):
+            _check_entries(model)
+            _advise(model)
         _check_peaks_of(peaks_of, model, basis.harmonics)
         given = model, excitation, basis, samples, symmetry
         by_sector = check.flag("by_sector", by_sector)
@@ -698,14 +698,14 @@ def _check_peaks_of(peaks_of: Any, model: Structure, harmonics: tuple[int, ...])
 
 def nothing_on(model: Structure) -> Excitation:
     """An excitation of a structure that neither moves nor loads it."""
-    if model.nodal_diameters is not None and model.is_polynomial:
+    if isinstance(model, Sector):
         return EngineOrder(0, amplitude=0.0, pattern={1: {0: 1.0}})
     return StaticLoad({0: 0.0})
 
 
-def _check_entries(model: Structure, stored: Matrices) -> None:
+def _check_entries(model: Model) -> None:
     """Raise TypeError for a large structure whose damping is of low rank: no matrix to compile."""
-    if not sp.issparse(stored.damping_matrix):
+    if not sp.issparse(model.damping_matrix):
         raise TypeError(
             f"model: expected one with damping as a sparse matrix, the modal damping of "
             f"{model.n_dof:,} degrees of freedom is full; use symhbm.condense or "
@@ -713,9 +713,9 @@ def _check_entries(model: Structure, stored: Matrices) -> None:
         )
 
 
-def _advise(model: Structure, stored: Matrices) -> None:
+def _advise(model: Model) -> None:
     """Say of a large structure with few contacts that it is better condensed."""
-    entries = int(stored.stiffness_matrix.nnz)
+    entries = int(model.stiffness_matrix.nnz)
     if entries <= LARGE or not _has_few_contacts(model):
         return
     warnings.warn(

@@ -16,7 +16,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from symhbm.model import Structure
+from symhbm.model import PolynomialStructure, Structure
 from symhbm.model.cyclic import displacements
 from symhbm.numerics import FloatArray, FourierBasis, sparsity_of
 
@@ -87,7 +87,7 @@ class OfMatrices(LinearPart):
 class OfHarmonics(LinearPart):
     """Of matrices that differ from harmonic to harmonic, or have powers of their own."""
 
-    def __init__(self, model: Structure, basis: FourierBasis):
+    def __init__(self, model: PolynomialStructure, basis: FourierBasis):
         self._basis = basis
         self._sparsity = {k: sparsity_of(z) for k, z in real_forms(model, basis).items()}
         self._names = {k: f"power_{k}" for k in self._sparsity}
@@ -96,6 +96,7 @@ class OfHarmonics(LinearPart):
 
     def values(self, model: Structure) -> dict[str, FloatArray]:
         """Stored entries of the ``Z_k``."""
+        assert isinstance(model, PolynomialStructure)
         return {self._names[k]: z.data for k, z in real_forms(model, self._basis).items()}
 
     def matrices(self, entries: dict[str, Any]) -> dict[int, Any]:
@@ -121,17 +122,21 @@ def linear_part(model: Structure, basis: FourierBasis, dofs: NDArray[np.intp]) -
     """The linear part of a structure that balances ``dofs``."""
     if model.has_matrices:
         return OfMatrices(model, basis, dofs)
-    return OfHarmonics(model, basis) if is_symbolic(model, basis) else OfNumbers()
+    if isinstance(model, PolynomialStructure) and is_symbolic(model, basis):
+        return OfHarmonics(model, basis)
+    return OfNumbers()
 
 
 def is_symbolic(model: Structure, basis: FourierBasis) -> bool:
     """Whether the linear part is compiled: there are matrices, and not too many entries."""
     if model.has_matrices:
         return True
-    return model.is_polynomial and sum(z.nnz for z in real_forms(model, basis).values()) <= MOST
+    if not isinstance(model, PolynomialStructure):
+        return False
+    return sum(z.nnz for z in real_forms(model, basis).values()) <= MOST
 
 
-def real_forms(model: Structure, basis: FourierBasis) -> dict[int, Any]:
+def real_forms(model: PolynomialStructure, basis: FourierBasis) -> dict[int, Any]:
     """The ``Z_k`` of structures of `powers`, by the complex ``A_k`` of their harmonics."""
 
     def made() -> dict[int, Any]:

@@ -9,6 +9,7 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
+from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
@@ -20,7 +21,7 @@ from symhbm.model.linear import hermitian, lowest_modes
 from symhbm.model.mass import check_semidefinite
 from symhbm.model.parameters import BLADE_PARAMETERS, CONTACT_PARAMETERS, PARAMETERS, ReadOnly
 from symhbm.model.places import check_places
-from symhbm.model.structure import CACHED, Matrices, NearModes, Structure, weighted
+from symhbm.model.structure import Matrices, NearModes, Structure, weighted
 from symhbm.numerics import ComplexArray, FloatArray, check, negative_eigenvalues
 
 
@@ -30,15 +31,18 @@ class PolynomialStructure(Structure):
     Models, what rotates, and sectors of both tell their `powers`.
     """
 
-    is_polynomial = True
+    bends = True
 
-    @abstractmethod
     def matrices_in(self, harmonic: int) -> Matrices:
         """Matrices of a harmonic, sparse, of motions ``Re(x exp(i n omega t))``."""
+        return self.matrices(self.wave(harmonic))
 
     @abstractmethod
-    def loss_in(self, harmonic: int) -> Any:
-        """The stiffness times the loss factor in a harmonic, sparse (n_dof, n_dof) [N/m]."""
+    def loss_stiffness(self, nodal_diameter: int | None = None) -> Any:
+        """What the loss factor makes of the stiffness, sparse (n_dof, n_dof) [N/m].
+
+        Of a sector of a disk in a wave of so many nodal diameters.
+        """
 
     def rotation_powers(self, harmonic: int) -> dict[int, Any]:
         """What rotation adds to the ``A_k``, sparse (n_dof, n_dof) by ``k``."""
@@ -49,7 +53,7 @@ class PolynomialStructure(Structure):
         mass, damping, stiffness = self.matrices_in(harmonic)
         result = {0: stiffness, 1: 1j * harmonic * damping, 2: -(harmonic**2) * mass}
         if harmonic and self.loss_factor:
-            result[0] = stiffness + 1j * self.loss_in(harmonic)
+            result[0] = stiffness + 1j * self.loss_stiffness(self.wave(harmonic))
         for power, added in self.rotation_powers(harmonic).items():
             result[power] = result[power] + added if power in result else added
         return result
@@ -77,9 +81,9 @@ class PolynomialStructure(Structure):
         return value, slope
 
     @property
-    def bends(self) -> bool:
-        """That it does: second derivatives of a polynomial are known."""
-        return True
+    def static_stiffness(self) -> Any:
+        """Stiffness at rest, sparse (n_dof, n_dof) [N/m]."""
+        return self.matrices_in(0).stiffness_matrix
 
     def forces_curvature(self, harmonic: int, frequency: float) -> ComplexArray:
         """Second derivative of the dynamic stiffness by the frequency, (n_dof, n_dof)."""
@@ -241,10 +245,8 @@ class Model(PolynomialStructure):
         """The same without a rule of damping."""
         if self.damping is None:
             return self
-        other = object.__new__(type(self))
-        left_out = {*CACHED, "damping_matrix"}
-        kept = {name: value for name, value in vars(self).items() if name not in left_out}
-        other._store(**kept | {"damping": RayleighDamping()})
+        other = self._copy(damping=RayleighDamping())
+        vars(other).pop("damping_matrix", None)
         return other
 
     @property
@@ -253,7 +255,7 @@ class Model(PolynomialStructure):
         return 0.0 if self.damping is None else self.damping.loss_factor
 
     def loss_stiffness(self, nodal_diameter: int | None = None) -> Any:
-        """What the loss factor makes of the stiffness, sparse (n_dof, n_dof) [N/m]."""
+        """The loss factor times all of the stiffness."""
         return self.loss_factor * self.stiffness_matrix
 
     @property
@@ -261,7 +263,7 @@ class Model(PolynomialStructure):
         """Number of degrees of freedom."""
         return int(self.mass_matrix.shape[0])
 
-    @property
+    @cached_property
     def parameters(self) -> dict[str, FloatArray]:
         """Named parameters: per blade (of a lumped model only) and per contact."""
         named: dict[str, FloatArray] = {}
@@ -276,22 +278,9 @@ class Model(PolynomialStructure):
             super()._put(name, value)
 
     @property
-    def has_matrices(self) -> bool:
+    def has_matrices(self) -> bool:  # type: ignore[override]
         """Whether they are all there is: structural damping is none of them."""
         return not self.loss_factor
-
-    @property
-    def stored_matrices(self) -> Matrices:
-        """Mass, damping and stiffness matrices as they are stored."""
-        return Matrices(self.mass_matrix, self.damping_matrix, self.stiffness_matrix)
-
-    def matrices_in(self, harmonic: int) -> Matrices:
-        """Those of all harmonics."""
-        return self.matrices()
-
-    def loss_in(self, harmonic: int) -> Any:
-        """That of all harmonics."""
-        return self.loss_stiffness()
 
     def fields(self) -> dict[str, Any]:
         """What makes it again; damping by a rule is the rule."""
@@ -301,11 +290,6 @@ class Model(PolynomialStructure):
         # Their diagonals are parameters, which change them.
         nothing = sp.eye_array(self.n_dof, format="csc")
         return fields | {f"{name}_matrix": nothing for name in BLADE_PARAMETERS if self.lumped}
-
-    @property
-    def static_stiffness(self) -> Any:
-        """The stiffness matrix, sparse."""
-        return self.stiffness_matrix
 
 
 def diagonal(name: str, value: ArrayLike, size: int) -> sp.csc_array:

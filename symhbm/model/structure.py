@@ -10,7 +10,7 @@ from abc import ABC, abstractmethod
 from collections.abc import Callable, Collection, Hashable, Mapping, Sequence
 from functools import cached_property
 from types import MappingProxyType
-from typing import Any, NamedTuple, Self
+from typing import Any, ClassVar, NamedTuple, Self
 
 import numpy as np
 import scipy.sparse as sp
@@ -161,6 +161,24 @@ class Structure(Record, ABC):
         "parameters with over= of frf, or describe it by a Model"
     )
     """What is said where mass, damping and stiffness matrices are needed."""
+    has_matrices: bool = False
+    """Whether mass, damping and stiffness matrices are known."""
+    loss_factor: float = 0.0
+    """Loss factor of structural damping."""
+    bends: bool = False
+    """Whether `forces_curvature` is known: maxima over the frequency can be followed."""
+    matrix_terms: Mapping[str, tuple[str, dict[int, Any]]] = MappingProxyType({})
+    """Parameters that change a matrix: by name which one, and how.
+
+    "mass", "damping" or "stiffness", and by powers of the values (n,) what they add to its stored
+    entries, sparse (n_entries, n).
+    """
+    modal: Any = None
+    """Matrices of what is condensed, in coordinates of its modes, None without."""
+    inertia: FloatArray | None = None
+    """A mass matrix (n_dof, n_dof) [kg] that tells how large inertia forces are, if known."""
+    pole_residues: Any = None
+    """By harmonic, ``[Z, G]`` as functions with poles, for compiled corrections, if known."""
     engine_order: float | None = None
     """Engine order along which its matrices change with the speed of rotation, None without."""
     speed: float | None = None
@@ -191,6 +209,10 @@ class Structure(Record, ABC):
     """Engine order that moves a sector."""
     masters: Any = slice(None)
     """Which of the degrees of freedom of a sector that are not right are there."""
+    made_by: str = ""
+    """The verb that made it of a whole structure and its contacts, "reduce" or "condense"."""
+    stored: ClassVar[Collection[str] | None] = None
+    """The attributes that archives hold, None for all that are not computed from others."""
 
     def __init__(self, n_dof: int, contacts: Any = (), *, places: Any = None, **parameters: Any):
         self._store(_n_dof=check.integer("n_dof", n_dof, minimum=1))
@@ -214,6 +236,8 @@ class Structure(Record, ABC):
         """
 
     def _set_contacts(self, contacts: Any, **parameters: Any) -> None:
+        for name in CACHED:
+            vars(self).pop(name, None)
         every, rows, groups, values = grouped(
             self._n_named, contacts, parameters, self.number_of, self._places_of_contacts
         )
@@ -258,11 +282,28 @@ class Structure(Record, ABC):
         return number_of(self.places, place, self.n_whole)
 
     def with_contacts(self, **groups: Any) -> Self:
-        """Return a copy with these groups of contacts, as `symhbm.Contacts`, and no others."""
-        apart = {*CACHED, *self.contact_parameters}
-        other = object.__new__(type(self))
-        other._store(**{name: value for name, value in vars(self).items() if name not in apart})
+        """Return a copy with these groups of contacts, as `symhbm.Contacts`, and no others.
+
+        Contacts of a sector name places of the next one by `symhbm.next_sector`, or by the columns
+        ``n_dof`` to ``2 n_dof - 1`` of arrays of weights. Raises as `Model` does, and TypeError for
+        what is reduced or condensed.
+        """
+        if verb := self.made_by:
+            raise TypeError(
+                f"with_contacts: expected a whole structure, this one is {verb.rstrip('e')}ed to "
+                f"its contacts; {verb} the structure with the others"
+            )
+        other = self._copy()
+        for name in self.contact_parameters:
+            vars(other).pop(name)
         other._set_contacts(groups)
+        return other
+
+    def _copy(self, **changes: Any) -> Self:
+        """A copy with other attributes, without what was computed from those before."""
+        other = object.__new__(type(self))
+        kept = {name: value for name, value in vars(self).items() if name not in CACHED}
+        other._store(**kept | changes)
         return other
 
     def with_outputs(self, outputs: Any, units: Any) -> Self:
@@ -281,14 +322,16 @@ class Structure(Record, ABC):
 
     def _seeing(self, outputs: Mapping[str, Output]) -> Self:
         """A copy with outputs of its own degrees of freedom."""
-        other = object.__new__(type(self))
-        other._store(**vars(self) | {"outputs": dict(outputs)})
-        return other
+        return self._copy(outputs=dict(outputs))
 
     def seen(self, output: Output) -> Any:
-        """Rows (n_rows, n_dof) of an output over all degrees of freedom that forces name."""
+        """Rows (n_rows, n_dof) of an output over all degrees of freedom that forces name.
+
+        ValueError where it reads what is right of a sector, or not kept.
+        """
         rows = output.rows if self.beneath is None else self.beneath.seen(output)
-        return rows if self._lift is None else rows @ self._lift
+        rows = rows if self._lift is None else rows @ self._lift
+        return rows if self.interfaces is None else self.interfaces.seen(output.name, rows)
 
     @property
     def contact_coordinates(self) -> FloatArray:
@@ -324,7 +367,7 @@ class Structure(Record, ABC):
     @property
     def n_numbered(self) -> int:
         """How many degrees of freedom have a number that forces and outputs may name."""
-        return self.n_whole
+        return self.n_whole if self.beneath is None else self.beneath.n_whole
 
     @property
     def n_contacts(self) -> int:
@@ -346,7 +389,7 @@ class Structure(Record, ABC):
         """What a parameter of a structure or an excitation is."""
         return self.records.get(name) or PARAMETERS[name]
 
-    @property
+    @cached_property
     def contact_parameters(self) -> tuple[str, ...]:
         """Names of the parameters of the contacts."""
         return tuple(name for group in self.groups for name in group.parameters.values())
@@ -530,6 +573,8 @@ class Structure(Record, ABC):
 
     def expanded(self, motion: Any, nodal_diameter: int | None = None) -> Any:
         """Motion (n_whole, n) of the whole structure, or of a sector in a wave, from (n_dof, n)."""
+        if self.interfaces is not None:
+            return self.interfaces.expansion(self._wave_of(nodal_diameter)) @ motion
         motion = motion if self._lift is None else self._lift @ motion
         return motion if self.beneath is None else self.beneath.expanded(motion)
 
@@ -555,7 +600,7 @@ class Structure(Record, ABC):
         """What it is along the engine order of an excitation, where speed changes it."""
         return self
 
-    @property
+    @cached_property
     def parameters(self) -> dict[str, FloatArray]:
         """Named parameters: those of the contacts, one value each."""
         return ReadOnly({name: np.asarray(getattr(self, name)) for name in self.contact_parameters})
@@ -565,14 +610,15 @@ class Structure(Record, ABC):
 
         Raises KeyError for a name that is no parameter, and as the constructor for bad values.
         """
-        # What does not change was checked when this structure was made.
-        other = object.__new__(type(self))
-        vars(self).setdefault(DENSE, {})  # which copies share
-        other._store(**vars(self))
-        if not {self.parameter_name(name) for name in values} <= {*self.contact_parameters}:
-            vars(other).pop(DENSE, None)
-        for name, value in values.items():
-            other._put(self.parameter_name(name), value)
+        named = {self.parameter_name(name): value for name, value in values.items()}
+        # What does not change was checked when this structure was made, and copies share it.
+        shared = {*_OF_CONTACTS}
+        if {*named} <= {*self.contact_parameters}:
+            vars(self).setdefault(DENSE, {})
+            shared.add(DENSE)
+        other = self._copy(**{n: value for n, value in vars(self).items() if n in shared})
+        for name, value in named.items():
+            other._put(name, value)
         return other
 
     def of_matrices(self, key: Hashable, make: Callable[[], Any]) -> Any:
@@ -620,46 +666,9 @@ class Structure(Record, ABC):
         return check.one_or_each(name, value, size, "contact", bound)
 
     @property
-    def has_matrices(self) -> bool:
-        """Whether mass, damping and stiffness matrices are known."""
-        return False
-
-    is_polynomial = False
-    """Whether `powers` tells its dynamic stiffness."""
-
-    def powers(self, harmonic: int) -> dict[int, Any]:
-        """Sparse ``A_k`` (n_dof, n_dof) of ``Z = sum_k omega^k A_k`` in a harmonic, by ``k``."""
-        raise TypeError(f"dynamic_stiffness: {self.WITHOUT_MATRICES}")
-
-    @property
-    def stored_matrices(self) -> Matrices | None:
-        """Matrices as they are stored, without those of contacts; None where there are none."""
-        return None
-
-    @property
-    def bends(self) -> bool:
-        """Whether `forces_curvature` is known: maxima over the frequency can be followed."""
-        return False
-
-    @property
     def n_whole(self) -> int:
         """Number of degrees of freedom that forces act on: those of the structure beneath."""
         return self.n_dof if self.beneath is None else self.beneath.n_dof
-
-    @property
-    def modal(self) -> Any:
-        """Matrices of what is condensed, in coordinates of its modes, None without."""
-        return None
-
-    @property
-    def inertia(self) -> FloatArray | None:
-        """A mass matrix (n_dof, n_dof) [kg] that tells how large inertia forces are, if known."""
-        return None
-
-    @property
-    def pole_residues(self) -> dict[int, Any] | None:
-        """By harmonic, ``[Z, G]`` as functions with poles, for compiled corrections, if known."""
-        return None
 
     @property
     def static_stiffness(self) -> Any:
@@ -668,9 +677,23 @@ class Structure(Record, ABC):
 
     def check_frequencies(self, name: str, values: ArrayLike) -> None:
         """Raise ValueError for frequencies [Hz] that the structure is not made for."""
+        if self.frequency is None:
+            return
+        low, high = self.frequency
+        frequencies = np.asarray(values, dtype=float)
+        if frequencies.min() < low or frequencies.max() > high:
+            raise ValueError(
+                f"{name}={check.shown(values)}: expected frequencies within the band of the "
+                f"condensed structure, {low:g} to {high:g} Hz; condense it for a wider one"
+            )
 
     def check_harmonics(self, harmonics: tuple[int, ...]) -> None:
         """Raise ValueError for harmonics that the structure is not made for."""
+        if self.harmonics is not None and not {*harmonics} <= {*self.harmonics}:
+            raise ValueError(
+                f"harmonics={harmonics}: expected harmonics that the structure was condensed "
+                f"for, {self.harmonics}"
+            )
 
     def split_force(
         self, shape: FloatArray, basis: FourierBasis
@@ -696,7 +719,7 @@ class Structure(Record, ABC):
     def force_shape(self, excitation: Any, basis: FourierBasis) -> FloatArray:
         """Coefficients of an excitation of unit amplitude, (n_whole, n_components)."""
         if self.beneath is not None:
-            return self.beneath.felt_shape(excitation, basis)
+            return self.beneath.felt(self.beneath.force_shape(excitation, basis), basis)
         return excitation.shape(self.n_whole, basis)
 
     def force_shapes(self, excitation: Any, basis: FourierBasis) -> dict[int, FloatArray]:
@@ -739,12 +762,8 @@ class Structure(Record, ABC):
             result[:, basis.component(0)] += static
         return result
 
-    def felt_shape(self, excitation: Any, basis: FourierBasis) -> FloatArray:
-        """An excitation of unit amplitude as the degrees of freedom feel it."""
-        return self.felt(self.force_shape(excitation, basis), basis)
-
     def felt_shapes(self, excitation: Any, basis: FourierBasis) -> dict[int, FloatArray]:
-        """The same by the power of the angular frequency, as `force_shapes` tells them."""
+        """What `force_shapes` tells, as the degrees of freedom feel it."""
         shapes = self.force_shapes(excitation, basis).items()
         return {power: self.felt(shape, basis) for power, shape in shapes}
 
@@ -752,31 +771,13 @@ class Structure(Record, ABC):
         """An excitation that a structure of the same matrices alone takes, for its archive."""
         return excitation
 
-    @property
-    def matrix_terms(self) -> dict[str, tuple[str, dict[int, Any]]]:
-        """Parameters that change a matrix: by name which one, and how.
-
-        "mass", "damping" or "stiffness", and by powers of the values (n,) what they add to its
-        stored entries, sparse (n_entries, n).
-        """
-        return {}
-
     def constant_part(self, name: str) -> Any:
         """A matrix, "mass", "damping" or "stiffness", without what `matrix_terms` add to it."""
         return getattr(self, f"{name}_matrix")
 
-    @property
-    def loss_factor(self) -> float:
-        """Loss factor of structural damping."""
-        return 0.0
-
     def linear_forces(self, harmonic: int, frequency: float) -> tuple[ComplexArray, ComplexArray]:
         """``[Z, G]``, forces by motions and by force patterns, and its derivative by frequency."""
         return self.dynamic_stiffness(harmonic, frequency)
-
-    def forces_curvature(self, harmonic: int, frequency: float) -> ComplexArray:
-        """Second derivative of `linear_forces` by the frequency."""
-        raise TypeError(f"dynamic_stiffness: {self.WITHOUT_MATRICES}")
 
     def modes_below(self, harmonic: int, frequency: float, springs: FloatArray) -> int | None:
         """Number of natural frequencies below a harmonic, with springs at the contacts.
@@ -798,7 +799,8 @@ class Structure(Record, ABC):
     def fields(self) -> dict[str, Any]:
         """What makes it again, without contacts, outputs and values of parameters."""
         apart = {*CACHED, *_BESIDE, *self.parameters}
-        return {name: value for name, value in super().fields().items() if name not in apart}
+        fields = {name: value for name, value in super().fields().items() if name not in apart}
+        return {n: v for n, v in fields.items() if self.stored is None or n in self.stored}
 
     @classmethod
     def of_fields(cls, **fields: Any) -> Self:
@@ -840,7 +842,9 @@ class PlacesAlone(Structure):
 
 DENSE = "_of_matrices"
 """Where a structure keeps what is made of its matrices."""
-CACHED = {"contact_rows", "directions", "records", DENSE}
+_OF_CONTACTS = {"contact_rows", "directions", "records", "contact_parameters"}
+"""Attributes that are computed from the contacts, whatever the values of parameters are."""
+CACHED = {*_OF_CONTACTS, "parameters", DENSE}
 """Attributes that are computed from the others."""
 _BESIDE = {"contacts", "row_ends", "groups", "outputs"}
 """What archives hold of a structure beside its record."""

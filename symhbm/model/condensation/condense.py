@@ -5,20 +5,16 @@ from collections.abc import Iterable, Sequence
 from typing import Any, Literal
 
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from symhbm.model.condensation.condensed_model import (
-    CondensedModel,
-    CondensedStiffness,
-    kept_rows,
-)
+from symhbm.model.condensation.condensed_model import CondensedModel, CondensedStiffness
 from symhbm.model.condensation.condensed_sector import condense_sector, orthonormal
-from symhbm.model.condensation.partition import Interior, RelativeModel, in_displacements
+from symhbm.model.condensation.partition import Interior, in_displacements
 from symhbm.model.condensation.reduced_basis import MOST, Certificate, reduce
 from symhbm.model.cyclic import Sector
 from symhbm.model.excitation import Excitation, check_excitation
 from symhbm.model.matrices import Model
+from symhbm.model.outputs import Output
 from symhbm.model.places import Place, check_whole, own_numbers
 from symhbm.model.plausibility import warn_of_doubts
 from symhbm.model.sectors import check_at_one_speed
@@ -162,8 +158,8 @@ def condense(
             "model: expected damping that gives energy to no motion; symhbm.craig_bampton takes it"
         )
     excitations = _excitations(model, excitation)
-    seen = _seen(model)
-    read = np.unique(np.concatenate([np.zeros(0, int), *(r.nonzero()[1] for r in seen.values())]))
+    outputs = _outputs_of(model)
+    read = np.unique(np.concatenate([np.zeros(0, int), *(out.touched for out in outputs)]))
     masters, rows = np.union1d(_watched(model, places), read).astype(np.intp), np.zeros(0, np.intp)
     structure = model
     if keep == "displacements":
@@ -185,7 +181,7 @@ def condense(
         assert isinstance(structure, Sector)
         condensed = condense_sector(structure, excitations, band, basis, masters, rows, progress)
         _check_error(condensed.certificate, tolerance)
-        return _with_outputs(condensed, model, seen)
+        return _with_outputs(condensed, outputs)
     if model.loss_factor:
         other = model.loss_stiffness() - model.loss_factor * model.stiffness_matrix
         if abs(other).max() > 0:
@@ -216,31 +212,19 @@ def condense(
         None if reduced.modal is None else reduced.modal._replace(between=stability),
     )
     given = structure, masters, band, basis.harmonics, condensed, certificate, rows
-    small = CondensedModel(*given)
-    if isinstance(structure, RelativeModel):
-        seen = {name: each @ structure._lift for name, each in seen.items()}
-    return _with_outputs(small, model, seen)
+    return _with_outputs(CondensedModel(*given), outputs)
 
 
-def _seen(model: Model | Sector) -> dict[str, Any]:
-    """Rows of outputs over all degrees of freedom of a structure, or of a sector of a disk."""
+def _outputs_of(model: Model | Sector) -> list[Output]:
+    """Outputs over all degrees of freedom of a structure, or of a sector of a disk."""
     if not isinstance(model, Sector):
-        return {name: output.rows for name, output in model.outputs.items()}
-    result = {}
-    for name, output in model.outputs.items():
-        rows = sp.lil_array((output.rows.shape[0], model.structure.n_dof))
-        rows[:, model.interfaces.others] = output.rows
-        result[name] = rows.tocsr()
-    return result
+        return [*model.outputs.values()]
+    return [out.of(model.interfaces.everywhere(out.rows)) for out in model.outputs.values()]
 
 
-def _with_outputs(small: Any, model: Model | Sector, seen: dict[str, Any]) -> Any:
+def _with_outputs(small: CondensedModel, outputs: list[Output]) -> CondensedModel:
     """A condensed structure with the outputs of the whole one."""
-    kept = {
-        name: output.of(kept_rows(output, seen[name], small.masters))
-        for name, output in model.outputs.items()
-    }
-    return small._seeing(kept) if kept else small
+    return small._seeing({output.name: output.of(small.seen(output)) for output in outputs})
 
 
 def _between(bands: list[tuple[float, float]]) -> list[tuple[float, float]]:

@@ -1,11 +1,10 @@
 """A large structure condensed to the few degrees of freedom that are kept."""
 
 from hashlib import sha256
-from typing import Any, NamedTuple, Self
+from typing import Any, NamedTuple
 
 import numpy as np
-import scipy.sparse as sp
-from numpy.typing import ArrayLike, NDArray
+from numpy.typing import NDArray
 
 from symhbm.model.condensation.partition import names_of
 from symhbm.model.condensation.pole_residue import (
@@ -92,6 +91,8 @@ class CondensedModel(Structure):
         "alone; symhbm.craig_bampton reduces the whole structure to one with matrices, and a "
         "HarmonicBalance of the attribute structure of its model is of the whole one"
     )
+    bends, made_by = True, "condense"
+    stored = "dofs", "frequency", "harmonics", "condensed", "certificate", "digest", "places"
     dofs: NDArray[np.intp]
     displacements_kept: NDArray[np.intp] = np.zeros(0, dtype=np.intp)
     frequency: tuple[float, float]
@@ -125,10 +126,14 @@ class CondensedModel(Structure):
 
     def _set_condensed(self, dofs: NDArray[np.intp], **given: Any) -> None:
         """Store what tells the condensed structure, and the functions of the frequency of it."""
-        self._store(**given, dofs=dofs, masters=dofs, lumped=False)
+        self._keep(dofs, masters=dofs, **given)
+        self._bind()
+
+    def _keep(self, dofs: NDArray[np.intp], **given: Any) -> None:
+        """Store which degrees of freedom are kept, and what is ``given`` beside."""
+        self._store(**given, dofs=dofs, _n_dof=len(dofs), lumped=False)
         rows = self.n_whole + self.displacements_kept
         self._store(kept=np.concatenate([dofs[: self.n_watched], rows]))
-        self._bind()
 
     def _in(self, harmonic: int) -> CondensedStiffness:
         """The condensed stiffness of a harmonic."""
@@ -138,24 +143,23 @@ class CondensedModel(Structure):
         """The functions of the frequency of each harmonic, and the resonances of what is held."""
         moving = {n: self._in(n) for n in self.harmonics if n}
         bands = {n: self.band(n, self.frequency) for n in moving}
+        inertia = next((of.undamped.polynomial[2].real for of in moving.values()), None)
         self._store(
-            functions={n: PoleResidueFunction(of.matrix, bands[n]) for n, of in moving.items()},
+            pole_residues={n: PoleResidueFunction(of.matrix, bands[n]) for n, of in moving.items()},
             undamped={n: PoleResidueFunction(of.undamped, bands[n]) for n, of in moving.items()},
             _fixed={n: (of.fixed_frequencies, of.fixed_widths) for n, of in moving.items()},
+            inertia=inertia,
+            modal=self._in(0).modal,
         )
 
     def fields(self) -> dict[str, Any]:
         """What makes it again, without the whole structure."""
-        self._check_stored()
-        names = "dofs", "frequency", "harmonics", "condensed", "certificate", "digest", "places"
-        return {name: getattr(self, name) for name in names}
-
-    def _check_stored(self) -> None:
         if len(self.displacements_kept):
             raise NotStoredError(
                 "archives do not hold displacements of contacts; condense the structure again, or "
                 "compute on with the problem that gave this dataset"
             )
+        return super().fields()
 
     @classmethod
     def of_fields(cls, **fields: Any) -> "CondensedModel":
@@ -168,7 +172,7 @@ class CondensedModel(Structure):
 
     digest: str
     condensed: CondensedStiffness
-    functions: dict[int, PoleResidueFunction]
+    pole_residues: dict[int, PoleResidueFunction]
     undamped: dict[int, PoleResidueFunction]
     _fixed: dict[int, tuple[FloatArray, FloatArray]]
 
@@ -211,9 +215,7 @@ class CondensedModel(Structure):
         whole |= {name: getattr(self, name) for name in self.contact_parameters}
         whole |= {n: renumbered(getattr(self, n), number) for n in ("contacts", "row_ends")}
         whole |= dict(groups=self.groups, lumped=structure.lumped, places=structure.places)
-        other = object.__new__(type(self))
-        other._store(**vars(self) | {"beneath": restored(whole, Model)})
-        return other
+        return self._copy(beneath=restored(whole, Model))
 
     def number_of(self, place: Place) -> int:
         """The number of a place in the whole structure, which forces act on."""
@@ -223,19 +225,16 @@ class CondensedModel(Structure):
 
     def seen(self, output: Output) -> Any:
         """Rows of an output of the whole structure by what is kept; ValueError for others."""
-        return kept_rows(output, output.rows, self.dofs)
-
-    def with_contacts(self, **groups: Any) -> Self:
-        """Raise TypeError: it is condensed to the contacts that it has."""
-        raise TypeError(
-            "with_contacts: expected a whole structure, this one is condensed to its contacts; "
-            "condense the structure with the others"
-        )
-
-    @property
-    def n_dof(self) -> int:
-        """Number of degrees of freedom that are kept."""
-        return len(self.dofs)
+        rows = super().seen(output)
+        others = np.setdiff1d(np.unique(rows.nonzero()[1]), self.masters)
+        beyond = rows[:, others]
+        if others.size and np.abs(beyond.data).max() > _INSIDE * np.abs(rows.data).max():
+            dof = others[0] if self.interfaces is None else self.interfaces.others[others[0]]
+            raise ValueError(
+                f"outputs[{output.name!r}]: expected degrees of freedom that are kept, {dof} is "
+                "not; give the outputs to the structure in front of condensing it, or places="
+            )
+        return rows[:, self.masters]
 
     @property
     def n_watched(self) -> int:
@@ -253,49 +252,6 @@ class CondensedModel(Structure):
         digest.update(np.array(structure.loss_factor).tobytes())
         return digest.hexdigest()
 
-    def check_frequencies(self, name: str, values: ArrayLike) -> None:
-        """Raise ValueError unless frequencies [Hz] are within the band of the condensation."""
-        low, high = self.frequency
-        frequencies = np.asarray(values, dtype=float)
-        if frequencies.min() < low or frequencies.max() > high:
-            raise ValueError(
-                f"{name}={check.shown(values)}: expected frequencies within the band of the "
-                f"condensed structure, {low:g} to {high:g} Hz; condense it for a wider one"
-            )
-
-    def check_harmonics(self, harmonics: tuple[int, ...]) -> None:
-        """Raise ValueError for harmonics that the structure was not condensed for."""
-        if not {*harmonics} <= {*self.harmonics}:
-            raise ValueError(
-                f"harmonics={harmonics}: expected harmonics that the structure was condensed "
-                f"for, {self.harmonics}"
-            )
-
-    @property
-    def bends(self) -> bool:
-        """That it does: its poles have all derivatives."""
-        return True
-
-    @property
-    def modal(self) -> ModalMatrices | None:
-        """Matrices of what is kept and of the modes inside, None where they are large."""
-        return self._in(0).modal
-
-    @property
-    def inertia(self) -> FloatArray:
-        """Inertia of the kept degrees of freedom and of the quasi-static interior [kg]."""
-        return self._in(next(iter(self.functions))).undamped.polynomial[2].real
-
-    @property
-    def pole_residues(self) -> dict[int, PoleResidueFunction]:
-        """``[Z, G]`` of each harmonic above 0."""
-        return self.functions
-
-    @property
-    def static_stiffness(self) -> Any:
-        """Condensed stiffness at rest, sparse."""
-        return sp.csc_array(self._in(0).static[:, : self.n_dof].real)
-
     def dynamic_stiffness(
         self, harmonic: int, frequency: float
     ) -> tuple[ComplexArray, ComplexArray]:
@@ -308,7 +264,7 @@ class CondensedModel(Structure):
         if harmonic == 0:
             static = self._in(0).static.astype(complex)
             return static, np.zeros_like(static)
-        value, slope = self.functions[harmonic](harmonic * frequency)
+        value, slope = self.pole_residues[harmonic](harmonic * frequency)
         return value, harmonic * slope
 
     def as_felt(self, excitation: Any, basis: FourierBasis) -> Any:
@@ -320,7 +276,7 @@ class CondensedModel(Structure):
         """Second derivative of `linear_forces` by the frequency, from the same poles."""
         if harmonic == 0:
             return np.zeros_like(self.linear_forces(0, frequency)[0])
-        return harmonic**2 * self.functions[harmonic].curvature(harmonic * frequency)
+        return harmonic**2 * self.pole_residues[harmonic].curvature(harmonic * frequency)
 
     def _split(
         self, part: FloatArray, harmonic: int, largest: float
@@ -337,7 +293,7 @@ class CondensedModel(Structure):
         share = patterns.conj().T @ phasors(inside)
         rest = np.abs(phasors(inside) - patterns @ share)
         if rest.max() > _INSIDE * largest:
-            dof = int(np.arange(self.n_whole)[self._of_equations][rest.argmax()])
+            dof = int(rest.argmax() if wave is None else self.interfaces.others[rest.argmax()])
             what = "structure" if wave is None else "sector"
             where = "" if wave is None else f" in harmonic {harmonic}"
             raise ValueError(
@@ -345,11 +301,6 @@ class CondensedModel(Structure):
                 f"{dof}{where}); give it to condense, alone or in a list"
             )
         return own, components(share, harmonic)
-
-    @property
-    def _of_equations(self) -> Any:
-        """Which degrees of freedom the condensed equations were of."""
-        return slice(None)
 
     def fixed_in(self, harmonic: int) -> tuple[FloatArray, FloatArray]:
         """Fixed-interface natural frequencies and half widths of a harmonic, (n,) [rad/s]."""
@@ -378,18 +329,6 @@ class CondensedModel(Structure):
         )
 
 
-def kept_rows(output: Output, rows: Any, dofs: NDArray[np.intp]) -> Any:
-    """Rows (n_rows, n_kept) of an output; ValueError where it reads what is not kept."""
-    others = np.setdiff1d(np.unique(rows.nonzero()[1]), dofs)
-    beyond = rows[:, others]
-    if others.size and np.abs(beyond.data).max() > _INSIDE * np.abs(rows.data).max():
-        raise ValueError(
-            f"outputs[{output.name!r}]: expected degrees of freedom that are kept, {others[0]} is "
-            "not; give the outputs to the structure in front of condensing it, or places="
-        )
-    return rows[:, dofs]
-
-
 def places_of(
     structure: Structure, places: Places | None, dofs: NDArray[np.intp], rows: NDArray[np.intp]
 ) -> Places | None:
@@ -399,7 +338,8 @@ def places_of(
     coordinates = None
     if places.coordinates is not None:
         owner = {int(row): j for j, of in enumerate(structure.contact_rows) for row in of}
-        coordinates = structure.contact_coordinates[[owner[row] for row in rows.tolist()]]
+        whole = structure if structure.interfaces is not None else structure.beneath
+        coordinates = whole.contact_coordinates[[owner[row] for row in rows.tolist()]]
     watched = places.of(dofs[: len(dofs) - len(rows)])
     return watched.beside(rows, names_of(structure, rows), coordinates)
 

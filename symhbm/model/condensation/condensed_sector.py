@@ -44,6 +44,7 @@ class CondensedSector(CondensedModel):
     """
 
     WITHOUT_MATRICES = Sector.WITHOUT_MATRICES
+    stored = "dofs", "frequency", "harmonics", "waves", "certificates", "digest"
 
     waves: Mapping[int, CondensedStiffness]
     certificates: Mapping[int, Certificate]
@@ -63,15 +64,12 @@ class CondensedSector(CondensedModel):
         self._check_names(structure.contact_parameters)
         # The layout in memory decides how sums are rounded: it is that of what archives hold.
         waves = {n: copied(wave) for n, wave in waves.items()}
-        self._store(**_contacts_of(structure))
-        self._store(dofs=dofs, frequency=frequency, harmonics=harmonics, lumped=False)
+        self._store(**_contacts_of(structure), displacements_kept=displacements)
+        self._store(frequency=frequency, harmonics=harmonics, beneath=structure.structure)
         self._store(waves=waves, certificates=certificates, certificate=_together(certificates))
         places = places_of(structure, structure.structure.places, dofs, displacements)
-        self._store(places=places, displacements_kept=displacements)
         self._store(digest=digest or _digest(structure), interfaces=structure.interfaces)
-        self._store(masters=np.searchsorted(structure.kept, dofs), beneath=structure.structure)
-        rows = self.n_whole + displacements
-        self._store(kept=np.concatenate([dofs[: self.n_watched], rows]))
+        self._keep(dofs, places=places, masters=np.searchsorted(structure.kept, dofs))
         self._set_sector(structure)
 
     def _set_sector(self, sector: Sector) -> None:
@@ -83,11 +81,6 @@ class CondensedSector(CondensedModel):
         """The condensed stiffness of the wave of a harmonic."""
         n, n_sectors = self.wave(harmonic), self.interfaces.n_sectors
         return self.waves[n] if 2 * n <= n_sectors else self.waves[n_sectors - n].conjugate()
-
-    @property
-    def _of_equations(self) -> NDArray[np.intp]:
-        """Those that are not right."""
-        return self.interfaces.others
 
     def under(self, excitation: Excitation) -> "CondensedSector":
         """The sector as an engine order moves it; ValueError for one it was not condensed for."""
@@ -106,18 +99,14 @@ class CondensedSector(CondensedModel):
                     f"harmonic {n} has {wave} nodal diameters); give it to condense, alone or in a "
                     "list"
                 )
-        other = object.__new__(type(self))
-        other._store(**vars(self))
+        other = self._copy()
         other._set_sector(sector)
         return other
 
     def fields(self) -> dict[str, Any]:
         """What makes it again, without the matrices of the whole sector."""
-        self._check_stored()
-        names = "dofs", "frequency", "harmonics", "waves", "certificates", "digest"
         gone = PlacesAlone(self.n_whole, places=self.beneath.places)
-        fields = {"sector": self.sector._changed(structure=gone)}
-        return fields | {name: getattr(self, name) for name in names}
+        return super().fields() | {"sector": self.sector._copy(structure=gone)}
 
     @classmethod
     def of_fields(cls, **fields: Any) -> "CondensedSector":
@@ -126,7 +115,7 @@ class CondensedSector(CondensedModel):
         return cls(fields.pop("sector"), **fields, displacements=none)
 
     def _set_contacts(self, contacts: Any, **parameters: Any) -> None:
-        sector = self.sector._changed()
+        sector = self.sector._copy()
         sector._set_contacts(contacts, **parameters)
         self._store(sector=sector, **_contacts_of(sector))
 
@@ -150,15 +139,8 @@ class CondensedSector(CondensedModel):
         same = structure.n_whole == self.n_whole
         if not same or _digest(structure) != self.digest:
             raise ValueError("structure: expected that which was condensed, its matrices differ")
-        whole = structure._changed(order=self.order)
-        whole._store(**_contacts_of(self))
-        other = object.__new__(type(self))
-        other._store(**vars(self) | {"sector": whole, "beneath": whole.structure})
-        return other
-
-    def as_felt(self, excitation: Excitation, basis: FourierBasis) -> Excitation:
-        """An excitation on the sector itself, of one reduced from a larger one."""
-        return self.sector.as_felt(excitation, basis)
+        whole = structure._copy(**_contacts_of(self), order=self.order)
+        return self._copy(sector=whole, beneath=whole.structure)
 
 
 def _contacts_of(structure: Structure) -> dict[str, Any]:

@@ -241,23 +241,13 @@ def _symmetric(matrix: Any) -> bool:
     return not skew.nnz or float(skew.max()) <= 1e-14 * float(abs(matrix).max())
 
 
-class RelativeModel(Model):
-    """A `Model` whose motion is ``x = T z``: displacements of contacts are some of the ``z``.
-
-    Its matrices are ``T^T M T``, and so on; forces are those on the structure ``beneath``.
-    """
-
-    @property
-    def contact_coordinates(self) -> FloatArray:
-        """Where contacts are, (n_contacts, 3) [m]."""
-        return self.beneath.contact_coordinates
-
-
 def in_displacements(
     structure: Model | Sector, watched: NDArray[np.intp]
 ) -> tuple[Model | Sector, RelativeCoordinates]:
     """A structure in displacements of its contacts, with ``watched`` degrees of freedom as before.
 
+    Of a `Model` it is one whose motion is ``x = T z``, displacements of contacts are some of the
+    ``z``. Its matrices are ``T^T M T``, and so on; forces are those on the structure ``beneath``.
     Masters are numbered as its degrees of freedom are. Raises ValueError where displacements depend
     on each other in one wave around a disk, and do not in another.
     """
@@ -283,7 +273,7 @@ def in_displacements(
         beneath=structure,
         _lift=change,
     )
-    return restored(matrices | values, RelativeModel), coordinates
+    return restored(matrices | values, Model), coordinates
 
 
 def names_of(structure: Structure, rows: NDArray[np.intp]) -> list[str]:

@@ -174,7 +174,7 @@ _NEAR_POLE = 1e-9
 class Condensed(Protocol):
     """Data of the modes of a condensed structure; see `CondensedModel`."""
 
-    functions: dict[int, PoleResidueFunction]
+    pole_residues: dict[int, PoleResidueFunction]
     undamped: dict[int, PoleResidueFunction]
 
     @property
@@ -210,7 +210,7 @@ def modes_near(
     stiffness, slope = (_of_kind(directions, part) for part in model.undamped[harmonic](s))
     stiffness = _hermitian(stiffness) + _contact_matrix(directions, spring)
     eigenvalues, vectors = np.linalg.eigh(stiffness)
-    matrix = model.functions[harmonic](s)[0][:, :n_dof]
+    matrix = model.pole_residues[harmonic](s)[0][:, :n_dof]
     damping = _of_kind(directions, (matrix - matrix.conj().T) / 2j)
     damping = damping + _contact_matrix(directions, loss)
     # The inertia of a mode, interior included, is in the derivative of Z by the frequency.

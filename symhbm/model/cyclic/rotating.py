@@ -10,7 +10,7 @@ import scipy.sparse as sp
 
 from symhbm.model.excitation import Excitation
 from symhbm.model.matrices import Model, matrix_of
-from symhbm.model.structure import CACHED, DENSE
+from symhbm.model.structure import CACHED
 from symhbm.numerics import check
 
 PER_MINUTE = 2 * np.pi / 60
@@ -89,6 +89,7 @@ class RotatingModel(Model):
         self._store(stiffness_matrix=parts[0], stiffening=parts[1:], engine_order=None)
         self._store(lumped=False)
 
+    has_matrices = False  # type: ignore[override]  # along an engine order they change
     speeds: tuple[float, ...]
     stiffening: tuple[Any, ...]
     coriolis: Any
@@ -138,15 +139,7 @@ class RotatingModel(Model):
                 f"excitation={excitation!r}: expected one engine order, which tells the speed at "
                 "each frequency, or the structure at one speed, RotatingModel.at(speed)"
             )
-        other = object.__new__(type(self))
-        other._store(**vars(self) | {"engine_order": next(iter(ratios))})
-        vars(other).pop(DENSE, None)
-        return other
-
-    @property
-    def has_matrices(self) -> bool:
-        """False: along an engine order they change."""
-        return False
+        return self._copy(engine_order=next(iter(ratios)))
 
     def rotation_powers(self, harmonic: int) -> dict[int, Any]:
         """What stiffening and Coriolis forces add, by powers of the frequency."""
@@ -164,12 +157,8 @@ class RotatingModel(Model):
             result[2] = result[2] + 1j * harmonic / order * self.coriolis
         return result
 
-    def fields(self) -> dict[str, Any]:
-        """What makes it again, at no engine order yet."""
-        return super().fields() | {"engine_order": None}
 
-
-_OF_ROTATION = {"speeds", "stiffening", "coriolis", "engine_order", DENSE}
+_OF_ROTATION = {"speeds", "stiffening", "coriolis", "engine_order", *CACHED}
 
 
 def _of_speed(given: Any, size: int) -> tuple[tuple[float, ...], tuple[Any, ...]]:

@@ -3,12 +3,12 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Sequence
-from typing import Any, Self
+from typing import Any
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from symhbm.model.contacts import Contacts
 from symhbm.model.cyclic.influence import Coupling, Influence
 from symhbm.model.cyclic.rotating import RotatingModel
 from symhbm.model.cyclic.waves import (
@@ -21,8 +21,7 @@ from symhbm.model.cyclic.waves import (
 from symhbm.model.excitation import EngineOrder, Excitation, StaticLoad, sector_order
 from symhbm.model.linear import RelativeCoordinates
 from symhbm.model.matrices import Model, PolynomialStructure
-from symhbm.model.outputs import Output
-from symhbm.model.structure import DENSE, Matrices
+from symhbm.model.structure import Matrices
 from symhbm.numerics import FourierBasis, check
 
 LARGEST = 300
@@ -99,6 +98,7 @@ class Sector(PolynomialStructure):
         "one that symhbm.craig_bampton has reduced"
     )
 
+    stored = "structure", "interfaces", "influences", "_turns", "blade"
     structure: Model
     interfaces: Interfaces
     influences: tuple[Coupling, ...]
@@ -128,10 +128,9 @@ class Sector(PolynomialStructure):
         turned, known = rotation_of(places, structure.n_dof, rotation, n_sectors)
         check_geometry(places, *ends, rotation, n_sectors)
         others = np.setdiff1d(np.arange(structure.n_dof), ends[1])
-        interfaces = Interfaces(n_sectors, *ends, others, turned)
-        self._store(structure=structure, interfaces=interfaces, influences=())
+        self._store(**_of(structure, Interfaces(n_sectors, *ends, others, turned)))
         self._store(places=None if places is None else places.of(others))
-        self._store(_turns=known, _waves={})
+        self._store(_turns=known, influences=())
         self._check_turns("left", ends[0])
         self._set_contacts({})
 
@@ -143,85 +142,20 @@ class Sector(PolynomialStructure):
                 f"{int(dof)} has one alone"
             )
 
-    def with_contacts(self, **groups: Contacts) -> Self:
-        """A copy with other contacts, groups by name, see `Model`; raises as `Model` does.
-
-        Places of the next sector are named by `symhbm.next_sector`, or by the columns ``n_dof`` to
-        ``2 n_dof - 1`` of arrays of weights.
-        """
-        other = object.__new__(type(self))
-        names = ("structure", "places", "interfaces", "order", "influences", "_turns", "_waves")
-        other._store(**{name: getattr(self, name) for name in names}, outputs=dict(self.outputs))
-        other._set_contacts(groups)
-        return other
-
     def _set_contacts(self, contacts: Any, **parameters: Any) -> None:
         super()._set_contacts(contacts, **parameters)
         beyond = np.unique(self._directions_as_named.nonzero()[1]) - self.n_whole
         self._check_turns("next_sector", beyond[beyond >= 0])
 
     @property
-    def beneath(self) -> Model:  # type: ignore[override]
-        """The structure of the sector."""
-        return self.structure
-
-    @property
-    def kept(self) -> NDArray[np.intp]:  # type: ignore[override]
-        """The degrees of freedom that are not right, as the structure numbers them.
-
-        Of a reduced one as the structure numbers them that it was made from.
-        """
-        kept = self.structure.kept
-        return self.interfaces.others if kept is None else kept[self.interfaces.others]
-
-    @property
-    def reduced_from(self) -> int | None:  # type: ignore[override]
-        """That of its structure."""
-        return self.structure.reduced_from
-
-    @property
-    def n_numbered(self) -> int:
-        """Those of the whole structure of a sector."""
-        return self.structure.n_whole
-
-    @property
     def n_sectors(self) -> int:
         """Number of sectors of the disk."""
         return self.interfaces.n_sectors
-
-    @property
-    def n_dof(self) -> int:
-        """Number of degrees of freedom of a sector that are not right."""
-        return len(self.interfaces.others)
-
-    def seen(self, output: Output) -> Any:
-        """Rows of an output over the degrees of freedom of a sector that are not right.
-
-        ValueError where it reads one that is right.
-        """
-        rows = output.rows if self.structure.kept is None else self.structure.seen(output)
-        right = np.intersect1d(np.unique(rows.nonzero()[1]), self.interfaces.right)
-        if right.size:
-            raise ValueError(
-                f"outputs[{output.name!r}]: expected degrees of freedom that are not right, "
-                f"{right[0]} is; weigh that of left at the same place, which is its of the next "
-                "sector"
-            )
-        return rows[:, self.interfaces.others]
-
-    @property
-    def loss_factor(self) -> float:  # type: ignore[override]
-        """That of the structure."""
-        return self.structure.loss_factor
 
     def loss_stiffness(self, nodal_diameter: int | None = None) -> Any:
         """That of the structure in a wave, without the air."""
         expansion = self.interfaces.expansion(self._wave_of(nodal_diameter))
         return (expansion.conj().T @ self.structure.loss_stiffness() @ expansion).tocsc()
-
-    def loss_in(self, harmonic: int) -> Any:
-        """That of the wave of a harmonic."""
-        return self.loss_stiffness(self.wave(harmonic))
 
     def under(self, excitation: Excitation) -> Sector:
         """The sector as an engine order moves it.
@@ -234,26 +168,20 @@ class Sector(PolynomialStructure):
                 "symhbm.condense(sector, excitation, frequency_band, harmonics, places=...)"
             )
         order = sector_order(excitation, self.n_sectors)
-        return self._changed(order=order, structure=self.structure.along(excitation))
+        along = _of(self.structure.along(excitation), self.interfaces)
+        return self._copy(**along | {"order": order, "_waves": self._waves})
 
     def at(self, speed: float) -> Sector:
         """The sector of a `RotatingModel` at one speed [1/min]."""
         if not isinstance(self.structure, RotatingModel):
             raise TypeError("structure: expected a RotatingModel, whose matrices change with speed")
-        other = self._changed(structure=self.structure.at(speed), _waves={})
         groups = tuple(group._replace(law=group.law.at(speed)) for group in self.groups)
-        other._store(groups=groups)
-        return other
+        return self._copy(**_of(self.structure.at(speed), self.interfaces), groups=groups)
 
     def without_rule(self) -> Sector:
         """The same without a rule of damping of its structure."""
         own = self.structure.without_rule()
-        return self if own is self.structure else self._changed(structure=own, _waves={})
-
-    @property
-    def speed(self) -> float | None:  # type: ignore[override]
-        """That of the structure."""
-        return self.structure.speed
+        return self if own is self.structure else self._copy(**_of(own, self.interfaces))
 
     def with_influences(self, *influences: Influence) -> Sector:
         """A copy with aerodynamic forces between its blades, and no others."""
@@ -261,32 +189,25 @@ class Sector(PolynomialStructure):
             if not isinstance(influence, Influence):
                 raise TypeError(f"influences={check.shown(influence)}: expected symhbm.Influence")
         whole = self.number_of, self.n_numbered, self.n_sectors
-        couplings = (each.along(*whole) for each in influences)
-        return self._changed(influences=tuple(map(self.coupling_felt, couplings)), _waves={})
+        return self.under_forces(each.along(*whole) for each in influences)
 
-    def coupling_felt(self, coupling: Coupling) -> Coupling:
-        """Forces on all degrees of freedom that have a number, as those of the sector feel them."""
-        return coupling
+    def under_forces(self, couplings: Iterable[Coupling]) -> Sector:
+        """A copy under such forces on all degrees of freedom that have a number."""
+        if (basis := self.structure._lift) is not None:
+            couplings = (
+                each._replace(column=sp.csc_array(basis.T @ each.column.toarray()))
+                for each in couplings
+            )
+        return self._copy(influences=tuple(couplings), _waves={})
 
     def along_contacts(self, relative: RelativeCoordinates) -> Sector:
         """The same with displacements of contacts in place of some degrees of freedom."""
         given = self.interfaces._replace(relative=relative, directions=self._directions_as_named)
-        return self._changed(interfaces=given, _waves={})
+        return self._copy(interfaces=given, _waves={})
 
     def in_wave(self, order: int) -> Sector:
         """The sector under an engine order."""
-        return self if order == self.order else self._changed(order=order)
-
-    def _changed(self, **values: Any) -> Sector:
-        other = object.__new__(type(self))
-        other._store(**vars(self) | values)
-        vars(other).pop(DENSE, None)
-        return other
-
-    @property
-    def engine_order(self) -> float | None:  # type: ignore[override]
-        """That along which the structure changes with the speed, None where it does not."""
-        return self.structure.engine_order
+        return self if order == self.order else self._copy(order=order)
 
     def matrices(self, nodal_diameter: int | None = None) -> Matrices:
         """``B^H M B``, ``B^H C B`` and ``B^H K B`` of a wave, sparse (n_dof, n_dof), Hermitian.
@@ -323,36 +244,18 @@ class Sector(PolynomialStructure):
                     return False
         return True
 
-    def expanded(self, motion: Any, nodal_diameter: int | None = None) -> Any:
-        """Motion of all degrees of freedom of the sector from that of those that are not right."""
-        return self.interfaces.expansion(self._wave_of(nodal_diameter)) @ motion
-
-    @property
-    def static_stiffness(self) -> Any:
-        """Stiffness at rest, sparse (n_dof, n_dof) [N/m]."""
-        return self.matrices(0).stiffness_matrix
-
-    def matrices_in(self, harmonic: int) -> Matrices:
-        """Those of the wave of a harmonic."""
-        return self.matrices(self.wave(harmonic))
-
     def rotation_powers(self, harmonic: int) -> dict[int, Any]:
         """Those of the structure, in the wave of a harmonic."""
         expansion = self.interfaces.expansion(self.wave(harmonic))
         adjoint, parts = expansion.conj().T, self.structure.rotation_powers(harmonic)
         return {power: adjoint @ part @ expansion for power, part in parts.items()}
 
-    def fields(self) -> dict[str, Any]:
-        """What makes it again, under no engine order yet."""
-        names = "structure", "interfaces", "influences", "_turns", "blade"
-        return {name: getattr(self, name) for name in names}
-
     @classmethod
     def of_fields(cls, **fields: Any) -> Sector:
-        """The sector of its `fields`, without contacts."""
-        places, others = fields["structure"].places, fields["interfaces"].others
-        places = None if places is None else places.of(others)
-        return super().of_fields(**fields, places=places, _waves={})
+        """The sector of its `fields`, without contacts, under no engine order yet."""
+        places, interfaces = fields["structure"].places, fields["interfaces"]
+        places = None if places is None else places.of(interfaces.others)
+        return super().of_fields(**fields | _of(fields["structure"], interfaces), places=places)
 
     def as_felt(self, excitation: Excitation, basis: FourierBasis) -> Excitation:
         """An excitation on the sector itself, of one reduced from a larger one."""
@@ -376,6 +279,20 @@ class Sector(PolynomialStructure):
             f"one of {self.n_sectors} sectors of {self.n_whole} degrees of "
             f"freedom, {len(self.interfaces.right)} of them those of the next"
         )
+
+
+def _of(structure: Model, interfaces: Interfaces) -> dict[str, Any]:
+    """What a sector has of its structure, one reduced from a larger one for example."""
+    others, kept = interfaces.others, structure.kept
+    same = "made_by", "reduced_from", "speed", "engine_order", "loss_factor"
+    return {name: getattr(structure, name) for name in same} | dict(
+        structure=structure,
+        beneath=structure,
+        interfaces=interfaces,
+        kept=others if kept is None else kept[others],
+        _n_dof=len(others),
+        _waves={},
+    )
 
 
 def _numbers(structure: Model, name: str, given: Any) -> NDArray[np.intp]:

@@ -80,6 +80,25 @@ class Interfaces(NamedTuple):
         at = sp.csr_array((np.ones(len(places)), (self.right, places)), (n_dof, len(places)))
         return (own + at @ (turn(n, self.n_sectors) * self.rotation[self.left]) @ own).tocsr()
 
+    def everywhere(self, rows: Any) -> Any:
+        """Rows (n_rows, n_kept) over the ``others`` as rows (n_rows, n_dof) over all, sparse."""
+        result: Any = sp.lil_array((rows.shape[0], self.rotation.shape[0]))
+        result[:, self.others] = rows
+        return result.tocsr()
+
+    def seen(self, name: str, rows: Any) -> Any:
+        """Rows (n_rows, n_dof) of an output, by ``name``, as rows over the ``others``.
+
+        ValueError where it reads a degree of freedom that is right.
+        """
+        right = np.intersect1d(np.unique(rows.nonzero()[1]), self.right)
+        if right.size:
+            raise ValueError(
+                f"outputs[{name!r}]: expected degrees of freedom that are not right, {right[0]} "
+                "is; weigh that of left at the same place, which is its of the next sector"
+            )
+        return rows[:, self.others]
+
     def displacements(self, n: int, directions: Any) -> Any:
         """Rows (n_rows, n_kept) of directions (n_rows, 2 n_dof) in this sector and in the next."""
         n_dof = self.rotation.shape[0]

@@ -2,14 +2,14 @@
 
 import warnings
 from collections.abc import Iterable
-from typing import Any, NoReturn
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from symhbm.model.contacts import Contacts
-from symhbm.model.cyclic import Blade, Coupling, Sector
+from symhbm.model.cyclic import Blade, Sector
 from symhbm.model.linear import lowest_modes, natural_modes_of
 from symhbm.model.matrices import Model
 from symhbm.model.outputs import Output
@@ -35,21 +35,6 @@ _WAVES = 9
 """Most nodal diameters whose modes tell the motion of interfaces."""
 
 _NOTHING_TOUCHED = "places=(): expected at least one for a structure without contacts"
-
-
-class ReducedSector(Sector):
-    """A `Sector` on the degrees of freedom that `craig_bampton` keeps of its structure."""
-
-    structure: ReducedModel  # type: ignore[assignment]
-
-    def with_contacts(self, **groups: Any) -> NoReturn:
-        """Raise TypeError: it is reduced to the contacts that it has."""
-        self.structure.with_contacts(**groups)
-
-    def coupling_felt(self, coupling: Coupling) -> Coupling:
-        """Forces on the whole sector as what is kept feels them."""
-        column = self.structure.basis.T @ coupling.column.toarray()
-        return coupling._replace(column=sp.csc_array(column))
 
 
 def craig_bampton(
@@ -145,7 +130,7 @@ def craig_bampton(
         reduced = _sector(structure, modes, band, interface_modes, places)
         if blade is not None:
             of_blade = own_numbers("blade", structure, blade)
-            parts = _blade(structure.structure, reduced.structure, of_blade, blade_modes)
+            parts = _blade(structure.structure, reduced.structure._lift, of_blade, blade_modes)
             reduced._store(blade=parts)
         return reduced
     if not isinstance(structure, Model):
@@ -173,8 +158,8 @@ def _component(model: Model, boundary: NDArray[np.intp], motion: Any, modes: int
     return Component(model.mass_matrix, model.stiffness_matrix, boundary, motion, modes)
 
 
-def _blade(structure: Model, reduced: ReducedModel, blade: NDArray[np.intp], n_modes: int) -> Blade:
-    """Stiffness, mass and modes of a blade as the reduced sector has them.
+def _blade(structure: Model, basis: FloatArray, blade: NDArray[np.intp], n_modes: int) -> Blade:
+    """Stiffness, mass and modes of a blade as the reduced sector of a ``basis`` has them.
 
     The stiffness resists what the blade moves beside its static motion with the root, so that it
     does not resist where the root takes it. Modes are those of the same motion.
@@ -183,7 +168,7 @@ def _blade(structure: Model, reduced: ReducedModel, blade: NDArray[np.intp], n_m
         raise ValueError("blade: expected some degrees of freedom of the sector, and not all")
     others = np.setdiff1d(np.arange(structure.n_dof), blade)
     rows = structure.stiffness_matrix.tocsr()[blade]
-    inside, basis = rows[:, blade].tocsc(), reduced.basis
+    inside = rows[:, blade].tocsc()
     beside = basis[blade] - follow(inside, -(rows[:, others] @ basis[others]))
     mass = structure.mass_matrix.tocsr()[blade][:, blade]
     natural, shapes = np.zeros(0), np.zeros((len(blade), 0))
@@ -218,7 +203,7 @@ def _sector(
     band: tuple[float, float],
     interface_modes: int | None,
     places: Iterable[Any],
-) -> ReducedSector:
+) -> Sector:
     """A sector on its interfaces or their motions, what contacts touch, and some of its inside."""
     left, right = sector.interfaces.left, sector.interfaces.right
     watched = own_numbers("places", sector, places)
@@ -240,9 +225,9 @@ def _sector(
     reduced = ReducedModel(structure, kept, component, n)
     places = reduced.places
     reduced._store(places=None)  # right has the axes of the next sector
-    result = ReducedSector(reduced, np.arange(n), np.arange(n, 2 * n), sector.n_sectors)
+    result = Sector(reduced, np.arange(n), np.arange(n, 2 * n), sector.n_sectors)
     result._set_contacts(_contacts(sector, component.basis))
-    result._store(influences=tuple(map(result.coupling_felt, sector.influences)))
+    result = result.under_forces(sector.influences)
     reduced._store(places=places)
     result._store(outputs={n: _seen(sector, result, out) for n, out in sector.outputs.items()})
     # As numbered among the degrees of freedom that are not right.
@@ -257,9 +242,7 @@ def _sector(
 
 def _seen(sector: Sector, reduced: Sector, output: Output) -> Output:
     """An output of a sector, of its reduced one."""
-    rows = sp.lil_array((output.rows.shape[0], sector.n_whole))
-    rows[:, sector.interfaces.others] = output.rows
-    projected = rows.tocsr() @ reduced.structure.basis  # type: ignore[attr-defined]
+    projected = sector.interfaces.everywhere(output.rows) @ reduced.structure._lift
     right = np.abs(projected[:, reduced.interfaces.right]).max(initial=0.0)
     if right > _NOTHING * np.abs(projected).max():
         raise ValueError(

@@ -125,13 +125,13 @@ class DeviatingModel(Model):
         """What a loss factor makes of the stiffness of the tuned disk, without the air."""
         return self._base["loss"]
 
-    @property
+    @cached_property
     def parameters(self) -> dict[str, FloatArray]:
         """Named parameters: deviations per blade, and those of the contacts."""
         return {name: getattr(self, name) for name in self.deviations} | super().parameters
 
     @property
-    def matrix_terms(self) -> dict[str, tuple[str, dict[int, Any]]]:
+    def matrix_terms(self) -> dict[str, tuple[str, dict[int, Any]]]:  # type: ignore[override]
         """By deviation the matrix it changes, and its stored entries by powers of it."""
         return {
             name: (matrix, {power: share * self.blades[part] for power, share in powers.items()})

@@ -57,16 +57,14 @@ class MistunedRing(DeviatingModel):
         structural = model.damping if isinstance(model.damping, StructuralDamping) else None
         if structural is not None:
             base["loss"] = sp.csc_array(model.loss_factor * (base["stiffness"] - stiffness))
-        self._store(speed=model.speed)
+        self._store(speed=model.speed, stiffness_of_air=stiffness)
         super().__init__(base, blades, _contacts(sector, self._lift), structural, **deviations)
         self._store(outputs={n: self._around(out) for n, out in sector.outputs.items()})
 
     def _around(self, output: Output) -> Output:
         """An output of each sector, one after the other."""
-        ends = self.sector.interfaces
-        rows = sp.lil_array((output.rows.shape[0], self.sector.n_whole))
-        rows[:, ends.others] = output.rows
-        each = sp.kron(sp.eye_array(ends.n_sectors), rows.tocsr())
+        rows = self.sector.interfaces.everywhere(output.rows)
+        each = sp.kron(sp.eye_array(self.sector.n_sectors), rows)
         return replace(output, several=True).of(each @ self._lift)
 
     def seen(self, output: Output) -> Any:
@@ -87,7 +85,7 @@ class MistunedRing(DeviatingModel):
     def _of_influences(self) -> tuple[Any, Any]:
         """Damping and stiffness of forces between blades, sparse (n_dof, n_dof)."""
         n, every = self.sector.n_sectors, np.arange(self.sector.n_sectors)
-        damping = stiffness = sp.csc_array((self.n_dof, self.n_dof))
+        damping = stiffness = sp.csc_array((self._lift.shape[1],) * 2)
         for influence in self.sector.influences:
             along = self._lift.T @ sp.kron(sp.eye_array(n), influence.column)
             parts = zip(*influence[1:], strict=True)
@@ -97,11 +95,6 @@ class MistunedRing(DeviatingModel):
                 stiffness = stiffness + of_stiffness * felt
                 damping = damping + of_damping * felt
         return damping, stiffness
-
-    @property
-    def stiffness_of_air(self) -> Any:  # type: ignore[override]
-        """The part of the stiffness matrix that influences of the sector make."""
-        return self._of_influences()[1]
 
     def _assembled(self, matrix: Any, blade: Any, added: Any = 0) -> Any:
         """Sum of one matrix of all sectors, with places for the entries of the blades."""
@@ -126,11 +119,6 @@ class MistunedRing(DeviatingModel):
         if sp.issparse(result):
             result.sort_indices()
         return result
-
-    @property
-    def n_dof(self) -> int:
-        """Number of degrees of freedom."""
-        return self._lift.shape[1]
 
     @property
     def n_whole(self) -> int:

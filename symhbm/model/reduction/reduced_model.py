@@ -7,7 +7,7 @@ displacement of a place: the structure is a `Model` on some of its degrees of fr
 solutions of the whole structure measure its error.
 """
 
-from typing import Any, NamedTuple, NoReturn
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -293,7 +293,7 @@ class ReducedModel(Model):
         names = "damping_matrix" if structure.damping is None else "coriolis_matrix"
         for name in ("mass_matrix", names, "stiffness_matrix"):
             if (matrix := getattr(structure, name)) is not None:
-                self._put_matrix(name, projected(matrix, basis))
+                self._store(**{name: sp.csc_array(projected(matrix, basis))})
         self._store(speed=structure.speed)
         position = {int(dof): i for i, dof in enumerate(dofs)}
         self._store(
@@ -305,22 +305,11 @@ class ReducedModel(Model):
         self._store(outputs={n: out.of(self.seen(out)) for n, out in structure.outputs.items()})
 
     stored_as = Model
-
-    def fields(self) -> dict[str, Any]:
-        """What makes a `Model` of the same matrices, places and speed."""
-        names = "damping", "damping_matrix", "coriolis_matrix", "lumped", "speed", "places"
-        chosen = {"mass_matrix", "stiffness_matrix", *names}
-        return {name: value for name, value in super().fields().items() if name in chosen}
-
-    def _put_matrix(self, name: str, matrix: FloatArray) -> None:
-        self._store(**{name: sp.csc_array(matrix)})
-
-    def with_contacts(self, **groups: Any) -> NoReturn:
-        """Raise TypeError: it is reduced to the contacts that it has."""
-        raise TypeError(
-            "with_contacts: expected a whole structure, this one is reduced to its contacts; "
-            "reduce the structure with the others"
-        )
+    stored = (
+        *("mass_matrix", "damping_matrix", "coriolis_matrix", "stiffness_matrix"),
+        *("damping", "lumped", "speed", "places"),
+    )
+    made_by = "reduce"
 
     def as_felt(self, excitation: Excitation, basis: FourierBasis) -> Excitation:
         """An excitation as the kept degrees of freedom feel it."""
