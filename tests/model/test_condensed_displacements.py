@@ -68,6 +68,18 @@ def test_responses_are_those_of_both_sides(damping):
         assert difference(problems, hertz) < EQUAL
 
 
+def test_outputs_given_afterwards_are_of_the_structure():
+    """A degree of freedom that a displacement is in the place of, and a displacement."""
+    problems = both(chain([(10, 40)]), places=[10])
+    for weights in ({40: 1.0}, {10: 1.0, 40: -1.0}):
+        with_output = [
+            problem.with_model(problem.model.with_outputs({"seen": weights}, "m"))
+            for problem in problems
+        ]
+        one, other = (sh.solve(each, 0.9).seen_amplitude.item() for each in with_output)
+        assert other == pytest.approx(one, rel=1e-10)
+
+
 @pytest.mark.parametrize("dofs", [[50], [10, 40], [11, 20]])
 def test_displacements_that_others_tell(dofs):
     """Contacts side by side, in a ring, and of degrees of freedom that are kept."""

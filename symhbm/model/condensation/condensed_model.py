@@ -225,8 +225,10 @@ class CondensedModel(Structure):
 
     def seen(self, output: Output) -> Any:
         """Rows of an output of the whole structure by what is kept; ValueError for others."""
-        rows = super().seen(output)
-        others = np.setdiff1d(np.unique(rows.nonzero()[1]), self.masters)
+        rows, known = super().seen(output), self.masters
+        if self.interfaces is not None:  # what else moves where displacements are kept differs
+            known = known[: self.n_watched]
+        others = np.setdiff1d(np.unique(rows.nonzero()[1]), known)
         beyond = rows[:, others]
         if others.size and np.abs(beyond.data).max() > _INSIDE * np.abs(rows.data).max():
             dof = others[0] if self.interfaces is None else self.interfaces.others[others[0]]

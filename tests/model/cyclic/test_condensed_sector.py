@@ -122,6 +122,30 @@ def test_several_engine_orders_and_copies():
         sh.condense(disk, sh.forces.PointForce(), (2000, 6000))
 
 
+@pytest.mark.parametrize("numbers", [[0, 1, 2, 3], [2, 0, 1, 3]])
+def test_outputs_do_not_depend_on_how_degrees_of_freedom_are_numbered(numbers):
+    """Those on the right of a sector last, and first."""
+    blade, left, right, tip = np.argsort(numbers).tolist()
+    stiffness = np.array([[30, -20, 0, -10], [-20, 40, -10, 0], [0, -10, 10, 0], [-10, 0, 0, 15]])
+    mass = np.diag([1, 0.5, 0, 0.3])
+    stiffness, mass = (m[np.ix_(numbers, numbers)] for m in (1e3 * stiffness, mass))
+    model = sh.Model(mass, sh.RayleighDamping(0.5, 1e-5), stiffness)
+    disk = sh.Sector(model, [left], [right], 6).with_outputs({"strain": {tip: 2, blade: -1}}, "1")
+    rub = sh.Contacts(
+        sh.laws.Coulomb(), (blade, sh.next_sector(blade)),
+        contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+    )  # fmt: skip
+    disk, force = disk.with_contacts(rub=rub), sh.forces.EngineOrder(2, pattern={blade: 1.0})
+    exact = sh.solve(sh.HarmonicBalance(disk, force), 20.0)
+    for of in (disk, disk.with_outputs({"other": {tip: 1}}, "1")):
+        small = sh.condense(of, force, (5, 40), places=[tip], progress=False)
+        small = (
+            small.with_outputs({"strain": {tip: 2, blade: -1}}, "1") if of is not disk else small
+        )
+        found = sh.solve(sh.HarmonicBalance(small, force), 20.0)
+        assert found.strain_amplitude.item() == pytest.approx(exact.strain_amplitude.item(), 1e-9)
+
+
 @pytest.mark.parametrize("order", quick_first([3, 21, 0], 1))
 @pytest.mark.parametrize("opens", [False, True])
 def test_displacements_of_contacts_are_enough(order, opens):
