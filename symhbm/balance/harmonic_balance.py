@@ -4,7 +4,7 @@ import warnings
 from collections.abc import Callable, Collection, Iterable
 from dataclasses import replace
 from functools import cached_property
-from typing import Any
+from typing import Any, NamedTuple
 
 import casadi as ca
 import numpy as np
@@ -42,6 +42,27 @@ MANY = 400
 """Unknowns from which second derivatives and stability take minutes, or are not computed."""
 _FEW = 4
 """Degrees of freedom for each one that contacts touch, from which condensing is worth it."""
+
+
+class _Linear(NamedTuple):
+    """What copies of a problem share of a structure under an excitation of unit amplitude.
+
+    ``structure`` is None where its matrices are compiled: then the force has ``shapes`` (n_dof,
+    n_components) by ascending powers of the frequency and a ``static`` part (n_dof,).
+    """
+
+    structure: DynamicStiffness | None
+    shapes: dict[int, FloatArray]
+    static: FloatArray
+
+    @classmethod
+    def of(cls, model: Structure, excitation: Excitation, basis: FourierBasis) -> "_Linear":
+        check_speed(model, excitation)
+        if not is_symbolic(model, basis):
+            structure = DynamicStiffness(model, excitation, basis)
+            return cls(structure, {0: np.zeros((0, 0))}, np.zeros(0))
+        shapes = dict(sorted(model.felt_shapes(excitation, basis).items()))
+        return cls(None, shapes, model.felt_static(excitation, basis))
 
 
 class HarmonicBalance:
@@ -144,7 +165,7 @@ class HarmonicBalance:
         samples: int | None,
         symmetry: Symmetry | None,
         shared: dict[tuple, Any],
-        linear: DynamicStiffness | None,
+        linear: _Linear | None,
         active: frozenset[str],
         peaks_of: str | Goal | None,
         by_sector: bool,
@@ -153,7 +174,6 @@ class HarmonicBalance:
 
         ``active`` are groups of contacts that are compiled though they may do nothing.
         """
-        check_speed(model, excitation)
         self.model, self.excitation, self.basis = model, excitation, basis
         self.samples, self.symmetry, self.peaks_of = samples, symmetry, peaks_of
         self.by_sector = by_sector
@@ -163,9 +183,8 @@ class HarmonicBalance:
         self.groups: tuple[BalancedGroup, ...] = self._once(
             ("groups", symmetry, samples), lambda: balanced_groups(model, symmetry, samples)
         )
-        if linear is None and not is_symbolic(model, basis):
-            linear = DynamicStiffness(model, excitation, basis)
-        self.structure = linear
+        self._linear = _Linear.of(model, excitation, basis) if linear is None else linear
+        self.structure = self._linear.structure
         # The switches of contacts that do nothing count, too.
         busy = {
             group.name
@@ -173,8 +192,7 @@ class HarmonicBalance:
             if group.law.switches or group.law.acts(model.values_of(group)).any()
         }
         self._active = active | busy
-        shapes = {0: np.zeros((0, 0))} if linear else model.felt_shapes(excitation, basis)
-        powers = tuple(sorted(shapes))
+        powers = tuple(self._linear.shapes)
         self._equations: Equations = self._once(
             ("equations", self.harmonics, symmetry, samples, powers, *sorted(self._active)),
             lambda: Equations(
@@ -182,7 +200,7 @@ class HarmonicBalance:
             ),
         )
         self.layout = self._equations.layout
-        self._set_arguments([shapes[power] for power in powers])
+        self._set_arguments()
 
     def _once(self, key: tuple, make: Callable[[], Any]) -> Any:
         if key not in self._shared:
@@ -198,7 +216,7 @@ class HarmonicBalance:
             samples=self.samples,
             symmetry=self.symmetry,
             shared=self._shared,
-            linear=self.structure,
+            linear=self._linear,
             active=self._active,
             peaks_of=self.peaks_of,
             by_sector=self.by_sector,
@@ -207,20 +225,21 @@ class HarmonicBalance:
         other._set(**(given | changes))
         return other
 
-    def _set_arguments(self, shapes: list[FloatArray]) -> None:
+    def _set_arguments(self) -> None:
         model, equations = self.model, self._equations
         named = equations.linear.values(model)
         named |= {name: getattr(model, name) for name in model.matrix_terms}
         values = {}
         for group in model.groups:
-            values[group.name] = {
-                own: self.own(name, getattr(model, name)) for own, name in group.parameters.items()
-            }
-            named |= {group.parameters[own]: v for own, v in values[group.name].items()}
+            values[group.name] = own = model.values_of(group)
+            for of_law, name in group.parameters.items():
+                if self.symmetry is not None:
+                    own[of_law] = self.own(name, own[of_law])
+                named[name] = own[of_law]
         named["force_amplitude"] = np.array([self.excitation.amplitude])
         if self.structure is None:
-            shape = np.array([each[equations.dofs] for each in shapes])
-            static = model.felt_static(self.excitation, self.basis)[equations.dofs]
+            shape = np.array([each[equations.dofs] for each in self._linear.shapes.values()])
+            static = self._linear.static[equations.dofs]
         else:
             shape = np.zeros((1, self.n_dof, self.basis.n_components))  # it adds the force itself
             static = np.zeros(self.n_dof)
@@ -260,7 +279,7 @@ class HarmonicBalance:
         """Number of Fourier coefficients."""
         return self.layout.n_unknowns
 
-    @property
+    @cached_property
     def parameters(self) -> dict[str, Any]:
         """The named parameters of model and excitation and their values."""
         return ReadOnly(self.model.parameters | self.excitation.parameters)
@@ -272,7 +291,7 @@ class HarmonicBalance:
         allowed = self.parameters if allowed is None else allowed
         return self.model.parameter_name(name, allowed, what)
 
-    @property
+    @cached_property
     def records(self) -> dict[str, Parameter]:
         """What the parameters of model and excitation are."""
         force = self.excitation
@@ -319,23 +338,23 @@ class HarmonicBalance:
         """
         values = {self.parameter_name(name): value for name, value in values.items()}
         own, changes = self.model.parameters, dict[str, Any]()
-        of_force = {k: v for k, v in values.items() if k not in own}
-        if len(of_force) < len(values):
-            of_model = {k: v for k, v in values.items() if k in own}
+        of_model, of_force = {}, {}
+        for name, value in values.items():
+            (of_model if name in own else of_force)[name] = value
+        # The force and matrices of others change, and what was compared sector by sector.
+        others = {*values} - {*self.model.contact_parameters, "force_amplitude"}
+        if others:
+            changes["linear"] = None
+        if of_model:
             changes["model"] = self.model.with_parameters(**of_model)
-            if {*of_model} & {*self.model.matrix_terms}:
-                changes["linear"] = None
         if of_force:
             changes["excitation"] = self.excitation.with_parameters(**of_force)
-            if {*of_force} != {"force_amplitude"}:
-                changes["linear"] = None
-                model = changes.get("model", self.model).under(changes["excitation"])
-                if model is not changes.get("model", self.model):  # in another wave
-                    changes |= dict(model=model, shared={})
+        if others & {*of_force}:
+            model = changes.get("model", self.model).under(changes["excitation"])
+            if model is not changes.get("model", self.model):  # in another wave
+                changes |= dict(model=model, shared={})
         other = self._copy(**changes)
-        # Sector by sector, as they were set.
-        compared = {*self.model.contact_parameters, "force_amplitude"}
-        may_differ = self.symmetry is not None and not {*values} <= compared
+        may_differ = self.symmetry is not None and others
         if may_differ and self._lagging(other.equal_sectors, bool(of_force)) != self.symmetry:
             raise ValueError(f"{', '.join(values)}: expected a structure of equal sectors")
         return other
@@ -425,7 +444,7 @@ class HarmonicBalance:
 
     def with_model(self, model: Structure) -> "HarmonicBalance":
         """Copy with another description of the same structure and contacts."""
-        return self._copy(model=model)
+        return self._copy(model=model, linear=None)
 
     @cached_property
     def in_modes(self) -> "HarmonicBalance | None":

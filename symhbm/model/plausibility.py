@@ -67,14 +67,15 @@ def _doubts(
     """All doubts, an empty text without any."""
     if not driven:
         return "no force oscillates; HarmonicBalance(model, excitation) takes one"
+    springs = model.stuck_springs
     said = [_of_symmetry(model), _of_effect(model, moving), _of_harmonics(model, harmonics)]
     # Above a critical speed Coriolis forces hold what spin softening leaves without stiffness.
     softened = bool(np.any(model.stiffness_matrix.diagonal() < 0))
     if not softened and not {"mass", "damping", "stiffness"} & {*moving}:
-        said.append(_of_damping(model))
+        said.append(_of_damping(model, springs))
     stiff = {"mass", "stiffness", "contact_stiffness", "cubic_stiffness"}
     if not softened and not stiff & {*moving}:
-        said.append(_of_band(model, band, harmonics))
+        said.append(_of_band(model, springs, band, harmonics))
     return "; ".join(doubt for doubt in said if doubt)
 
 
@@ -127,13 +128,12 @@ def _of_harmonics(model: Structure, harmonics: Sequence[int]) -> str:
     )
 
 
-def _of_damping(model: Structure) -> str:
+def _of_damping(model: Structure, springs: FloatArray) -> str:
     """Damping above the critical one at every degree of freedom."""
     mass, damping, stiffness = (
         getattr(model, f"{name}_matrix").diagonal() for name in ("mass", "damping", "stiffness")
     )
-    springs = model.directions.power(2).T @ model.stuck_springs
-    stiffness = np.where(stiffness > 0, stiffness, springs)
+    stiffness = np.where(stiffness > 0, stiffness, model.directions.power(2).T @ springs)
     critical = 2 * np.sqrt(mass * stiffness)
     if np.any(damping <= critical):
         return ""
@@ -145,18 +145,20 @@ def _of_damping(model: Structure) -> str:
     )
 
 
-def _of_band(model: Structure, band: tuple[float, float], harmonics: Sequence[int]) -> str:
+def _of_band(
+    model: Structure, springs: FloatArray, band: tuple[float, float], harmonics: Sequence[int]
+) -> str:
     if not model.bounded:
         return ""  # such contacts move resonances as far as the motion is large
     low, high = min(band), max(band)
     of_one, reach = low == high, max(_FAR, *harmonics)
-    if of_one and low <= _ALONE * _highest(model):
+    if of_one and low <= _ALONE * _highest(model, springs):
         return ""
     if model.n_dof > _DENSE:
-        lower, upper = np.array([_lowest(model, high)]), np.array([_highest(model)])
+        lower, upper = np.array([_lowest(model, high)]), np.array([_highest(model, springs)])
         beyond = upper * _FAR < low  # the highest one is not known well
     else:
-        lower, upper = _resonances(model, high)
+        lower, upper = _resonances(model, springs, high)
         beyond = upper * _ABOVE < low
     below, above = upper * _FAR < low, lower > reach * high
     alone = upper * _ALONE < low
@@ -175,12 +177,14 @@ def _of_band(model: Structure, band: tuple[float, float], harmonics: Sequence[in
     )
 
 
-def _resonances(model: Structure, hertz: float) -> tuple[FloatArray, FloatArray]:
+def _resonances(
+    model: Structure, springs: FloatArray, hertz: float
+) -> tuple[FloatArray, FloatArray]:
     """Between which frequencies [Hz] each mode lies, as contacts slip or stick."""
     mass, free = model.mass_matrix.toarray(), model.stiffness_matrix.toarray()
     free = 0.5 * (free + free.T)
     directions = model.directions.toarray()
-    held = free + (directions.T * model.stuck_springs) @ directions
+    held = free + (directions.T * springs) @ directions
     # About a band, so that neither free bodies nor motions without inertia are singular.
     shift = (2 * np.pi * hertz) ** 2
     found = []
@@ -195,11 +199,11 @@ def _resonances(model: Structure, hertz: float) -> tuple[FloatArray, FloatArray]
     return found[0], found[1]
 
 
-def _highest(model: Structure) -> float:
+def _highest(model: Structure, springs: FloatArray) -> float:
     """The highest natural frequency [Hz] or less: that of a single degree of freedom."""
     inertia = model.mass_matrix.diagonal()
-    springs = model.directions.power(2).T @ model.stuck_springs
-    stiffness, moving = model.stiffness_matrix.diagonal() + springs, inertia > 0
+    stiffness = model.stiffness_matrix.diagonal() + model.directions.power(2).T @ springs
+    moving = inertia > 0
     if not moving.all():
         return np.inf
     return float(np.sqrt(np.max(stiffness / inertia)) / (2 * np.pi))
