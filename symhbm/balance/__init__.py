@@ -1,9 +1,9 @@
 """The equations of harmonic balance, Eqs. (9)-(11), and their derivatives to second order."""
 
 from symhbm.balance import goals
-from symhbm.balance.batch import check_each, compile_checks, locate_each, motions_at_each
+from symhbm.balance.batch import check_each, compile_checks, locate_each
 from symhbm.balance.contact_springs import by_row, contact_springs
-from symhbm.balance.contacts import BalancedContacts, BalancedGroup
+from symhbm.balance.contacts import BalancedContacts, BalancedGroup, motions_at_each
 from symhbm.balance.dynamic_stiffness import DynamicStiffness, losses
 from symhbm.balance.equations import Equations
 from symhbm.balance.evaluation import ContactStates, Evaluation, UnknownLayout

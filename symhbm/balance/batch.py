@@ -6,11 +6,11 @@ from weakref import WeakKeyDictionary
 import casadi as ca
 import numpy as np
 
-from symhbm.balance.contacts import BalancedGroup
+from symhbm.balance.contacts import motions_at_each
 from symhbm.balance.equations import Equations
 from symhbm.balance.evaluation import ContactStates
 from symhbm.balance.harmonic_balance import HarmonicBalance
-from symhbm.model.contacts import FREE, Motions
+from symhbm.model.contacts import FREE
 from symhbm.numerics import Compiled, FloatArray, to_machine_code
 
 
@@ -44,7 +44,7 @@ def check_each(
         norm = [problem.evaluate(x, at, states=own).norm for problem, x, at, own in each]
         return np.array(norm), located
     equations, arguments = first.compiled
-    if not _are_one(problems):
+    if any(problem is not first for problem in problems):
         of_each = zip(*(problem.compiled[1] for problem in problems), strict=True)
         arguments = [np.array(values) for values in of_each]
     n, at = len(unknowns), (unknowns, frequencies[:, None], *arguments)
@@ -91,39 +91,13 @@ def _check_function(equations: Equations) -> ca.Function:
     return ca.Function("check", inputs, [residual, magnitude, *events])
 
 
-def motions_at_each(
-    problems: Sequence[HarmonicBalance],
-    group: BalancedGroup,
-    relative: FloatArray,
-    frequencies: FloatArray,
-) -> Motions:
-    """Motions of a group in several problems of one structure, one after another.
-
-    ``relative`` (n_points, n_rows, n_components) are the displacements of all contacts.
-    """
-    first = problems[0]
-    if _are_one(problems):
-        values = first.contacts.values_of(group)
-        values = {name: np.tile(value, len(problems)) for name, value in values.items()}
-    else:
-        each = [problem.contacts.values_of(group) for problem in problems]
-        values = {name: np.concatenate([v[name] for v in each]) for name in each[0]}
-    motion = first.contacts.motions(group, relative)
-    motion = motion.reshape(-1, motion.shape[-1])
-    return Motions(first.basis, motion, np.repeat(frequencies, group.n), values)
-
-
-def _are_one(problems: Sequence[HarmonicBalance]) -> bool:
-    return all(problem is problems[0] for problem in problems)
-
-
 def _locate_all(
     problems: Sequence[HarmonicBalance], unknowns: FloatArray, frequencies: FloatArray
 ) -> ContactStates:
     """The same as one batch, point by point; ``unknowns`` (n_points, n_unknowns)."""
     first, located = problems[0], {}
-    relative = first.layout.relative(unknowns)
+    relative, contacts = first.layout.relative(unknowns), [each.contacts for each in problems]
     for group in first.groups:
-        at = motions_at_each(problems, group, relative, frequencies)
+        at = motions_at_each(contacts, group, relative, frequencies)
         located[group.name] = group.law.locate(at)
     return ContactStates(located)

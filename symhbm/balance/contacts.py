@@ -112,12 +112,7 @@ class BalancedContacts:
 
     def sliders(self, frequency: float = 0.0) -> SliderContacts:
         """The contacts that are springs in series with sliders, at a frequency [rad/s]."""
-        parts = [(*np.zeros((2, 0), dtype=int), *np.zeros((2, 0)))]
-        for group in self.groups:
-            sliders = group.law.sliders(frequency, self.values_of(group))
-            if sliders is not None:
-                parts.append((group.contacts, group.rows[:, 0], *sliders))
-        return SliderContacts(*map(np.concatenate, zip(*parts, strict=True)))
+        return SliderContacts.of(self, frequency)
 
     def margins_within(
         self,
@@ -139,27 +134,9 @@ class BalancedContacts:
                 continue
             own = error[..., first : first + group.n_switches].reshape(-1, q)
             first += group.n_switches
-            motion = self.motions(group, relative)
-            at = Motions(
-                self.layout.basis,
-                motion.reshape(-1, motion.shape[-1]),
-                np.repeat(frequency, shape[1] * group.n),
-                self._values_at(group, values, shape),
-            )
+            at = motions_at_each(values, group, relative, np.repeat(frequency, shape[1]))
             parts.append(group.law.margins_within(at, own).reshape(*shape, -1))
         return np.concatenate(parts, axis=-1)
-
-    @staticmethod
-    def _values_at(
-        group: BalancedGroup, values: Sequence["BalancedContacts"], shape: tuple[int, int]
-    ) -> dict[str, FloatArray]:
-        """Values of the contacts of a group at several points (n, s), one after the other."""
-        names, first = group.law.parameters, values[0].values_of(group)
-        if all(contacts is values[0] for contacts in values):
-            return {name: np.tile(first[name], shape[0] * shape[1]) for name in names}
-        each = [contacts.values_of(group) for contacts in values]
-        stacked = {name: np.array([one[name] for one in each]) for name in names}
-        return {name: np.repeat(one, shape[1], axis=0).ravel() for name, one in stacked.items()}
 
     def switch(self, number: int) -> tuple[BalancedGroup, int, int]:
         """The group of a switch, the contact within, and which of the law's switches it is."""
@@ -231,3 +208,25 @@ class BalancedContacts:
                 by_values[name] = np.zeros((n_switches, group.n))
                 by_values[name][at, owner] = values.ravel()
         return by_frequency, by_values
+
+
+def motions_at_each(
+    contacts: Sequence[BalancedContacts],
+    group: BalancedGroup,
+    relative: FloatArray,
+    frequencies: FloatArray,
+) -> Motions:
+    """Motions of a group at several points, one after another.
+
+    ``relative`` (n_points, n_rows, n_components) are the displacements of all contacts, and
+    ``frequencies`` (n_points,) in rad/s; each of the ``contacts`` is of as many points in a row.
+    """
+    first, times = contacts[0], len(frequencies) // len(contacts)
+    if all(each is first for each in contacts):
+        values = {name: np.tile(v, len(frequencies)) for name, v in first.values_of(group).items()}
+    else:
+        each = [one.values_of(group) for one in contacts for _ in range(times)]
+        values = {name: np.concatenate([v[name] for v in each]) for name in each[0]}
+    motion = first.motions(group, relative)
+    motion = motion.reshape(-1, motion.shape[-1])
+    return Motions(first.layout.basis, motion, np.repeat(frequencies, group.n), values)

@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 
 from symhbm.balance.contacts import BalancedGroup
 from symhbm.balance.evaluation import ContactStates, UnknownLayout
-from symhbm.balance.linear_part import linear_part
+from symhbm.balance.linear_part import OfHarmonics, OfMatrices
 from symhbm.model import Structure, Symmetry
 from symhbm.model.contacts import FREE, Located, graph_of
 from symhbm.numerics import (
@@ -79,7 +79,8 @@ class Equations:
         self._sizes = (abs(displacements) @ abs(self.expansion)).tocsr()
         names = [name for group in self.groups for name in group.parameters.values()]
         terms = model.matrix_terms if model.has_matrices else {}
-        self.linear = linear_part(model, basis, dofs)
+        of_matrices = model.has_matrices
+        self.linear = OfMatrices(model, basis, dofs) if of_matrices else OfHarmonics(model, basis)
         counts = dict(self.linear.counts)
         self.parameter_names = (*counts, *terms, *names, *FORCE_INPUTS)
         n_dof = len(self.dofs)

@@ -6,9 +6,6 @@ between cosine and sine of harmonic ``n``, ``Z_2`` has ``-n^2 M``. Where the mat
 harmonic to harmonic, as in the waves of a sector, the inputs are the entries of the ``Z_k``.
 """
 
-from abc import ABC, abstractmethod
-from collections.abc import Mapping
-from types import MappingProxyType
 from typing import Any
 
 import casadi as ca
@@ -25,8 +22,10 @@ MOST = 10_000
 """Entries of matrices that differ from harmonic to harmonic from which numbers are faster."""
 
 
-class LinearPart(ABC):
-    """Matrices ``Z_k`` (n_balanced, n_all) of the coefficients, by their powers ``k``.
+class OfMatrices:
+    """Of mass, damping and stiffness, the same for all harmonics; ``dofs`` are balanced.
+
+    Matrices ``Z_k`` (n_balanced, n_all) of the coefficients, by their powers ``k``.
 
     Attributes
     ----------
@@ -36,22 +35,7 @@ class LinearPart(ABC):
         The powers of what does no work over a cycle.
     """
 
-    counts: Mapping[str, int]
-    conservative: tuple[int, ...]
-
-    @abstractmethod
-    def values(self, model: Structure) -> dict[str, FloatArray]:
-        """Values of the inputs."""
-
-    @abstractmethod
-    def matrices(self, entries: dict[str, Any]) -> dict[int, Any]:
-        """The ``Z_k`` from symbols of the inputs."""
-
-
-class OfMatrices(LinearPart):
-    """Of mass, damping and stiffness, the same for all harmonics; ``dofs`` are balanced."""
-
-    conservative = (0, 2)
+    conservative: tuple[int, ...] = (0, 2)
 
     def __init__(self, model: Structure, basis: FourierBasis, dofs: NDArray[np.intp]):
         self._dofs = dofs if len(dofs) < model.n_dof else None
@@ -84,47 +68,29 @@ class OfMatrices(LinearPart):
         return result
 
 
-class OfHarmonics(LinearPart):
-    """Of matrices that differ from harmonic to harmonic, or have powers of their own."""
+class OfHarmonics:
+    """As `OfMatrices`, of matrices that differ from harmonic to harmonic, or have other powers.
 
-    def __init__(self, model: PolynomialStructure, basis: FourierBasis):
-        self._basis = basis
-        self._sparsity = {k: sparsity_of(z) for k, z in real_forms(model, basis).items()}
+    None of them where `DynamicStiffness` adds numbers to the compiled forces of contacts.
+    """
+
+    def __init__(self, model: Structure, basis: FourierBasis):
+        self._basis, self._compiled = basis, is_symbolic(model, basis)
+        self._sparsity = {k: sparsity_of(z) for k, z in self._forms(model).items()}
         self._names = {k: f"power_{k}" for k in self._sparsity}
         self.conservative = tuple(self._sparsity)
         self.counts = {self._names[k]: part.nnz() for k, part in self._sparsity.items()}
 
+    def _forms(self, model: Any) -> dict[int, Any]:
+        return real_forms(model, self._basis) if self._compiled else {}
+
     def values(self, model: Structure) -> dict[str, FloatArray]:
         """Stored entries of the ``Z_k``."""
-        assert isinstance(model, PolynomialStructure)
-        return {self._names[k]: z.data for k, z in real_forms(model, self._basis).items()}
+        return {self._names[k]: z.data for k, z in self._forms(model).items()}
 
     def matrices(self, entries: dict[str, Any]) -> dict[int, Any]:
         """The ``Z_k`` as they are."""
         return {k: ca.SX(pattern, entries[self._names[k]]) for k, pattern in self._sparsity.items()}
-
-
-class OfNumbers(LinearPart):
-    """None: `DynamicStiffness` adds it to the compiled forces of contacts."""
-
-    counts, conservative = MappingProxyType({}), ()
-
-    def values(self, model: Structure) -> dict[str, FloatArray]:
-        """No inputs."""
-        return {}
-
-    def matrices(self, entries: dict[str, Any]) -> dict[int, Any]:
-        """No matrices."""
-        return {}
-
-
-def linear_part(model: Structure, basis: FourierBasis, dofs: NDArray[np.intp]) -> LinearPart:
-    """The linear part of a structure that balances ``dofs``."""
-    if model.has_matrices:
-        return OfMatrices(model, basis, dofs)
-    if isinstance(model, PolynomialStructure) and is_symbolic(model, basis):
-        return OfHarmonics(model, basis)
-    return OfNumbers()
 
 
 def is_symbolic(model: Structure, basis: FourierBasis) -> bool:

@@ -37,16 +37,13 @@ def single_blade(
       friction_coefficient  0.5
       normal_load           3 N
     """
-    values = dict(mass=mass, damping=damping, stiffness=stiffness)
-    matrices = [diagonal(name, value, 1) for name, value in values.items()]
-    return Model(
-        *matrices,
-        contacts=[(0,)],
+    return _lumped(
+        [(0,)],
+        dict(mass=mass, damping=damping, stiffness=stiffness),
         contact_stiffness=contact_stiffness,
         friction_coefficient=friction_coefficient,
         normal_load=normal_load,
         cubic_stiffness=cubic_stiffness,
-        lumped=True,
     )
 
 
@@ -78,14 +75,19 @@ def bladed_disk(
     ((0, 1), (1, 2), (2, 0))
     """
     n_blades = check.integer("n_blades", n_blades, minimum=3)
-    values = dict(mass=mass, damping=damping, stiffness=stiffness)
-    matrices = [diagonal(name, value, n_blades) for name, value in values.items()]
-    return Model(
-        *matrices,
-        contacts=[(j, (j + 1) % n_blades) for j in range(n_blades)],
+    return _lumped(
+        [(j, (j + 1) % n_blades) for j in range(n_blades)],
+        dict(mass=mass, damping=damping, stiffness=stiffness),
         contact_stiffness=contact_stiffness,
         friction_coefficient=friction_coefficient,
         normal_load=normal_load,
         cubic_stiffness=cubic_stiffness,
-        lumped=True,
     )
+
+
+def _lumped(
+    contacts: list[tuple[int, ...]], values: dict[str, ArrayLike], **of: ArrayLike
+) -> Model:
+    """Blades on ground springs, as many as contacts."""
+    matrices = [diagonal(name, value, len(contacts)) for name, value in values.items()]
+    return Model(*matrices, contacts=contacts, lumped=True, **of)

@@ -10,8 +10,9 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
-from scipy.sparse.linalg import ArpackNoConvergence, eigsh, splu
+from scipy.sparse.linalg import ArpackNoConvergence, eigsh
 
+from symhbm.model.linear import definite
 from symhbm.numerics import FloatArray
 
 _SYMMETRIC = 1e-9
@@ -83,15 +84,7 @@ def _is_semidefinite(scaled: Any) -> bool:
         with suppress(ArpackNoConvergence):
             [lowest] = eigsh(scaled, 1, which="SA", tol=1e-2, v0=start, return_eigenvectors=False)  # type: ignore
             return bool(lowest >= -_SINGULAR * size)
-    shifted = (scaled + _SINGULAR * size * sp.eye_array(size)).tocsc()
-    # Pivots on the diagonal have the signs of the eigenvalues.
-    factors = splu(
-        shifted,
-        permc_spec="MMD_AT_PLUS_A",
-        diag_pivot_thresh=0.0,
-        options={"SymmetricMode": True},
-    )
-    return bool(np.all(factors.U.diagonal() > 0))
+    return definite(scaled + _SINGULAR * size * sp.eye_array(size)) is not None
 
 
 def positive_definite(mass: FloatArray) -> FloatArray:

@@ -13,7 +13,7 @@ from symhbm.model.contacts import renumbered
 from symhbm.model.excitation import Excitation
 from symhbm.model.structure import Structure
 from symhbm.model.symmetry import Symmetry
-from symhbm.numerics import FloatArray, FourierBasis
+from symhbm.numerics import FloatArray, FourierBasis, check
 
 _ROUND_OFF = 1e-14
 """Of the cosines and sines of a travelling wave, relative to its amplitude."""
@@ -138,6 +138,16 @@ def check_at_one_speed(name: str, structure: Structure) -> None:
             "structure at one speed, RotatingModel.at(speed), or a sector of one by its own "
             "at(speed)"
         )
+
+
+def check_band(frequency_band: Any, bound: Any) -> tuple[float, float]:
+    """The ends of a band [Hz], ascending; ValueError for what is none."""
+    edges = check.array("frequency_band", frequency_band, bound)
+    if edges.shape != (2,) or edges[0] == edges[1]:
+        raise ValueError(
+            f"frequency_band={check.shown(frequency_band)}: expected two different values in Hz"
+        )
+    return float(edges.min()), float(edges.max())
 
 
 def check_speed(model: Structure, excitation: Excitation) -> None:

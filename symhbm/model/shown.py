@@ -5,8 +5,8 @@ from html import escape
 from typing import Any
 
 import numpy as np
-import scipy.sparse as sp
-from scipy.linalg import eigh
+
+from symhbm.model.linear import gyroscopic_part, natural_modes_of
 
 Rows = list[tuple[str, str]]
 """Labels and texts."""
@@ -28,8 +28,6 @@ _MOST_GROUPS = 8
 _MOST_DOFS = 300
 """Largest structure whose natural frequencies take no time, some hundredths of a second."""
 _FREQUENCIES = 4
-_ROUND_OFF = 1e-12
-"""Share of a damping matrix that is no Coriolis force."""
 
 
 def as_text(structure: Any) -> str:
@@ -95,19 +93,9 @@ def _natural_frequencies(structure: Any, stuck: bool) -> np.ndarray:
         return np.empty(0)
     if stuck and not structure.stuck_springs.any():
         return np.empty(0)
-    mass, damping, stiffness = (
-        matrix.toarray() if sp.issparse(matrix) else np.asarray(matrix)
-        for matrix in structure.matrices()
-    )
-    if np.abs(damping - damping.T).max() > _ROUND_OFF * np.abs(damping).max():
+    if gyroscopic_part(structure.damping_matrix) is not None:
         return np.empty(0)
-    if stuck:
-        directions = structure.directions
-        springs = sp.diags_array(structure.stuck_springs)
-        stiffness = stiffness + (directions.T @ springs @ directions).toarray()
-    wanted = (0, min(_FREQUENCIES, size) - 1)
     try:
-        squares = eigh(stiffness, mass, eigvals_only=True, subset_by_index=wanted)
-    except np.linalg.LinAlgError:  # some motion has no mass
+        return natural_modes_of(structure, None, min(_FREQUENCIES, size), stuck)[0]
+    except ValueError:  # some motion has neither mass nor stiffness, or grows
         return np.empty(0)
-    return np.sqrt(np.maximum(squares, 0.0)) / (2 * np.pi)

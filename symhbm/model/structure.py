@@ -37,6 +37,7 @@ from symhbm.model.parameters import (
 from symhbm.model.places import NextSector, Place, Places, check_places, number_of
 from symhbm.model.records import Record
 from symhbm.model.shown import as_table, as_text, rows_of
+from symhbm.model.symmetry import displacements
 from symhbm.numerics import ComplexArray, FloatArray, FourierBasis, check
 
 _MATRICES = ("mass_matrix", "damping_matrix", "stiffness_matrix")
@@ -84,6 +85,16 @@ class SliderContacts(NamedTuple):
     row: NDArray[np.intp]
     stiffness: FloatArray
     limit: FloatArray
+
+    @classmethod
+    def of(cls, owner: Any, frequency: float) -> SliderContacts:
+        """Those of the ``groups`` of an owner, which has their values, at a frequency [rad/s]."""
+        parts = [(*np.zeros((2, 0), dtype=int), *np.zeros((2, 0)))]
+        for group in owner.groups:
+            sliders = group.law.sliders(frequency, owner.values_of(group))
+            if sliders is not None:
+                parts.append((group.contacts, group.rows[:, 0], *sliders))
+        return cls(*map(np.concatenate, zip(*parts, strict=True)))
 
 
 class SpringSliderContacts(NamedTuple):
@@ -236,8 +247,7 @@ class Structure(Record, ABC):
         """
 
     def _set_contacts(self, contacts: Any, **parameters: Any) -> None:
-        for name in CACHED:
-            vars(self).pop(name, None)
+        self._forget()
         every, rows, groups, values = grouped(
             self._n_named, contacts, parameters, self.number_of, self._places_of_contacts
         )
@@ -247,6 +257,11 @@ class Structure(Record, ABC):
         self._store(contacts=every, row_ends=rows, groups=groups)
         for name, value in values.items():
             self._store(**{name: self._each(name, value)})
+
+    def _forget(self) -> None:
+        """Leave out what was computed from other attributes."""
+        for name in CACHED:
+            vars(self).pop(name, None)
 
     def _check_names(self, names: Collection[str]) -> None:
         """Raise ValueError for parameters of contacts whose names are taken."""
@@ -411,14 +426,7 @@ class Structure(Record, ABC):
 
     def sliders(self, frequency: float) -> SliderContacts:
         """All contacts that are a spring in series with a slider, at a frequency [rad/s]."""
-        parts = [
-            (group.contacts, group.rows[:, 0], *sliders)
-            for group in self.groups
-            if (sliders := group.law.sliders(frequency, self.values_of(group))) is not None
-        ]
-        contact, row = np.zeros((2, 0), dtype=int)
-        joined = [(contact, row, *np.zeros((2, 0))), *parts]
-        return SliderContacts(*(np.concatenate(each) for each in zip(*joined, strict=True)))
+        return SliderContacts.of(self, frequency)
 
     def spring_sliders(self, frequency: float) -> SpringSliderContacts:
         """All contacts that are springs and sliders, at a frequency [rad/s]."""
@@ -585,7 +593,7 @@ class Structure(Record, ABC):
     def displacements(self, basis: FourierBasis) -> Any:
         """Coefficients of all displacements from those of all degrees of freedom, flattened."""
         if self.interfaces is not None:
-            return self.interfaces.coefficients(self.directions_in, basis)
+            return displacements(self.directions_in, basis)
         return sp.kron(self.directions, sp.eye_array(basis.n_components))
 
     def under(self, excitation: Excitation) -> Structure:

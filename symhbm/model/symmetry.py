@@ -5,14 +5,43 @@ the one before it a share of the period later, so that one of them tells all. Th
 constant normal loads is unique, hence as symmetric as structure and force are, for any harmonics.
 """
 
+from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from symhbm.numerics import FloatArray, FourierBasis
+
+
+def displacements(directions: Callable[[int], Any], basis: FourierBasis) -> Any:
+    """Coefficients of displacements from those of degrees of freedom, sparse, all flattened.
+
+    ``directions`` gives the rows (n_rows, n_dof), complex, of each harmonic, for ``a - i b``.
+    """
+    size, entries = basis.n_components, list[tuple[Any, Any, Any]]()
+    shape: Any = (0, 0)
+    for harmonic in basis.harmonics:
+        rows: Any = sp.coo_array(directions(harmonic))
+        shape = rows.shape
+        cosine = basis.component(harmonic)
+        real: Any = np.real(rows.data)
+        imaginary: Any = np.imag(rows.data)
+        parts: list[tuple[int, int, Any]] = [(cosine, cosine, real)]
+        if harmonic:
+            sine = basis.component(harmonic, sine=True)
+            parts += [(sine, sine, real)]
+            if np.iscomplexobj(rows.data):
+                parts += [(cosine, sine, imaginary), (sine, cosine, -imaginary)]
+        entries += [(rows.row * size + i, rows.col * size + j, value) for i, j, value in parts]
+    row, column, value = (np.concatenate(each) for each in zip(*entries, strict=True))
+    whole = shape[0] * size, shape[1] * size
+    result = sp.csr_array((value, (row, column)), shape=whole)
+    result.eliminate_zeros()
+    return result
 
 
 @dataclass(frozen=True)
@@ -51,25 +80,7 @@ class Symmetry:
 
     def expansion(self, basis: FourierBasis) -> sp.csr_array:
         """Coefficients of all degrees of freedom from those of the first sector, all flattened."""
-        size, sector = basis.n_components, self.dof_sector
-        rows, columns, values = [], [], []
-        for harmonic in basis.harmonics:
-            turns = self.wave(harmonic) * sector % self.n_sectors / self.n_sectors
-            cosine, sine = np.cos(2 * np.pi * turns), np.sin(2 * np.pi * turns)
-            at = [basis.component(harmonic)]
-            entries = [(0, 0, cosine)]
-            if harmonic:
-                at.append(basis.component(harmonic, sine=True))
-                entries += [(0, 1, -sine), (1, 0, sine), (1, 1, cosine)]
-            for row, column, value in entries:
-                rows.append(np.arange(len(sector)) * size + at[row])
-                columns.append(np.arange(len(sector)) % self.n_dof * size + at[column])
-                values.append(value)
-        entry = np.concatenate(rows), np.concatenate(columns)
-        shape = len(sector) * size, self.n_dof * size
-        result = sp.csr_array((np.concatenate(values), entry), shape=shape)
-        result.eliminate_zeros()
-        return result
+        return displacements(lambda harmonic: self.phases(self.wave(harmonic)), basis)
 
     def phases(self, wave: int) -> sp.csr_array:
         """``a - i b`` of all degrees of freedom from that of the first sector, in a `wave`."""

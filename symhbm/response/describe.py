@@ -194,11 +194,11 @@ def results_of_contacts(
     first, shape = problems[0], (len(problems), problems[0].n_contacts)
     otherwise = _OF_CONTACTS | dict.fromkeys(variables_of_laws(first), np.nan)
     table: Table = {name: np.full(shape, nothing) for name, nothing in otherwise.items()}
-    relative = first.layout.relative(unknowns)
+    relative, contacts = first.layout.relative(unknowns), [each.contacts for each in problems]
     for group in first.groups:
         if not group.n or group.name not in located.groups:
             continue
-        at = motions_at_each(problems, group, relative, frequencies)
+        at = motions_at_each(contacts, group, relative, frequencies)
         for name, result in group.law.results(at, located.groups[group.name]).items():
             by_point = result.reshape(len(problems), group.n)
             if name == "dissipation":

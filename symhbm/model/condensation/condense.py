@@ -17,7 +17,7 @@ from symhbm.model.matrices import Model
 from symhbm.model.outputs import Output
 from symhbm.model.places import Place, check_whole, own_numbers
 from symhbm.model.plausibility import warn_of_doubts
-from symhbm.model.sectors import check_at_one_speed
+from symhbm.model.sectors import check_at_one_speed, check_band
 from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics
 from symhbm.workers import check_progress
 
@@ -143,12 +143,7 @@ def condense(
     check_whole("model", model)
     check_at_one_speed("model", model.structure if isinstance(model, Sector) else model)
     basis = FourierBasis(check_harmonics(harmonics))
-    edges = check.array("frequency_band", frequency_band, "positive")
-    if edges.shape != (2,) or edges[0] == edges[1]:
-        raise ValueError(
-            f"frequency_band={check.shown(frequency_band)}: expected two different values in Hz"
-        )
-    band = float(edges.min()), float(edges.max())
+    band = check_band(frequency_band, "positive")
     check.one_of("keep", keep, ("touched", "displacements"))
     stability, progress = check.flag("stability", stability), check_progress(progress)
     if tolerance is not None:
@@ -203,14 +198,7 @@ def condense(
     springs = (touched.T * model.stuck_springs) @ touched
     reduced, certificate = reduce(interior, bands, springs, progress)
     _check_error(certificate, tolerance)
-    condensed = CondensedStiffness(
-        reduced.whole,
-        reduced.undamped,
-        interior.at_rest,
-        reduced.fixed_frequencies,
-        patterns,
-        None if reduced.modal is None else reduced.modal._replace(between=stability),
-    )
+    condensed = CondensedStiffness.of(reduced, interior, patterns, stability)
     given = structure, masters, band, basis.harmonics, condensed, certificate, rows
     return _with_outputs(CondensedModel(*given), outputs)
 

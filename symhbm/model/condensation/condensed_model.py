@@ -6,7 +6,7 @@ from typing import Any, NamedTuple
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.model.condensation.partition import names_of
+from symhbm.model.condensation.partition import Interior, names_of
 from symhbm.model.condensation.pole_residue import (
     ModalMatrices,
     PoleResidueFunction,
@@ -14,7 +14,7 @@ from symhbm.model.condensation.pole_residue import (
     modes_below,
     modes_near,
 )
-from symhbm.model.condensation.reduced_basis import Certificate
+from symhbm.model.condensation.reduced_basis import Certificate, Reduced
 from symhbm.model.contacts import renumbered
 from symhbm.model.cyclic import components, phasors
 from symhbm.model.linear import LowRankSum
@@ -47,6 +47,15 @@ class CondensedStiffness(NamedTuple):
     fixed_frequencies: FloatArray
     patterns: NDArray
     modal: ModalMatrices | None = None
+
+    @classmethod
+    def of(
+        cls, reduced: Reduced, interior: Interior, patterns: NDArray, between: bool = False
+    ) -> "CondensedStiffness":
+        """That of a reduced interior; ``between`` tells where it is exact, see `ModalMatrices`."""
+        modal = None if reduced.modal is None else reduced.modal._replace(between=between)
+        sums = reduced.whole, reduced.undamped, interior.at_rest
+        return cls(*sums, reduced.fixed_frequencies, patterns, modal)
 
     @property
     def fixed_widths(self) -> FloatArray:
@@ -91,7 +100,7 @@ class CondensedModel(Structure):
         "alone; symhbm.craig_bampton reduces the whole structure to one with matrices, and a "
         "HarmonicBalance of the attribute structure of its model is of the whole one"
     )
-    bends, made_by = True, "condense"
+    bends, made_by, kind = True, "condense", "structure"
     stored = "dofs", "frequency", "harmonics", "condensed", "certificate", "digest", "places"
     dofs: NDArray[np.intp]
     displacements_kept: NDArray[np.intp] = np.zeros(0, dtype=np.intp)
@@ -147,7 +156,7 @@ class CondensedModel(Structure):
         self._store(
             pole_residues={n: PoleResidueFunction(of.matrix, bands[n]) for n, of in moving.items()},
             undamped={n: PoleResidueFunction(of.undamped, bands[n]) for n, of in moving.items()},
-            _fixed={n: (of.fixed_frequencies, of.fixed_widths) for n, of in moving.items()},
+            fixed={n: (of.fixed_frequencies, of.fixed_widths) for n, of in moving.items()},
             inertia=inertia,
             modal=self._in(0).modal,
         )
@@ -174,7 +183,8 @@ class CondensedModel(Structure):
     condensed: CondensedStiffness
     pole_residues: dict[int, PoleResidueFunction]
     undamped: dict[int, PoleResidueFunction]
-    _fixed: dict[int, tuple[FloatArray, FloatArray]]
+    fixed: dict[int, tuple[FloatArray, FloatArray]]
+    """Fixed-interface natural frequencies and half widths by harmonic, (n,) [rad/s]."""
 
     @staticmethod
     def band(harmonic: int, frequency: tuple[float, float]) -> tuple[float, float]:
@@ -183,17 +193,22 @@ class CondensedModel(Structure):
         return RADIANS * harmonic * 0.95 * low, RADIANS * harmonic * 1.05 * high
 
     @property
-    def structure(self) -> Model:
-        """The whole structure, with the contact parameters as they are here.
+    def structure(self) -> Any:
+        """The whole structure or sector, with the contact parameters as they are here.
 
         TypeError for one from an archive, which has a checksum of it alone; see `of_structure`.
         """
         if isinstance(self.beneath, PlacesAlone):
             raise TypeError(
-                "structure: this condensed structure was rebuilt from an archive, which does not "
-                "hold the whole one; give it as structure= of symhbm.datasets.recover"
+                f"structure: this condensed {self.kind} was rebuilt from an archive, which does "
+                "not hold the whole one; give it as structure= of symhbm.datasets.recover"
             )
-        return self.beneath.with_parameters(**self.parameters)
+        return self.condensed_from.with_parameters(**self.parameters)
+
+    @property
+    def condensed_from(self) -> Any:
+        """The same with the contact parameters that it was condensed with."""
+        return self.beneath
 
     def of_structure(self, structure: Any) -> "CondensedModel":
         """The same with the whole structure that it was condensed from, given again.
@@ -296,17 +311,12 @@ class CondensedModel(Structure):
         rest = np.abs(phasors(inside) - patterns @ share)
         if rest.max() > _INSIDE * largest:
             dof = int(rest.argmax() if wave is None else self.interfaces.others[rest.argmax()])
-            what = "structure" if wave is None else "sector"
             where = "" if wave is None else f" in harmonic {harmonic}"
             raise ValueError(
-                f"excitation: the condensed {what} does not know this force (on degree of freedom "
+                f"excitation: the condensed {self.kind} does not know this force (on degree of freedom "
                 f"{dof}{where}); give it to condense, alone or in a list"
             )
         return own, components(share, harmonic)
-
-    def fixed_in(self, harmonic: int) -> tuple[FloatArray, FloatArray]:
-        """Fixed-interface natural frequencies and half widths of a harmonic, (n,) [rad/s]."""
-        return self._fixed[harmonic]
 
     def modes_below(self, harmonic: int, frequency: float, springs: FloatArray) -> int:
         """Number of natural frequencies below a harmonic, counted exactly."""

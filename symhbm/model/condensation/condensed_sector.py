@@ -23,11 +23,6 @@ from symhbm.model.records import copied
 from symhbm.model.structure import PlacesAlone, Structure
 from symhbm.numerics import ComplexArray, FourierBasis, check
 
-_GONE = (
-    "structure: this condensed sector was rebuilt from an archive, which does not hold the whole "
-    "one; give it as structure= of symhbm.datasets.recover"
-)
-
 
 class CondensedSector(CondensedModel):
     """A `Sector` condensed by `condense`: its contacts, on the degrees of freedom that are kept.
@@ -43,7 +38,7 @@ class CondensedSector(CondensedModel):
         How exact each is; ``certificate`` has the largest errors of all.
     """
 
-    WITHOUT_MATRICES = Sector.WITHOUT_MATRICES
+    WITHOUT_MATRICES, kind = Sector.WITHOUT_MATRICES, "sector"
     stored = "dofs", "frequency", "harmonics", "waves", "certificates", "digest"
 
     waves: Mapping[int, CondensedStiffness]
@@ -117,17 +112,13 @@ class CondensedSector(CondensedModel):
     def _set_contacts(self, contacts: Any, **parameters: Any) -> None:
         sector = self.sector._copy()
         sector._set_contacts(contacts, **parameters)
+        self._forget()
         self._store(sector=sector, **_contacts_of(sector))
 
     @property
-    def structure(self) -> Sector:  # type: ignore[override]
-        """The whole sector, with the contact parameters as they are here.
-
-        TypeError for one from an archive, which has a checksum of it alone; see `of_structure`.
-        """
-        if isinstance(self.beneath, PlacesAlone):
-            raise TypeError(_GONE)
-        return self.sector.with_parameters(**self.parameters)
+    def condensed_from(self) -> Sector:
+        """The sector with the contact parameters that it was condensed with."""
+        return self.sector
 
     def of_structure(self, structure: Any) -> "CondensedSector":
         """The same with the whole sector that it was condensed from, given again.
@@ -209,9 +200,7 @@ def condense_sector(
             reduced, certificates[n] = reduce(interior, wave.bands, springs, progress)
         else:
             reduced = _at_rest(interior)
-        found[n] = CondensedStiffness(
-            reduced.whole, reduced.undamped, interior.at_rest, reduced.fixed_frequencies, patterns
-        )
+        found[n] = CondensedStiffness.of(reduced, interior, patterns)
     arguments = dofs, band, basis.harmonics, found, certificates, displacements
     condensed = CondensedSector(sector, *arguments)
     return condensed.under(excitations[0]) if len(excitations) == 1 else condensed

@@ -13,11 +13,10 @@ from typing import Any
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
-from scipy.sparse.linalg import splu
 
 from symhbm.model.contacts import Weights
 from symhbm.model.cyclic import Sector
-from symhbm.model.linear import LowRankSum, RelativeCoordinates, solver_of_sum
+from symhbm.model.linear import LowRankSum, RelativeCoordinates, check_held, factorised
 from symhbm.model.matrices import Model
 from symhbm.model.structure import Matrices, Structure, restored
 from symhbm.numerics import ComplexArray, FloatArray
@@ -38,15 +37,6 @@ def dynamic_stiffness(parts: Sequence[Any], s: Any) -> Any:
     real = stiffness - s**2 * mass
     damps = damping.any() if isinstance(damping, np.ndarray) else damping.count_nonzero()
     return real + 1j * s * damping if s and damps else real
-
-
-def factorised(matrix: Any) -> Any:
-    """Solver of a dynamic stiffness, RuntimeError where it is exactly singular."""
-    if isinstance(matrix, LowRankSum):
-        return solver_of_sum(factorised(matrix.sparse), matrix)
-    # An ordering for symmetric patterns, which matrices of structures have.
-    options = dict(SymmetricMode=True)
-    return splu(sp.csc_array(matrix), "MMD_AT_PLUS_A", diag_pivot_thresh=0.1, options=options)
 
 
 def refined(factors: Any, exact: Any, right: Any, trans: str = "N") -> Any:
@@ -100,16 +90,8 @@ class Interior:
         self._factors: tuple[float, Any] = 0.0, None
         """Those of the last frequency [rad/s]: they solve the adjoint equations, at minus it."""
         motion, at_rest = self.solve(0.0)
-        static = motion[:, : len(masters)]
-        stiffness = self._inside[0]
-        rest = np.abs(stiffness @ static + self._inwards[0]).max(initial=0.0)
-        terms = abs(stiffness) @ np.abs(static).max(axis=1, initial=0.0)
-        if not np.isfinite(static).all() or rest > 1e-6 * terms.max(initial=1e-300):
-            raise ValueError(
-                "stiffness_matrix: expected one that holds all degrees of freedom once the kept "
-                "ones are held; add to places one of each part that moves freely"
-            )
-        self.static = static
+        self.static = static = motion[:, : len(masters)]
+        check_held(self._inside[0], static, -self._inwards[0])
         self.at_rest: NDArray = at_rest.astype(self.dtype)
 
     def solve(self, s: float, only_motion: bool = False) -> tuple[Any, ComplexArray]:

@@ -13,13 +13,14 @@ Matrices of what is kept and of the modes of its basis have the same condensed s
 round-off: a motion in time that the sum describes at frequencies ``p`` is that of these matrices.
 """
 
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
+from symhbm.model.linear import hermitian
 from symhbm.model.matrices import Model
 from symhbm.model.records import record
 from symhbm.model.structure import NearModes, Structure, restored, weighted
@@ -171,30 +172,10 @@ _NEAR_POLE = 1e-9
 """Relative distance from a fixed-interface frequency, a pole of Z, at which Z has no digits."""
 
 
-class Condensed(Protocol):
-    """Data of the modes of a condensed structure; see `CondensedModel`."""
-
-    pole_residues: dict[int, PoleResidueFunction]
-    undamped: dict[int, PoleResidueFunction]
-
-    @property
-    def n_dof(self) -> int:
-        """Number of degrees of freedom that are kept."""
-        ...
-
-    def fixed_in(self, harmonic: int) -> tuple[FloatArray, FloatArray]:
-        """Fixed-interface natural frequencies and half widths (n,) [rad/s]."""
-        ...
-
-    def directions_in(self, harmonic: int) -> Any:
-        """Directions of the contacts in a harmonic, sparse (n_contacts, n_dof)."""
-        ...
-
-
 def modes_near(
-    model: Condensed, harmonic: int, frequency: float, spring: FloatArray, loss: FloatArray
+    model: Any, harmonic: int, frequency: float, spring: FloatArray, loss: FloatArray
 ) -> NearModes:
-    """Modes near a harmonic of an angular ``frequency`` [rad/s].
+    """Modes of a `CondensedModel` near a harmonic of an angular ``frequency`` [rad/s].
 
     The sign of each detuning is exact, its size to first order and within the natural frequencies
     of the fixed-interface structure around it; that of a mode far away is halfway between them, its
@@ -204,11 +185,11 @@ def modes_near(
     of the contacts in this harmonic [N/m].
     """
     exciting, n_dof = harmonic * frequency, model.n_dof
-    fixed, fixed_width = model.fixed_in(harmonic)
+    fixed, fixed_width = model.fixed[harmonic]
     s = _beside_resonance(fixed, fixed_width, exciting)
     directions = model.directions_in(harmonic).toarray()
     stiffness, slope = (_of_kind(directions, part) for part in model.undamped[harmonic](s))
-    stiffness = _hermitian(stiffness) + _contact_matrix(directions, spring)
+    stiffness = hermitian(stiffness) + _contact_matrix(directions, spring)
     eigenvalues, vectors = np.linalg.eigh(stiffness)
     matrix = model.pole_residues[harmonic](s)[0][:, :n_dof]
     damping = _of_kind(directions, (matrix - matrix.conj().T) / 2j)
@@ -235,12 +216,12 @@ def modes_near(
     return NearModes(np.clip(detuning, lowest, highest), width, near, shapes)
 
 
-def modes_below(model: Condensed, harmonic: int, frequency: float, spring: FloatArray) -> int:
+def modes_below(model: Any, harmonic: int, frequency: float, spring: FloatArray) -> int:
     """Number of modes below a harmonic of an angular ``frequency``, see `modes_near`."""
-    fixed, _ = model.fixed_in(harmonic)
+    fixed, _ = model.fixed[harmonic]
     s = _off_pole(fixed, harmonic * frequency)
     directions = model.directions_in(harmonic).toarray()
-    stiffness = _hermitian(_of_kind(directions, model.undamped[harmonic](s)[0]))
+    stiffness = hermitian(_of_kind(directions, model.undamped[harmonic](s)[0]))
     dynamic = stiffness + _contact_matrix(directions, spring)
     return negative_eigenvalues(dynamic) + int(np.count_nonzero(fixed < s))
 
@@ -278,12 +259,16 @@ def _quadratic_forms(vectors: NDArray, matrix: NDArray) -> FloatArray:
     return np.sum(vectors.conj() * (matrix @ vectors), axis=0).real
 
 
-def _hermitian(matrix: NDArray) -> NDArray:
-    return (matrix + matrix.conj().T) / 2
-
-
 def _contact_matrix(directions: NDArray, factors: FloatArray) -> NDArray:
     return weighted(directions.conj().T, factors) @ directions
+
+
+def joined_blocks(masters: NDArray, pull: NDArray, push: NDArray, inside: NDArray) -> NDArray:
+    """Stiffness, damping and mass (3, n, n) of masters and basis, see `Interior.projected`."""
+    n = pull.shape[1]
+    upper = np.concatenate([masters[:, :, :n], pull], axis=2)
+    lower = np.concatenate([push[:, :, :n], inside], axis=2)
+    return np.concatenate([upper, lower], axis=1)
 
 
 LARGEST_MODAL = 400
@@ -315,9 +300,7 @@ class ModalMatrices(NamedTuple):
         n = pull.shape[1]
         if n + len(inside[0]) > LARGEST_MODAL or np.iscomplexobj(inside):
             return None
-        upper = np.concatenate([masters[:, :, :n], pull], axis=2)
-        lower = np.concatenate([push[:, :, :n], inside], axis=2)
-        stiffness, damping, mass = np.concatenate([upper, lower], axis=1)
+        stiffness, damping, mass = joined_blocks(masters, pull, push, inside)
         forces = np.concatenate([masters[0, :, n:], push[0, :, n:]])
         return cls(stiffness, damping, (mass + mass.T) / 2, forces)
 

@@ -13,7 +13,8 @@ from numpy.typing import NDArray
 from scipy.linalg import cholesky, eig, eigh, eigvals, eigvalsh, qr, solve_triangular
 
 from symhbm.model.condensation.partition import Interior, adjoint
-from symhbm.model.condensation.pole_residue import ModalMatrices, PoleSum, at
+from symhbm.model.condensation.pole_residue import ModalMatrices, PoleSum, at, joined_blocks
+from symhbm.model.linear import hermitian
 from symhbm.model.records import record
 from symhbm.numerics import ComplexArray, FloatArray
 from symhbm.workers import progress_bar
@@ -150,18 +151,11 @@ def _resonances(
 
     Where there are many, a limited number is spread over all within the ``bands``.
     """
-    masters, pull, push, inside = blocks
+    stiffness, _, mass = joined_blocks(*blocks)
     n = len(springs)
-    stiffness, _, mass = np.concatenate(
-        [
-            np.concatenate([masters[:, :, :n], pull], axis=2),
-            np.concatenate([push[:, :, :n], inside], axis=2),
-        ],
-        axis=1,
-    )
     stiffness[:n, :n] += springs
     try:
-        squares = eigvalsh(_hermitian(stiffness), _hermitian(mass))
+        squares = eigvalsh(hermitian(stiffness), hermitian(mass))
     except np.linalg.LinAlgError:  # masters without inertia
         with np.errstate(divide="ignore", invalid="ignore"):
             squares = np.asarray(eigvals(stiffness, mass))
@@ -207,7 +201,7 @@ def _reduced(interior: Interior, blocks: list[NDArray]) -> Reduced:
     n = len(masters[0])
     stiffness, _, mass = inside
     try:
-        squares, shapes = eigh(_hermitian(stiffness), _hermitian(mass))
+        squares, shapes = eigh(hermitian(stiffness), hermitian(mass))
     except np.linalg.LinAlgError:
         raise ValueError("mass_matrix: expected a positive definite matrix") from None
     stiffness, damping, mass = adjoint(shapes) @ inside @ shapes
@@ -248,10 +242,6 @@ def _undamped(
     polynomial = no_damping * (masters + adjoint(masters)) / 2
     whole = PoleSum(polynomial + 0j, np.repeat(left, 2, axis=2) + 0j, right, poles.ravel())
     return whole, natural
-
-
-def _hermitian(matrix: NDArray) -> NDArray:
-    return (matrix + adjoint(matrix)) / 2
 
 
 def _growth(reduced: Reduced, grid: FloatArray, states: Sequence[NDArray]) -> FloatArray:

@@ -3,8 +3,9 @@
 from symhbm.model.cyclic.influence import Coupling, Influence
 from symhbm.model.cyclic.rotating import RotatingModel
 from symhbm.model.cyclic.sector import Sector
-from symhbm.model.cyclic.waves import Blade, Interfaces, components, displacements, phasors
+from symhbm.model.cyclic.waves import Blade, Interfaces, components, phasors, turn_about
 from symhbm.model.sectors import check_speed, speed_order
+from symhbm.model.symmetry import displacements
 
 __all__ = [
     "Blade",
@@ -18,4 +19,5 @@ __all__ = [
     "displacements",
     "phasors",
     "speed_order",
+    "turn_about",
 ]

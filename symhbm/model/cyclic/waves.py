@@ -5,7 +5,6 @@ The right interface of a sector is the left one of the next: ``u_R = R u_L exp(-
 """
 
 import warnings
-from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -15,7 +14,7 @@ from numpy.typing import NDArray
 from symhbm.model.linear import RelativeCoordinates
 from symhbm.model.places import Places
 from symhbm.model.records import record
-from symhbm.numerics import ComplexArray, FloatArray, FourierBasis, check
+from symhbm.numerics import ComplexArray, FloatArray, check
 
 _AXES = "xyz"
 _CARTESIAN = "x", "y", "z", "rx", "ry", "rz"
@@ -73,12 +72,18 @@ class Interfaces(NamedTuple):
         alone = self._replace(relative=None)
         return (joined @ self.relative.change(alone.displacements(n, self.directions))).tocsr()
 
-    def _joined(self, n: int) -> Any:
-        n_dof, n_kept = self.rotation.shape[0], len(self.others)
-        own = sp.csr_array((np.ones(n_kept), (self.others, np.arange(n_kept))), (n_dof, n_kept))
+    @property
+    def parts(self) -> tuple[Any, Any]:
+        """Motion of all by that of the ``others`` in this sector and in the next, sparse each."""
+        own = sp.eye_array(self.rotation.shape[0], format="csr")[:, self.others]
         places = np.arange(len(self.right))
-        at = sp.csr_array((np.ones(len(places)), (self.right, places)), (n_dof, len(places)))
-        return (own + at @ (turn(n, self.n_sectors) * self.rotation[self.left]) @ own).tocsr()
+        shape = len(own.indptr) - 1, len(places)
+        at = sp.csr_array((np.ones(len(places)), (self.right, places)), shape)
+        return own, at @ self.rotation[self.left] @ own
+
+    def _joined(self, n: int) -> Any:
+        own, beyond = self.parts
+        return (own + turn(n, self.n_sectors) * beyond).tocsr()
 
     def everywhere(self, rows: Any) -> Any:
         """Rows (n_rows, n_kept) over the ``others`` as rows (n_rows, n_dof) over all, sparse."""
@@ -119,38 +124,6 @@ class Interfaces(NamedTuple):
     def folded(self, force: ComplexArray, n: int) -> ComplexArray:
         """A force on a sector (n_dof, n) as the ``others`` feel it in a wave, ``B^H f``."""
         return self.expansion(n).conj().T @ force
-
-    @staticmethod
-    def coefficients(directions: Callable[[int], Any], basis: FourierBasis) -> Any:
-        """Coefficients of displacements, see `displacements`."""
-        return displacements(directions, basis)
-
-
-def displacements(directions: Callable[[int], Any], basis: FourierBasis) -> Any:
-    """Coefficients of displacements from those of degrees of freedom, sparse, all flattened.
-
-    ``directions`` gives the rows (n_rows, n_dof), complex, of each harmonic, for ``a - i b``.
-    """
-    size, entries = basis.n_components, list[tuple[Any, Any, Any]]()
-    shape: Any = (0, 0)
-    for harmonic in basis.harmonics:
-        rows: Any = sp.coo_array(directions(harmonic))
-        shape = rows.shape
-        cosine = basis.component(harmonic)
-        real: Any = np.real(rows.data)
-        imaginary: Any = np.imag(rows.data)
-        parts: list[tuple[int, int, Any]] = [(cosine, cosine, real)]
-        if harmonic:
-            sine = basis.component(harmonic, sine=True)
-            parts += [(sine, sine, real)]
-            if np.iscomplexobj(rows.data):
-                parts += [(cosine, sine, imaginary), (sine, cosine, -imaginary)]
-        entries += [(rows.row * size + i, rows.col * size + j, value) for i, j, value in parts]
-    row, column, value = (np.concatenate(each) for each in zip(*entries, strict=True))
-    whole = shape[0] * size, shape[1] * size
-    result = sp.csr_array((value, (row, column)), shape=whole)
-    result.eliminate_zeros()
-    return result
 
 
 def rotation_of(
@@ -261,7 +234,7 @@ def _tell_cracks(
     of_joined = KDTree(joined)
     spacing = np.median(of_joined.query(joined, 2)[0][:, 1])
     near = (of_joined.query(points)[0] <= _AMID * spacing) & ~on_axis
-    turned = points @ _turn_about(axis, 2 * np.pi / n_sectors).T
+    turned = points @ turn_about(axis, 2 * np.pi / n_sectors).T
     gap, twin = KDTree(points).query(turned)
     apart = near & (gap <= _TOGETHER * np.abs(places.coordinates).max())
     if apart.any():
@@ -275,7 +248,7 @@ def _tell_cracks(
         )
 
 
-def _turn_about(axis: str, angle: float) -> NDArray:
+def turn_about(axis: str, angle: float) -> NDArray:
     """Matrix that turns vectors about an axis."""
     k = _AXES.index(axis)
     i, j = (k + 1) % 3, (k + 2) % 3
@@ -288,7 +261,7 @@ def _distances(
     coordinates: NDArray, left: NDArray[np.intp], right: NDArray[np.intp], axis: str, angle: float
 ) -> NDArray:
     """How far the places of ``right`` are from those of ``left`` turned about an axis, (n,)."""
-    turned = coordinates[left] @ _turn_about(axis, angle).T
+    turned = coordinates[left] @ turn_about(axis, angle).T
     return np.linalg.norm(turned - coordinates[right], axis=1)
 
 

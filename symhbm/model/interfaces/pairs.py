@@ -11,6 +11,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from symhbm.model.cyclic import turn_about
 from symhbm.model.files import read_columns
 from symhbm.model.interfaces.areas import areas_of, joined_of
 from symhbm.model.interfaces.normals import given_normals, normals_of, tangents_of
@@ -209,7 +210,7 @@ def contact_pairs(
     about = "xyz".index(check.one_of("axis", axis, "xyz"))
     if n_sectors is not None:
         angle = 2 * np.pi / check.integer("n_sectors", n_sectors, minimum=2)
-        turn = _rotation(about, angle)
+        turn = turn_about(axis, angle)
     sides = [_side(places, name, nodes) for name, nodes in (("left", left), ("right", right))]
     points = [_coordinates(places, sides[0]), _coordinates(places, sides[1]) @ turn.T]
     most = (
@@ -301,15 +302,6 @@ def _tell_unmatched(
     if told:
         words = f"contact_pairs: no partner within {most:.3g} m for {' and '.join(told)}"
         warnings.warn(words, stacklevel=3)
-
-
-def _rotation(about: int, angle: float) -> FloatArray:
-    """Matrix that turns vectors about an axis."""
-    one, two = (about + 1) % 3, (about + 2) % 3
-    result = np.eye(3)
-    result[[one, two], [one, two]] = np.cos(angle)
-    result[two, one], result[one, two] = np.sin(angle), -np.sin(angle)
-    return result
 
 
 def _components(places: Places, node: int, point: FloatArray, about: int) -> dict[str, FloatArray]:

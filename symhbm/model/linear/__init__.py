@@ -6,17 +6,25 @@ from symhbm.model.linear.eigenmodes import (
     lowest_gyroscopic,
     lowest_modes,
 )
-from symhbm.model.linear.low_rank import LowRankSum, RelativeCoordinates, solver_of_sum
+from symhbm.model.linear.low_rank import (
+    LowRankSum,
+    RelativeCoordinates,
+    check_held,
+    definite,
+    factorised,
+)
 from symhbm.model.linear.natural_modes import natural_band, natural_modes_of
 
 __all__ = [
     "LowRankSum",
     "RelativeCoordinates",
+    "check_held",
+    "definite",
+    "factorised",
     "gyroscopic_part",
     "hermitian",
     "lowest_gyroscopic",
     "lowest_modes",
     "natural_band",
     "natural_modes_of",
-    "solver_of_sum",
 ]

@@ -8,7 +8,7 @@ from numpy.typing import NDArray
 from scipy.linalg import eig, eigh
 from scipy.sparse.linalg import LinearOperator, eigs, eigsh, splu
 
-from symhbm.model.linear.low_rank import LowRankSum
+from symhbm.model.linear.low_rank import LowRankSum, definite, factorised
 from symhbm.numerics import DENSE_LIMIT, FloatArray
 
 _BELOW = 1e-9
@@ -88,7 +88,7 @@ def lowest_gyroscopic(
                 inverse, both = _held(*eig(left.toarray(), right.toarray()))  # type: ignore
         else:
             start = np.random.default_rng(0).normal(size=2 * size).astype(complex)
-            if _definite(stiffness) is not None:
+            if definite(stiffness) is not None:
                 solve: Any = LinearOperator(right.shape, matvec=splu(right).solve, dtype=complex)  # type: ignore
                 inverse, both = eigsh(left, count, right, which="LA", Minv=solve, v0=start)
             else:
@@ -128,21 +128,6 @@ def _held(inverse: NDArray, both: NDArray) -> tuple[FloatArray, NDArray]:
     return np.real(inverse), both
 
 
-def _definite(matrix: Any) -> Any:
-    """Factors of a sparse Hermitian matrix that is positive definite, None of another one."""
-    if np.any(matrix.diagonal().real <= 0):
-        return None
-    options = dict(SymmetricMode=True)
-    try:
-        factors = splu(
-            sp.csc_array(matrix), "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options
-        )
-    except RuntimeError:  # singular
-        return None
-    # Pivots on the diagonal have the signs of the eigenvalues.
-    return factors if np.all(factors.U.diagonal().real > 0) else None
-
-
 def hermitian(matrix: Any) -> Any:
     """The part of a matrix that is Hermitian."""
     return (matrix + matrix.conj().T) / 2
@@ -174,10 +159,8 @@ def _below(stiffness: Any, mass: Any) -> float:
 def _some(stiffness: Any, mass: Any, count: int, shift: float) -> tuple[FloatArray, NDArray, bool]:
     """Modes next to a shift, and whether there are none below it."""
     shifted = (stiffness - shift * mass).tocsc()
-    held = factors = _definite(shifted)
-    if factors is None:
-        options = dict(SymmetricMode=True)
-        factors = splu(shifted, "MMD_AT_PLUS_A", diag_pivot_thresh=0.1, options=options)
+    held = definite(shifted)
+    factors = factorised(shifted) if held is None else held
     dtype = shifted.dtype
     inverse: Any = LinearOperator(shifted.shape, matvec=factors.solve, dtype=dtype)  # type: ignore
     start = np.random.default_rng(0).normal(size=mass.shape[0]).astype(dtype)

@@ -11,6 +11,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.linalg import qr
+from scipy.sparse.linalg import splu
 
 from symhbm.model.records import Record, record
 
@@ -100,12 +101,44 @@ class LowRankSum(Record):
         return self.sparse.toarray() + self.left @ self.right.T
 
 
-def solver_of_sum(factors: Any, matrix: LowRankSum) -> Any:
-    """What solves with ``matrix``, from the ``factors`` of its sparse part (Woodbury)."""
-    return _Woodbury(factors, matrix)
+def factorised(matrix: Any) -> Any:
+    """Solver of a matrix of a structure, RuntimeError where it is exactly singular."""
+    if isinstance(matrix, LowRankSum):
+        return _Woodbury(factorised(matrix.sparse), matrix)
+    # An ordering for symmetric patterns, which matrices of structures have.
+    options = dict(SymmetricMode=True)
+    return splu(sp.csc_array(matrix), "MMD_AT_PLUS_A", diag_pivot_thresh=0.1, options=options)
+
+
+def definite(matrix: Any) -> Any:
+    """Factors of a sparse Hermitian matrix that is positive definite, None of another one."""
+    if np.any(matrix.diagonal().real <= 0):
+        return None
+    options = dict(SymmetricMode=True)
+    try:
+        factors = splu(
+            sp.csc_array(matrix), "MMD_AT_PLUS_A", diag_pivot_thresh=0.0, options=options
+        )
+    except RuntimeError:  # singular
+        return None
+    # Pivots on the diagonal have the signs of the eigenvalues.
+    return factors if np.all(factors.U.diagonal().real > 0) else None
+
+
+def check_held(stiffness: Any, motion: NDArray, push: Any) -> None:
+    """Raise ValueError unless a stiffness holds its motion (n_dof, n) under static forces."""
+    rest = np.abs(stiffness @ motion - push).max(initial=0.0)
+    terms = abs(stiffness) @ np.abs(motion).max(axis=1, initial=0.0)
+    if not np.isfinite(motion).all() or rest > 1e-6 * terms.max(initial=1e-300):
+        raise ValueError(
+            "stiffness_matrix: expected one that holds all degrees of freedom once the kept ones "
+            "are held; add to places one of each part that moves freely"
+        )
 
 
 class _Woodbury:
+    """What solves with a matrix, from the ``factors`` of its sparse part."""
+
     def __init__(self, factors: Any, matrix: LowRankSum):
         self._factors = factors
         left, right = (np.asarray(m, dtype=np.result_type(m, float)) for m in matrix.factors)

@@ -11,7 +11,6 @@ from scipy.sparse import diags_array
 from scipy.sparse.linalg import eigsh
 
 from symhbm.model.linear.eigenmodes import gyroscopic_part, lowest_gyroscopic, lowest_modes
-from symhbm.model.structure import Structure
 from symhbm.numerics import DENSE_LIMIT, RADIANS, ComplexArray, FloatArray
 
 _GROWING = (
@@ -21,7 +20,7 @@ _GROWING = (
 
 
 def natural_modes_of(
-    structure: Structure, nodal_diameter: int | None, count: int, stuck: bool = False
+    structure: Any, nodal_diameter: int | None, count: int, stuck: bool = False
 ) -> tuple[FloatArray, ComplexArray]:
     """The lowest natural frequencies (count,) [Hz], ascending, and modes (n_whole, count).
 
@@ -50,7 +49,7 @@ _LOWEST = 12
 """Natural frequencies of a large structure that are looked at: more than it has free motions."""
 
 
-def natural_band(models: Sequence[Structure]) -> tuple[float, float]:
+def natural_band(models: Sequence[Any]) -> tuple[float, float]:
     """Band [Hz] from below all natural frequencies without contacts to above all with them stuck.
 
     ``models`` are of one structure with different parameters, the band holds the resonances of all.
@@ -70,7 +69,7 @@ def natural_band(models: Sequence[Structure]) -> tuple[float, float]:
     return float(_BELOW * min(lowest)), float(_ABOVE * max(highest))
 
 
-def _extremes(model: Structure) -> tuple[float, float]:
+def _extremes(model: Any) -> tuple[float, float]:
     """Lowest natural frequency that is not zero and highest one [Hz]."""
     directions = model.directions
     springs = directions.T @ sp.diags_array(model.stiffest_springs) @ directions

@@ -280,12 +280,7 @@ def mistuned_ring(
 
 def _spread(sector: Sector) -> Any:
     """Motion of each sector (n_sectors n_sector, n_dof) from that of the ring, sparse."""
-    ends, n = sector.interfaces, sector.n_sectors
-    n_dof, n_kept = sector.n_whole, len(ends.others)
-    own = sp.csr_array((np.ones(n_kept), (ends.others, np.arange(n_kept))), (n_dof, n_kept))
-    places = np.arange(len(ends.right))
-    at = sp.csr_array((np.ones(len(places)), (ends.right, places)), (n_dof, len(places)))
-    beyond = at @ ends.rotation[ends.left] @ own
+    (own, beyond), n = sector.interfaces.parts, sector.n_sectors
     return (sp.kron(sp.eye_array(n), own) + sp.kron(_next(n), beyond)).tocsr()
 
 

@@ -14,10 +14,10 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.linalg import qr
 
-from symhbm.model.condensation import dynamic_stiffness, factorised
+from symhbm.model.condensation import dynamic_stiffness
 from symhbm.model.contacts import renumbered
 from symhbm.model.excitation import Excitation
-from symhbm.model.linear import LowRankSum, lowest_modes
+from symhbm.model.linear import LowRankSum, check_held, factorised, lowest_modes
 from symhbm.model.matrices import Model
 from symhbm.model.reduction.deviations import force_as_felt
 from symhbm.model.structure import PlacesAlone
@@ -83,21 +83,12 @@ def follow(inside: Any, push: Any) -> FloatArray:
     push = push.toarray() if sp.issparse(push) else np.asarray(push)
     result = np.empty(push.shape)
     try:
-        options = dict(SymmetricMode=True)
-        factors = sp.linalg.splu(
-            sp.csc_array(inside), "MMD_AT_PLUS_A", diag_pivot_thresh=0.1, options=options
-        )
+        factors = factorised(inside)
         for first in range(0, push.shape[1], _COLUMNS):
             result[:, first : first + _COLUMNS] = factors.solve(push[:, first : first + _COLUMNS])
     except RuntimeError:
         result[:] = np.nan
-    rest = np.abs(inside @ result - push).max(initial=0.0)
-    terms = (abs(inside) @ np.abs(result).max(axis=1, initial=0.0)).max(initial=1e-300)
-    if not np.isfinite(result).all() or rest > 1e-6 * terms:
-        raise ValueError(
-            "stiffness_matrix: expected one that holds all degrees of freedom once the kept ones "
-            "are held; add to places one of each part that moves freely"
-        )
+    check_held(inside, result, push)
     return result
 
 
