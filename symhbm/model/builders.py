@@ -2,6 +2,8 @@
 
 from __future__ import annotations
 
+from typing import Any
+
 from numpy.typing import ArrayLike
 
 from symhbm.model.matrices import Model, diagonal
@@ -85,9 +87,7 @@ def bladed_disk(
     )
 
 
-def _lumped(
-    contacts: list[tuple[int, ...]], values: dict[str, ArrayLike], **of: ArrayLike
-) -> Model:
+def _lumped(contacts: Any, values: dict[str, ArrayLike], **of_contacts: Any) -> Model:
     """Blades on ground springs, as many as contacts."""
     matrices = [diagonal(name, value, len(contacts)) for name, value in values.items()]
-    return Model(*matrices, contacts=contacts, lumped=True, **of)
+    return Model(*matrices, contacts=contacts, lumped=True, **of_contacts)

@@ -313,8 +313,8 @@ class CondensedModel(Structure):
             dof = int(rest.argmax() if wave is None else self.interfaces.others[rest.argmax()])
             where = "" if wave is None else f" in harmonic {harmonic}"
             raise ValueError(
-                f"excitation: the condensed {self.kind} does not know this force (on degree of freedom "
-                f"{dof}{where}); give it to condense, alone or in a list"
+                f"excitation: the condensed {self.kind} does not know this force (on degree of "
+                f"freedom {dof}{where}); give it to condense, alone or in a list"
             )
         return own, components(share, harmonic)
 
