@@ -21,6 +21,7 @@ from symhbm.model.contacts import (
     Group,
     Parameter,
     SpringSliders,
+    renumbered,
     weights_of,
 )
 from symhbm.model.excitation import Excitation, check_whole, static_force
@@ -286,11 +287,11 @@ class Structure(Record, ABC):
         ``place`` is a number, or a name as ``"tip:y"`` where the structure has places. Raises
         KeyError for unknown names, ValueError for numbers out of range.
         """
-        if isinstance(place, NextSector) and self.interfaces is None:
-            raise TypeError(
-                f"{place!r}: only a symhbm.Sector has a next one; give it these contacts"
-            )
         if isinstance(place, NextSector):
+            if self.interfaces is None:
+                raise TypeError(
+                    f"{place!r}: only a symhbm.Sector has a next one; give it these contacts"
+                )
             return self.n_whole + self.number_of(place.place)
         if self.beneath is not None:
             return self.beneath.number_of(place)
@@ -393,6 +394,14 @@ class Structure(Record, ABC):
     def records(self) -> dict[str, Parameter]:
         """What each parameter is that not all structures have: those of the contacts."""
         return records_by_name({group.name: group.law.parameters for group in self.groups})
+
+    def attributes_of_contacts(self, number: Callable[[int], int] | None = None) -> dict[str, Any]:
+        """What is stored of the contacts, with another ``number`` of each degree of freedom."""
+        names = "contacts", "row_ends", "groups", *self.contact_parameters
+        values = {name: getattr(self, name) for name in names}
+        if number is not None:
+            values |= {name: renumbered(values[name], number) for name in names[:2]}
+        return values
 
     @property
     def is_short(self) -> bool:

@@ -1,5 +1,6 @@
 """A large structure condensed to the few degrees of freedom that are kept."""
 
+from collections.abc import Iterable
 from hashlib import sha256
 from typing import Any, NamedTuple
 
@@ -15,7 +16,6 @@ from symhbm.model.condensation.pole_residue import (
     modes_near,
 )
 from symhbm.model.condensation.reduced_basis import Certificate, Reduced
-from symhbm.model.contacts import renumbered
 from symhbm.model.cyclic import components, phasors
 from symhbm.model.linear import LowRankSum
 from symhbm.model.matrices import Model
@@ -120,14 +120,9 @@ class CondensedModel(Structure):
     ):
         self._check_names(structure.contact_parameters)
         position = {int(dof): i for i, dof in enumerate(dofs)}
-        attributes: dict[str, Any] = {
-            name: getattr(structure, name) for name in structure.contact_parameters
-        }
-        attributes["contacts"] = renumbered(structure.contacts, position.__getitem__)
-        attributes["row_ends"] = renumbered(structure.row_ends, position.__getitem__)
-        attributes["groups"] = structure.groups
-        attributes["places"] = places_of(structure, structure.places, dofs, displacements)
-        self._store(**attributes, beneath=structure, displacements_kept=displacements)
+        self._store(**structure.attributes_of_contacts(position.__getitem__))
+        self._store(places=places_of(structure, structure.places, dofs, displacements))
+        self._store(beneath=structure, displacements_kept=displacements)
         # The layout in memory decides how sums are rounded: it is that of what archives hold.
         given = dict(condensed=copied(condensed), certificate=copied(certificate))
         self._store(digest=self._digest(structure, condensed.patterns))
@@ -222,14 +217,12 @@ class CondensedModel(Structure):
             raise TypeError(
                 "structure: expected None where displacements are kept, it has its structure"
             )
-        same = structure.n_dof == self.n_whole
-        if not same or self._digest(structure, self.condensed.patterns) != self.digest:
+        known = structure.n_dof == self.n_whole
+        if not known or self._digest(structure, self.condensed.patterns) != self.digest:
             raise ValueError("structure: expected that which was condensed, its matrices differ")
-        number = self.dofs.tolist().__getitem__
-        whole: dict[str, Any] = {name: getattr(structure, name) for name in _MATRICES}
-        whole |= {name: getattr(self, name) for name in self.contact_parameters}
-        whole |= {n: renumbered(getattr(self, n), number) for n in ("contacts", "row_ends")}
-        whole |= dict(groups=self.groups, lumped=structure.lumped, places=structure.places)
+        same = *_MATRICES, "lumped", "places"
+        whole = self.attributes_of_contacts(self.dofs.tolist().__getitem__)
+        whole |= {name: getattr(structure, name) for name in same}
         return self._copy(beneath=restored(whole, Model))
 
     def number_of(self, place: Place) -> int:
@@ -261,13 +254,8 @@ class CondensedModel(Structure):
     @staticmethod
     def _digest(structure: Model, patterns: NDArray) -> str:
         """Checksum of the matrices of the whole structure and of the known force patterns."""
-        digest = sha256(np.ascontiguousarray(patterns).tobytes())
-        for name in _MATRICES:
-            matrix = getattr(structure, name)
-            for array in arrays_of(matrix):
-                digest.update(np.ascontiguousarray(array).tobytes())
-        digest.update(np.array(structure.loss_factor).tobytes())
-        return digest.hexdigest()
+        matrices = [array for name in _MATRICES for array in arrays_of(getattr(structure, name))]
+        return checksum([patterns, *matrices, np.array(structure.loss_factor)])
 
     def dynamic_stiffness(
         self, harmonic: int, frequency: float
@@ -354,6 +342,14 @@ def places_of(
         coordinates = whole.contact_coordinates[[owner[row] for row in rows.tolist()]]
     watched = places.of(dofs[: len(dofs) - len(rows)])
     return watched.beside(rows, names_of(structure, rows), coordinates)
+
+
+def checksum(arrays: Iterable[NDArray]) -> str:
+    """Checksum of arrays, one after the other."""
+    digest = sha256()
+    for array in arrays:
+        digest.update(np.ascontiguousarray(array).tobytes())
+    return digest.hexdigest()
 
 
 def arrays_of(matrix: Any) -> tuple[NDArray, ...]:

@@ -1,7 +1,6 @@
 """A sector of a disk condensed, wave by wave, to the few degrees of freedom that are kept."""
 
 from collections.abc import Mapping, Sequence
-from hashlib import sha256
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -12,6 +11,7 @@ from symhbm.model.condensation.condensed_model import (
     CondensedModel,
     CondensedStiffness,
     arrays_of,
+    checksum,
     places_of,
 )
 from symhbm.model.condensation.partition import Interior
@@ -20,7 +20,7 @@ from symhbm.model.condensation.reduced_basis import Certificate, Reduced, reduce
 from symhbm.model.cyclic import Sector, phasors
 from symhbm.model.excitation import Excitation, sector_order
 from symhbm.model.records import copied
-from symhbm.model.structure import PlacesAlone, Structure
+from symhbm.model.structure import PlacesAlone
 from symhbm.numerics import ComplexArray, FourierBasis, check
 
 
@@ -59,7 +59,7 @@ class CondensedSector(CondensedModel):
         self._check_names(structure.contact_parameters)
         # The layout in memory decides how sums are rounded: it is that of what archives hold.
         waves = {n: copied(wave) for n, wave in waves.items()}
-        self._store(**_contacts_of(structure), displacements_kept=displacements)
+        self._store(**structure.attributes_of_contacts(), displacements_kept=displacements)
         self._store(frequency=frequency, harmonics=harmonics, beneath=structure.structure)
         self._store(waves=waves, certificates=certificates, certificate=_together(certificates))
         places = places_of(structure, structure.structure.places, dofs, displacements)
@@ -113,7 +113,7 @@ class CondensedSector(CondensedModel):
         sector = self.sector._copy()
         sector._set_contacts(contacts, **parameters)
         self._forget()
-        self._store(sector=sector, **_contacts_of(sector))
+        self._store(sector=sector, **sector.attributes_of_contacts())
 
     @property
     def condensed_from(self) -> Sector:
@@ -130,28 +130,20 @@ class CondensedSector(CondensedModel):
         same = structure.n_whole == self.n_whole
         if not same or _digest(structure) != self.digest:
             raise ValueError("structure: expected that which was condensed, its matrices differ")
-        whole = structure._copy(**_contacts_of(self), order=self.order)
+        whole = structure._copy(**self.attributes_of_contacts(), order=self.order)
         return self._copy(sector=whole, beneath=whole.structure)
-
-
-def _contacts_of(structure: Structure) -> dict[str, Any]:
-    names = "contacts", "row_ends", "groups", *structure.contact_parameters
-    return {name: getattr(structure, name) for name in names}
 
 
 def _digest(sector: Sector) -> str:
     """Checksum of the matrices of a sector, its interfaces, and forces between blades."""
-    digest, model = sha256(), sector.structure
+    model = sector.structure
     of_damping = model.damping_matrix if model.damping is None else model.coriolis_matrix
     matrices = model.mass_matrix, model.stiffness_matrix, of_damping
     ends = sector.interfaces.left, sector.interfaces.right
     arrays = [each for m in matrices if m is not None for each in (*arrays_of(m), *ends)]
     for influence in sector.influences:
         arrays += [*arrays_of(influence.column), *influence[1:]]
-    for array in arrays:
-        digest.update(np.ascontiguousarray(array).tobytes())
-    digest.update(repr(model.damping).encode())
-    return digest.hexdigest()
+    return checksum([*arrays, np.frombuffer(repr(model.damping).encode(), dtype=np.uint8)])
 
 
 def _together(certificates: Mapping[int, Certificate]) -> Certificate:

@@ -310,6 +310,5 @@ class ModalMatrices(NamedTuple):
             f"{name}_matrix": sp.csc_array(getattr(self, name))
             for name in ("mass", "damping", "stiffness")
         }
-        names = ["contacts", "row_ends", "groups", "lumped", *contacts.contact_parameters]
-        own = {name: getattr(contacts, name) for name in names}
-        return restored(matrices | own, Model)
+        own = contacts.attributes_of_contacts()
+        return restored(matrices | own | {"lumped": contacts.lumped}, Model)

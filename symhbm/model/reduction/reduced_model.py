@@ -15,7 +15,6 @@ from numpy.typing import NDArray
 from scipy.linalg import qr
 
 from symhbm.model.condensation import dynamic_stiffness
-from symhbm.model.contacts import renumbered
 from symhbm.model.excitation import Excitation
 from symhbm.model.linear import LowRankSum, check_held, factorised, lowest_modes
 from symhbm.model.matrices import Model
@@ -287,12 +286,7 @@ class ReducedModel(Model):
                 self._store(**{name: sp.csc_array(projected(matrix, basis))})
         self._store(speed=structure.speed)
         position = {int(dof): i for i, dof in enumerate(dofs)}
-        self._store(
-            contacts=renumbered(structure.contacts, position.__getitem__),
-            row_ends=renumbered(structure.row_ends, position.__getitem__),
-            groups=structure.groups,
-            **{name: getattr(structure, name) for name in structure.contact_parameters},
-        )
+        self._store(**structure.attributes_of_contacts(position.__getitem__))
         self._store(outputs={n: out.of(self.seen(out)) for n, out in structure.outputs.items()})
 
     stored_as = Model
