@@ -75,9 +75,10 @@ class Interfaces(NamedTuple):
     @property
     def parts(self) -> tuple[Any, Any]:
         """Motion of all by that of the ``others`` in this sector and in the next, sparse each."""
-        own = sp.eye_array(self.rotation.shape[0], format="csr")[:, self.others]
+        every: Any = sp.eye_array(self.rotation.shape[0], format="csr")
+        own = every[:, self.others]
         places = np.arange(len(self.right))
-        shape = len(own.indptr) - 1, len(places)
+        shape = self.rotation.shape[0], len(places)
         at = sp.csr_array((np.ones(len(places)), (self.right, places)), shape)
         return own, at @ self.rotation[self.left] @ own
 
