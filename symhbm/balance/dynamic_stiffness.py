@@ -10,7 +10,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from symhbm.balance.evaluation import Evaluation
-from symhbm.model import Excitation, HarmonicForce, PolynomialStructure, StaticLoad, Structure
+from symhbm.model import Excitation, HarmonicForce, StaticLoad, Structure
 from symhbm.model.excitation import FrequencyForce
 from symhbm.numerics import ComplexArray, FloatArray, FourierBasis
 
@@ -272,7 +272,7 @@ class DynamicStiffness:
 
 
 def losses(
-    structure: Structure, basis: FourierBasis, coefficients: FloatArray, frequency: float
+    structure: Any, basis: FourierBasis, coefficients: FloatArray, frequency: float
 ) -> FloatArray:
     """Linear forces (n_dof, n_components) [N] of all that does work over a cycle.
 
@@ -282,7 +282,7 @@ def losses(
     for n in basis.harmonics:
         first = basis.component(n)
         at = slice(first, first + 1 + (n > 0))
-        if isinstance(structure, PolynomialStructure):
+        if structure.is_polynomial:
             stiffness: Any = sum(frequency**k * a for k, a in structure.powers(n).items())
         else:
             stiffness = structure.linear_forces(n, frequency)[0][:, : structure.n_dof]

@@ -33,7 +33,7 @@ from symhbm.model import (
     rows_of,
 )
 from symhbm.model.contacts import ContactLaw, NormalLaw, Parameter
-from symhbm.model.cyclic import Sector, check_speed
+from symhbm.model.cyclic import check_speed
 from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics
 
 LARGE = 100_000
@@ -717,7 +717,7 @@ def _check_peaks_of(peaks_of: Any, model: Structure, harmonics: tuple[int, ...])
 
 def nothing_on(model: Structure) -> Excitation:
     """An excitation of a structure that neither moves nor loads it."""
-    if isinstance(model, Sector):
+    if model.nodal_diameters is not None and model.is_polynomial:
         return EngineOrder(0, amplitude=0.0, pattern={1: {0: 1.0}})
     return StaticLoad({0: 0.0})
 

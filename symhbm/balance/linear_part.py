@@ -13,7 +13,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from symhbm.model import PolynomialStructure, Structure
+from symhbm.model import Structure
 from symhbm.model.cyclic import displacements
 from symhbm.numerics import FloatArray, FourierBasis, sparsity_of
 
@@ -97,12 +97,10 @@ def is_symbolic(model: Structure, basis: FourierBasis) -> bool:
     """Whether the linear part is compiled: there are matrices, and not too many entries."""
     if model.has_matrices:
         return True
-    if not isinstance(model, PolynomialStructure):
-        return False
-    return sum(z.nnz for z in real_forms(model, basis).values()) <= MOST
+    return model.is_polynomial and sum(z.nnz for z in real_forms(model, basis).values()) <= MOST
 
 
-def real_forms(model: PolynomialStructure, basis: FourierBasis) -> dict[int, Any]:
+def real_forms(model: Any, basis: FourierBasis) -> dict[int, Any]:
     """The ``Z_k`` of structures of `powers`, by the complex ``A_k`` of their harmonics."""
 
     def made() -> dict[int, Any]:

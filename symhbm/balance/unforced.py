@@ -19,7 +19,7 @@ import scipy.sparse as sp
 from symhbm.balance.equations import Equations
 from symhbm.balance.evaluation import Evaluation
 from symhbm.balance.harmonic_balance import HarmonicBalance, nothing_on
-from symhbm.model import EngineOrder, Matrices, PolynomialStructure, StaticLoad, find_symmetry
+from symhbm.model import EngineOrder, Matrices, StaticLoad, find_symmetry
 from symhbm.model.cyclic import Sector, displacements
 from symhbm.numerics import Assembly, Compiled, FloatArray, check, sparsity_of
 
@@ -155,7 +155,7 @@ def matrices_in(problem: HarmonicBalance, harmonic: int) -> Matrices:
 def check_mass(problem: HarmonicBalance) -> None:
     """Raise TypeError for a structure without a mass matrix, ValueError for one that turns."""
     model = problem.model
-    if not isinstance(model, PolynomialStructure):
+    if not model.is_polynomial:
         raise TypeError(
             "problem: expected a structure with a mass matrix, this one is given by its dynamic "
             "stiffness; symhbm.craig_bampton reduces a large structure to few degrees of freedom "

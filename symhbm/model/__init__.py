@@ -15,7 +15,7 @@ from symhbm.model.excitation import (
 )
 from symhbm.model.interfaces import ContactPairs, contact_pairs
 from symhbm.model.mass import positive_definite
-from symhbm.model.matrices import Model, PolynomialStructure
+from symhbm.model.matrices import Model
 from symhbm.model.outputs import Output
 from symhbm.model.parameters import (
     BLADE_PARAMETERS,
@@ -54,7 +54,6 @@ __all__ = [
     "Place",
     "Places",
     "PointForce",
-    "PolynomialStructure",
     "RayleighDamping",
     "ReadOnly",
     "SliderContacts",

@@ -31,7 +31,7 @@ class PolynomialStructure(Structure):
     Models, what rotates, and sectors of both tell their `powers`.
     """
 
-    bends = True
+    is_polynomial = bends = True
 
     def matrices_in(self, harmonic: int) -> Matrices:
         """Matrices of a harmonic, sparse, of motions ``Re(x exp(i n omega t))``."""

@@ -25,6 +25,7 @@ from symhbm.model.contacts import (
     weights_of,
 )
 from symhbm.model.excitation import Excitation, check_whole, static_force
+from symhbm.model.linear import displacements
 from symhbm.model.mass import dissipates
 from symhbm.model.outputs import Output, outputs_of
 from symhbm.model.parameters import (
@@ -38,7 +39,6 @@ from symhbm.model.parameters import (
 from symhbm.model.places import NextSector, Place, Places, check_places, number_of
 from symhbm.model.records import Record
 from symhbm.model.shown import as_table, as_text, rows_of
-from symhbm.model.symmetry import displacements
 from symhbm.numerics import ComplexArray, FloatArray, FourierBasis, check
 
 _MATRICES = ("mass_matrix", "damping_matrix", "stiffness_matrix")
@@ -177,6 +177,8 @@ class Structure(Record, ABC):
     """Whether mass, damping and stiffness matrices are known."""
     loss_factor: float = 0.0
     """Loss factor of structural damping."""
+    is_polynomial: bool = False
+    """Whether it is a `PolynomialStructure`, which tells its ``powers``."""
     bends: bool = False
     """Whether `forces_curvature` is known: maxima over the frequency can be followed."""
     matrix_terms: Mapping[str, tuple[str, dict[int, Any]]] = MappingProxyType({})

@@ -5,43 +5,15 @@ the one before it a share of the period later, so that one of them tells all. Th
 constant normal loads is unique, hence as symmetric as structure and force are, for any harmonics.
 """
 
-from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
+from symhbm.model.linear import displacements
 from symhbm.numerics import FloatArray, FourierBasis
-
-
-def displacements(directions: Callable[[int], Any], basis: FourierBasis) -> Any:
-    """Coefficients of displacements from those of degrees of freedom, sparse, all flattened.
-
-    ``directions`` gives the rows (n_rows, n_dof), complex, of each harmonic, for ``a - i b``.
-    """
-    size, entries = basis.n_components, list[tuple[Any, Any, Any]]()
-    shape: Any = (0, 0)
-    for harmonic in basis.harmonics:
-        rows: Any = sp.coo_array(directions(harmonic))
-        shape = rows.shape
-        cosine = basis.component(harmonic)
-        real: Any = np.real(rows.data)
-        imaginary: Any = np.imag(rows.data)
-        parts: list[tuple[int, int, Any]] = [(cosine, cosine, real)]
-        if harmonic:
-            sine = basis.component(harmonic, sine=True)
-            parts += [(sine, sine, real)]
-            if np.iscomplexobj(rows.data):
-                parts += [(cosine, sine, imaginary), (sine, cosine, -imaginary)]
-        entries += [(rows.row * size + i, rows.col * size + j, value) for i, j, value in parts]
-    row, column, value = (np.concatenate(each) for each in zip(*entries, strict=True))
-    whole = shape[0] * size, shape[1] * size
-    result = sp.csr_array((value, (row, column)), shape=whole)
-    result.eliminate_zeros()
-    return result
 
 
 @dataclass(frozen=True)

@@ -13,8 +13,13 @@ from numpy.typing import ArrayLike, NDArray
 
 from symhbm.model.cyclic import turn_about
 from symhbm.model.files import read_columns
-from symhbm.model.interfaces.areas import areas_of, joined_of
-from symhbm.model.interfaces.normals import given_normals, normals_of, tangents_of
+from symhbm.model.interfaces.surfaces import (
+    areas_of,
+    given_normals,
+    joined_of,
+    normals_of,
+    tangents_of,
+)
 from symhbm.model.matrices import Model
 from symhbm.model.places import Places, next_sector
 from symhbm.numerics import FloatArray, check

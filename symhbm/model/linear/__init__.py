@@ -5,21 +5,24 @@ from symhbm.model.linear.eigenmodes import (
     hermitian,
     lowest_gyroscopic,
     lowest_modes,
+    natural_band,
+    natural_modes_of,
 )
 from symhbm.model.linear.low_rank import (
     LowRankSum,
     RelativeCoordinates,
     check_held,
     definite,
+    displacements,
     factorised,
 )
-from symhbm.model.linear.natural_modes import natural_band, natural_modes_of
 
 __all__ = [
     "LowRankSum",
     "RelativeCoordinates",
     "check_held",
     "definite",
+    "displacements",
     "factorised",
     "gyroscopic_part",
     "hermitian",

@@ -5,6 +5,7 @@ Displacements of contacts are coordinates in place of as many degrees of freedom
 
 from __future__ import annotations
 
+from collections.abc import Callable
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -14,6 +15,7 @@ from scipy.linalg import qr
 from scipy.sparse.linalg import splu
 
 from symhbm.model.records import Record, record
+from symhbm.numerics import FourierBasis
 
 
 class LowRankSum(Record):
@@ -222,3 +224,30 @@ def _independent(matrix: NDArray) -> NDArray[np.intp]:
     _, r, order = qr(matrix, mode="economic", pivoting=True)  # type: ignore
     size = np.abs(r.diagonal())
     return order[: np.count_nonzero(size > _DEPENDENT * size.max(initial=0.0))].astype(np.intp)
+
+
+def displacements(directions: Callable[[int], Any], basis: FourierBasis) -> Any:
+    """Coefficients of displacements from those of degrees of freedom, sparse, all flattened.
+
+    ``directions`` gives the rows (n_rows, n_dof), complex, of each harmonic, for ``a - i b``.
+    """
+    size, entries = basis.n_components, list[tuple[Any, Any, Any]]()
+    shape: Any = (0, 0)
+    for harmonic in basis.harmonics:
+        rows: Any = sp.coo_array(directions(harmonic))
+        shape = rows.shape
+        cosine = basis.component(harmonic)
+        real: Any = np.real(rows.data)
+        imaginary: Any = np.imag(rows.data)
+        parts: list[tuple[int, int, Any]] = [(cosine, cosine, real)]
+        if harmonic:
+            sine = basis.component(harmonic, sine=True)
+            parts += [(sine, sine, real)]
+            if np.iscomplexobj(rows.data):
+                parts += [(cosine, sine, imaginary), (sine, cosine, -imaginary)]
+        entries += [(rows.row * size + i, rows.col * size + j, value) for i, j, value in parts]
+    row, column, value = (np.concatenate(each) for each in zip(*entries, strict=True))
+    whole = shape[0] * size, shape[1] * size
+    result = sp.csr_array((value, (row, column)), shape=whole)
+    result.eliminate_zeros()
+    return result
