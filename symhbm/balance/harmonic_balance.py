@@ -65,6 +65,24 @@ class _Linear(NamedTuple):
         return cls(None, shapes, model.felt_static(excitation, basis))
 
 
+class _Given(NamedTuple):
+    """What makes a problem. What is ``shared`` by its copies is made once.
+
+    ``active`` are groups of contacts that are compiled though they may do nothing.
+    """
+
+    model: Structure
+    excitation: Excitation
+    basis: FourierBasis
+    samples: int | None
+    symmetry: Symmetry | None
+    peaks_of: str | Goal | None
+    by_sector: bool
+    shared: dict[tuple, Any]
+    linear: _Linear | None = None
+    active: frozenset[str] = frozenset()
+
+
 class HarmonicBalance:
     """Multi-harmonic balance of a model under an excitation, Eq. (9).
 
@@ -153,33 +171,19 @@ class HarmonicBalance:
             _check_entries(model)
             _advise(model)
         _check_peaks_of(peaks_of, model, basis.harmonics)
-        given = model, excitation, basis, samples, symmetry
         by_sector = check.flag("by_sector", by_sector)
-        self._set(*given, {}, None, frozenset(), peaks_of, by_sector)
+        given = model, excitation, basis, samples, symmetry, peaks_of, by_sector
+        self._set(_Given(*given, shared={}))
 
-    def _set(
-        self,
-        model: Structure,
-        excitation: Excitation,
-        basis: FourierBasis,
-        samples: int | None,
-        symmetry: Symmetry | None,
-        shared: dict[tuple, Any],
-        linear: _Linear | None,
-        active: frozenset[str],
-        peaks_of: str | Goal | None,
-        by_sector: bool,
-    ) -> None:
-        """Store all of it; what is ``shared`` by copies of a problem is made once.
-
-        ``active`` are groups of contacts that are compiled though they may do nothing.
-        """
+    def _set(self, given: _Given) -> None:
+        """Store all of it."""
+        model, excitation, basis, samples, symmetry, peaks_of, by_sector = given[:7]
         self.model, self.excitation, self.basis = model, excitation, basis
         self.samples, self.symmetry, self.peaks_of = samples, symmetry, peaks_of
         self.by_sector = by_sector
         self.goal = peaks_of if isinstance(peaks_of, Goal) else None
         self._peaking_output = peaks_of if isinstance(peaks_of, str) else None
-        self._shared = shared
+        self._shared, linear = given.shared, given.linear
         self.groups: tuple[BalancedGroup, ...] = self._once(
             ("groups", symmetry, samples), lambda: balanced_groups(model, symmetry, samples)
         )
@@ -191,7 +195,8 @@ class HarmonicBalance:
             for group in model.groups
             if group.law.switches or group.law.acts(model.values_of(group)).any()
         }
-        self._active = active | busy
+        self._active = given.active | busy
+        self._given = given._replace(linear=self._linear, active=self._active)
         powers = tuple(self._linear.shapes)
         self._equations: Equations = self._once(
             ("equations", self.harmonics, symmetry, samples, powers, *sorted(self._active)),
@@ -208,21 +213,9 @@ class HarmonicBalance:
         return self._shared[key]
 
     def _copy(self, **changes: Any) -> "HarmonicBalance":
-        """Copy with other arguments of `_set`."""
-        given: dict[str, Any] = dict(
-            model=self.model,
-            excitation=self.excitation,
-            basis=self.basis,
-            samples=self.samples,
-            symmetry=self.symmetry,
-            shared=self._shared,
-            linear=self._linear,
-            active=self._active,
-            peaks_of=self.peaks_of,
-            by_sector=self.by_sector,
-        )
+        """Copy of what is given but for changes."""
         other = object.__new__(HarmonicBalance)
-        other._set(**(given | changes))
+        other._set(self._given._replace(**changes))
         return other
 
     def _set_arguments(self) -> None:
@@ -558,6 +551,14 @@ class HarmonicBalance:
             if owner not in self._active:
                 vars(self).update(vars(self._copy(active=self._active | {owner})))
         return self._equations.derivative(name)
+
+    def check_equations(self, balance: ca.Function) -> None:
+        """Raise ValueError unless its `residual` is this function."""
+        if self._equations.residual is not balance:
+            raise ValueError(
+                "problem: expected the one these equations were built from, or a copy of it by "
+                "with_parameters"
+            )
 
     def _check_compiled(self, what: str) -> None:
         if self.structure is not None:

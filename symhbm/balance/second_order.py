@@ -98,11 +98,7 @@ class SecondOrder:
         of contacts; ``evaluation`` is that of the balance there, in
         these states, where it is known.
         """
-        if problem.compiled[0].residual is not self._balance:
-            raise ValueError(
-                "problem: expected the one these equations were built from, or a copy of it by "
-                "with_parameters"
-            )
+        problem.check_equations(self._balance)
         if evaluation is None:
             evaluation = problem.evaluate(unknowns, frequency, switches)
         contacts = evaluation.states

@@ -130,11 +130,7 @@ class SwitchingAngles:
         are the events of the contacts where they are known, which no input depends on. Raises
         ValueError if these are not the equations of ``problem``.
         """
-        if problem.residual is not self._balance:
-            raise ValueError(
-                "problem: expected the one these equations were built from, or a copy of it by "
-                "with_parameters"
-            )
+        problem.check_equations(self._balance)
         named = problem.arguments(self.split(unknowns)[0], frequency, states=friction)
         named |= {"unknowns": unknowns, "slip": np.asarray(slip, dtype=float)}
         return {name: named[name] for name in self._names}

@@ -11,6 +11,7 @@ import numpy as np
 
 from symhbm.model.contacts import renumbered
 from symhbm.model.excitation import Excitation
+from symhbm.model.linear import lagging
 from symhbm.model.structure import Structure
 from symhbm.model.symmetry import Symmetry
 from symhbm.numerics import FloatArray, FourierBasis, check
@@ -99,20 +100,8 @@ def _lag(shape: FloatArray, step: int, n_sectors: int, basis: FourierBasis) -> i
     """Turns over the number of sectors by which the force lags from each to the next."""
     level = _ROUND_OFF * np.abs(shape).max(initial=0.0)
     moved = np.roll(shape, -step, axis=0)
-    whole = Symmetry(n_sectors, step, 1, (), ())
     for lag in range(n_sectors):
-        turned = np.zeros_like(shape)
-        for harmonic in basis.harmonics:
-            angle = 2 * np.pi * (whole.wave(harmonic) * lag % n_sectors) / n_sectors
-            c, s = np.cos(angle), np.sin(angle)
-            cosine = basis.component(harmonic)
-            if not harmonic:
-                turned[:, cosine] = shape[:, cosine]
-                continue
-            sine = basis.component(harmonic, sine=True)
-            turned[:, cosine] = c * shape[:, cosine] - s * shape[:, sine]
-            turned[:, sine] = s * shape[:, cosine] + c * shape[:, sine]
-        if np.all(np.abs(moved - turned) <= level):
+        if np.all(np.abs(moved - lagging(shape, basis, lag, n_sectors)) <= level):
             return lag
     return None
 

@@ -3,8 +3,8 @@
 from symhbm.model.cyclic.influence import Coupling, Influence
 from symhbm.model.cyclic.rotating import RotatingModel
 from symhbm.model.cyclic.sector import Sector
-from symhbm.model.cyclic.waves import Blade, Interfaces, components, phasors, turn_about
-from symhbm.model.linear import displacements
+from symhbm.model.cyclic.waves import Blade, Interfaces, turn_about
+from symhbm.model.linear import components, displacements, phasors
 from symhbm.model.sectors import check_speed, speed_order
 
 __all__ = [

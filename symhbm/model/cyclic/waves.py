@@ -11,7 +11,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from symhbm.model.linear import RelativeCoordinates
+from symhbm.model.linear import RelativeCoordinates, components, phasors, turn
 from symhbm.model.places import Places
 from symhbm.model.records import record
 from symhbm.numerics import ComplexArray, FloatArray, check
@@ -22,25 +22,6 @@ _AMID = 1.5
 """Distance of a node from the joined ones, over that of their neighbours, that is beside them."""
 _TOGETHER = 1e-4
 """Distance of two places of one node, over the size of the structure, that a mesh may leave."""
-
-
-def turn(n: int, n_sectors: int) -> complex | float:
-    """``exp(-2 pi i n / N)``, real to the bit where it is."""
-    n %= n_sectors
-    if 2 * n % n_sectors == 0:
-        return -1.0 if n else 1.0
-    return complex(np.exp(-2j * np.pi * n / n_sectors))
-
-
-def phasors(components: FloatArray) -> ComplexArray:
-    """``a - i b`` of the coefficients (n, 1 or 2) of one harmonic, (n,)."""
-    return np.asarray(components @ np.array([1, -1j])[: components.shape[1]], dtype=complex)
-
-
-def components(phasors: ComplexArray, harmonic: int) -> FloatArray:
-    """Coefficients (n, 1 or 2) of one harmonic from ``a - i b`` (n,)."""
-    parts = [np.real(phasors), -np.imag(phasors)][: 1 + (harmonic > 0)]
-    return np.asarray(np.column_stack(parts), dtype=float)
 
 
 @record

@@ -15,7 +15,7 @@ from scipy.linalg import qr
 from scipy.sparse.linalg import splu
 
 from symhbm.model.records import Record, record
-from symhbm.numerics import FourierBasis
+from symhbm.numerics import ComplexArray, FloatArray, FourierBasis
 
 
 class LowRankSum(Record):
@@ -251,3 +251,28 @@ def displacements(directions: Callable[[int], Any], basis: FourierBasis) -> Any:
     result = sp.csr_array((value, (row, column)), shape=whole)
     result.eliminate_zeros()
     return result
+
+
+def turn(n: int, n_sectors: int) -> complex | float:
+    """``exp(-2 pi i n / N)``, real to the bit where it is."""
+    n %= n_sectors
+    if 2 * n % n_sectors == 0:
+        return -1.0 if n else 1.0
+    return complex(np.exp(-2j * np.pi * n / n_sectors))
+
+
+def phasors(components: FloatArray) -> ComplexArray:
+    """``a - i b`` of the coefficients (n, 1 or 2) of one harmonic, (n,)."""
+    return np.asarray(components @ np.array([1, -1j])[: components.shape[1]], dtype=complex)
+
+
+def components(phasors: ComplexArray, harmonic: int) -> FloatArray:
+    """Coefficients (n, 1 or 2) of one harmonic from ``a - i b`` (n,)."""
+    parts = [np.real(phasors), -np.imag(phasors)][: 1 + (harmonic > 0)]
+    return np.asarray(np.column_stack(parts), dtype=float)
+
+
+def lagging(shape: FloatArray, basis: FourierBasis, lag: int, n_sectors: int) -> FloatArray:
+    """Coefficients (n, n_components) later by ``lag`` turns over ``n_sectors`` of harmonic 1."""
+    each = zip(basis.harmonics, basis.by_harmonic(shape), strict=True)
+    return np.hstack([components(phasors(part) * turn(n * lag, n_sectors), n) for n, part in each])

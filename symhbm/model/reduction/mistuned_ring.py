@@ -13,7 +13,7 @@ from symhbm.model.contacts import Contacts
 from symhbm.model.cyclic import Sector
 from symhbm.model.damping import ModalDamping, StructuralDamping
 from symhbm.model.excitation import EngineOrder, Excitation, ForceSum, StaticLoad, motions_of_base
-from symhbm.model.linear import LowRankSum
+from symhbm.model.linear import LowRankSum, lagging
 from symhbm.model.matrices import Model
 from symhbm.model.outputs import Output
 from symhbm.model.places import Place
@@ -149,20 +149,9 @@ class MistunedRing(DeviatingModel):
             )  # type: ignore[return-value]
         if not isinstance(excitation, EngineOrder) or excitation.pattern is None:
             return super().force_shape(excitation, basis)
-        n_sectors, own = self.sector.n_sectors, self.sector.structure
-        shape = own.force_shape(excitation, basis)
-        result = np.zeros((n_sectors, *shape.shape))
-        for harmonic in basis.harmonics:
-            cosine = basis.component(harmonic)
-            if not harmonic:
-                result[:, :, cosine] = shape[:, cosine]
-                continue
-            sine = basis.component(harmonic, sine=True)
-            phasor = shape[:, cosine] - 1j * shape[:, sine]
-            turns = harmonic * excitation.order * np.arange(n_sectors) % n_sectors / n_sectors
-            waves = np.exp(-2j * np.pi * turns)[:, None] * phasor
-            result[:, :, cosine], result[:, :, sine] = waves.real, -waves.imag
-        return result.reshape(-1, shape.shape[1])
+        n, shape = self.sector.n_sectors, self.sector.structure.force_shape(excitation, basis)
+        each = [lagging(shape, basis, j * int(excitation.order), n) for j in range(n)]
+        return np.concatenate(each)
 
     def force_shapes(self, excitation: Excitation, basis: FourierBasis) -> dict[int, FloatArray]:
         """The same by the power of the angular frequency.
