@@ -144,7 +144,7 @@ def test_what_has_no_sectors_is_solved_whole():
     assert sh.frf(sampled, (200, 201)).n_sectors == 1
 
 
-@settings(max_examples=40)
+@settings(max_examples=20)
 @given(
     n_sectors=st.integers(3, 9),
     order=st.integers(-20, 20),
