@@ -168,7 +168,7 @@ class Curve(CurveTable):
     def _advice(self) -> str:
         """What to condense a structure for whose responses are not as accurate as asked for."""
         errors = [solution.error for solution in self.solutions] + self._grid_errors
-        errors += [error for part in self.parts for error in part.peak_errors]
+        errors += [error for part in self.parts for _, error in part.peaks]
         assert self.request.accuracy is not None
         worst = float(np.nanmax(errors))
         return advice(self.problem_of(self.highest_level), worst, self.request.accuracy)
@@ -261,11 +261,7 @@ class Curve(CurveTable):
         # Outputs and goals are of all sectors as they are.
         if symmetry is not None and per_dof and self.problem_of(0).peaks_of is None:
             offsets = [i * symmetry.n_dof for i in range(symmetry.n_sectors)]
-        located = [
-            (peak, part.level, error)
-            for part in self.parts
-            for peak, error in zip(part.peaks, part.peak_errors, strict=True)
-        ]
+        located = [(peak, part.level, error) for part in self.parts for peak, error in part.peaks]
         shown = self.request.shown([peak.value for peak, _, _ in located]).tolist()
         rows = [
             (value, peak.dof + offset, peak, level, error)

@@ -1,6 +1,7 @@
 """Results at solution points as plain arrays by the names of the dataset."""
 
 from collections.abc import Sequence
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -60,18 +61,12 @@ def describe_each(
     first, omegas, unknowns = problems[0], RADIANS * frequencies, unknowns.copy()
     size = max(1, _BATCH // (first.n_dof + first.n_contacts))
     batches = [slice(i, i + size) for i in range(0, len(problems), size)]
-    parts = [
-        _described(
-            problems[b],
-            unknowns[b],
-            omegas[b],
-            stability,
-            machine_code,
-            None if norms is None else norms[b],
-            None if held is None else held[b],
-        )
-        for b in batches
-    ]
+
+    def within(values: Any, batch: slice) -> Any:
+        return None if values is None else values[batch]
+
+    given = problems, unknowns, omegas, norms, held
+    parts = [_described(stability, machine_code, *(within(of, b) for of in given)) for b in batches]
     table: Table = {"iterations": np.array(iterations)}
     table |= {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     amplitudes = _amplitudes(first, unknowns, tangents)
@@ -131,11 +126,11 @@ def _layout(problem: HarmonicBalance, stability: bool) -> tables.Layout:
 
 
 def _described(
+    stability: bool,
+    machine_code: bool,
     problems: Sequence[HarmonicBalance],
     unknowns: FloatArray,
     frequencies: FloatArray,
-    stability: bool,
-    machine_code: bool,
     norms: FloatArray | None,
     held: NDArray[np.bool_] | None,
 ) -> Table:

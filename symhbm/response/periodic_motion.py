@@ -1,6 +1,7 @@
 """`periodic_motion`: the exact periodic motion in time, as a labelled dataset."""
 
 from collections.abc import Iterable
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -200,14 +201,9 @@ def _of_output(
     rows = output.rows @ motion.at(angle)[0].T
     largest, spread = np.empty((2, len(rows)))
     for i, values in enumerate(rows):
-        top, bottom = (
-            sign * _highest(lambda tau, i=i, sign=sign: sign * _value(output, motion, i, tau), at)
-            for sign, at in (
-                (1.0, float(angle[values.argmax()])),
-                (-1.0, float(angle[values.argmin()])),
-            )
-        )
-        largest[i], spread[i] = max(abs(top), abs(bottom)), top - bottom
+        starts = [(sign, float(angle[(sign * values).argmax()])) for sign in (1.0, -1.0)]
+        ends = [_highest(partial(_value, output, motion, i, sign), at) for sign, at in starts]
+        largest[i], spread[i] = np.abs(ends).max(), sum(ends)
     at = slice(None) if output.several else 0
     return {
         name: (output.rows @ displacement.T).T[:, at],
@@ -217,9 +213,9 @@ def _of_output(
     }
 
 
-def _value(output: Output, motion: ExactMotion, row: int, angle: float) -> float:
-    """One row of an output at an angle of the period."""
-    return float((output.rows[[row]] @ motion.at(np.array([angle]))[0][0])[0])
+def _value(output: Output, motion: ExactMotion, row: int, sign: float, angle: float) -> float:
+    """One row of an output, or minus it, at an angle of the period."""
+    return sign * float((output.rows[[row]] @ motion.at(np.array([angle]))[0][0])[0])
 
 
 def _highest(function: Any, start: float) -> float:

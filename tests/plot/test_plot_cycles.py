@@ -7,7 +7,7 @@ import pytest
 import symhbm as sh
 from tests.problems import one_blade
 
-BLADE = one_blade(damping=-0.5)  # fmt: skip
+BLADE = one_blade(damping=-0.5)
 PROBLEM = sh.HarmonicBalance(BLADE, harmonics=(1, 3))
 
 

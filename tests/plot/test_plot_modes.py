@@ -8,7 +8,7 @@ import symhbm as sh
 from tests.paper import texts
 from tests.problems import one_blade
 
-BLADE = one_blade()  # fmt: skip
+BLADE = one_blade()
 PROBLEM = sh.HarmonicBalance(BLADE)
 
 

@@ -10,7 +10,7 @@ from symhbm.plot.lines import Line
 from tests.paper import level
 from tests.problems import one_blade, ring_of_blades
 
-BLADE = one_blade()  # fmt: skip
+BLADE = one_blade()
 PROBLEM = sh.HarmonicBalance(BLADE, sh.forces.PointForce(), (1, 3))
 LINEAR = sh.HarmonicBalance(sh.Model([[1.0]], [[2.0]], [[1e4]]), sh.forces.PointForce())
 FACTOR = {"m": 1.0, "mm": 1e3, "um": 1e6}
@@ -131,7 +131,7 @@ def test_lines_on_a_grid_invent_no_peaks():
 
 def test_a_coarse_grid_of_a_ring_is_drawn_below_its_peaks():
     """13 blades at steps of 5 Hz: slopes beside two resonances promise 0.7 dB too much."""
-    disk = ring_of_blades(13, contact_stiffness=1e6, normal_load=10)  # fmt: skip
+    disk = ring_of_blades(13, contact_stiffness=1e6, normal_load=10)
     draws = sh.mistuning.uniform(disk, 4, seed=1, contact_stiffness=0.1).isel(sample=[3])
     problem = sh.HarmonicBalance(disk, sh.forces.EngineOrder(3))
     grid = np.arange(50.0, 351, 5)

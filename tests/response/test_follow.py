@@ -199,7 +199,7 @@ def test_bands_with_zero_at_one_end(name, band, harmonics):
 # Rings
 
 
-def scan_peaks(grid, level):
+def scan_peaks(level):
     """Local maxima of a scan; on a plateau the residual, 1e-12, makes none."""
     below = np.maximum(level[:-2], level[2:]) * (1 + 1e-10)
     return 1 + np.flatnonzero(level[1:-1] > below)
@@ -229,7 +229,7 @@ def test_peaks_of_each_blade_against_a_dense_scan(seed, band):
         level = amplitude[:, dof]
         mine = result.peak_dof.values == dof
         peaks, heights = result.peak_frequency.values[mine], result.peak_amplitude.values[mine]
-        for top in scan_peaks(grid, level):
+        for top in scan_peaks(level):
             near = (peaks >= grid[top - 1]) & (peaks <= grid[top + 1])
             assert near.any(), f"blade {dof} has no peak at {grid[top]:g} Hz"
             assert heights[near].max() >= level[top] * (1 - 1e-9)

@@ -115,7 +115,7 @@ def test_archives_hold_outputs(response, tmp_path):
 
 
 def test_outputs_of_samples_and_their_amplification(tmp_path):
-    ring = ring_of_blades(5, contact_stiffness=1e5)  # fmt: skip
+    ring = ring_of_blades(5, contact_stiffness=1e5)
     turned = np.eye(5) - np.roll(np.eye(5), 1, axis=1)
     both = {"twice": 2 * np.eye(5), "relative": turned}
     ring = ring.with_outputs(both, units="m")
@@ -147,7 +147,7 @@ def test_outputs_of_samples_and_their_amplification(tmp_path):
 
 
 def test_one_sector_and_the_ring_have_the_same_outputs():
-    ring = ring_of_blades(6, contact_stiffness=1e5)  # fmt: skip
+    ring = ring_of_blades(6, contact_stiffness=1e5)
     turned = np.eye(6) - np.roll(np.eye(6), 1, axis=1)
     ring = ring.with_outputs({"relative": turned}, units="m")
     balance = sh.HarmonicBalance(ring, sh.forces.EngineOrder(2), (1, 3), peaks_of="relative")
@@ -242,7 +242,7 @@ def test_exact_motions_have_exact_outputs():
 
 
 def test_tracked_peaks_and_designs_are_those_of_the_output():
-    blade = one_blade()  # fmt: skip
+    blade = one_blade()
     force, factor = sh.forces.PointForce(), 3.7e11
     stressed = blade.with_outputs({"stress": [factor]}, units="Pa")
     both = sh.HarmonicBalance(blade, force), sh.HarmonicBalance(stressed, force, peaks_of="stress")

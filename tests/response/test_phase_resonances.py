@@ -93,7 +93,7 @@ def test_beside_changes_of_stability():
 
 def test_a_ring_is_solved_by_sectors():
     """One wave excites one resonance; the same whether one sector is solved or all of them."""
-    disk = ring_of_blades(6, contact_stiffness=1e5, normal_load=10)  # fmt: skip
+    disk = ring_of_blades(6, contact_stiffness=1e5, normal_load=10)
     problem = sh.HarmonicBalance(disk, sh.forces.EngineOrder(2, amplitude=3.0), (1,))
     each = [
         resonances(

@@ -62,7 +62,6 @@ CASES = {
     "stop": lambda: sh.nonlinear_modes(
         on_stop(), band=(1e-4, 0.1), over={"force_amplitude": [0.5, 1.0]}, **QUIET
     ),
-    "cubic": lambda: sh.nonlinear_modes(cubic(), mode=1, band=(1e-2, 1.0), **QUIET),
     "cycles": lambda: sh.limit_cycles(blade(-0.5), over=LOADS, **QUIET),
     "cycles over": lambda: sh.limit_cycles(
         blade(-0.5), "damping", (-30, 0), stability=True, over=LOADS, **QUIET
@@ -74,6 +73,7 @@ CASES = {
         ring(-0.5), "damping", (-40.0, -0.5), nodal_diameter=1, **QUIET
     ),
     "cycles of a sector": lambda: sh.limit_cycles(disk(), nodal_diameter=-3, **QUIET),
+    "cubic": lambda: sh.nonlinear_modes(cubic(), mode=1, band=(1e-2, 1.0), **QUIET),
 }
 WITHOUT_EXACT = {"wave of a sector", "cubic", "cycles of a sector"}
 
@@ -91,7 +91,7 @@ def verified(ds, **options):
     return sh.verify(ds, **dict(exact="none", progress=False) | options)
 
 
-@pytest.mark.parametrize("case", quick_first(CASES, 6))
+@pytest.mark.parametrize("case", quick_first(CASES, 5))
 def test_sound_archives_pass(tmp_path, case):
     original = dataset(case)
     loaded = sh.load(sh.save(original, tmp_path / "archive.nc"))

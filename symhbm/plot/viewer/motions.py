@@ -63,7 +63,7 @@ def motions_at(
     """Motions at the marks of one curve, peaks from the highest on, then events."""
     of: dict[int, dict[str, Any]] = {}
     missing: Counter[str] = Counter()
-    stored = [(k, *_coefficient(one, x, mark)) for k, mark in enumerate(marks)]
+    stored = [(k, *_coefficient(one, mark)) for k, mark in enumerate(marks)]
     known = [(k, at, part) for k, at, part in stored if part is not None]
     if len(known) < len(marks):
         why = "the archive does not hold the Fourier coefficients there"
@@ -98,7 +98,7 @@ def _first(mark: dict[str, Any]) -> tuple[bool, float]:
 
 
 def _coefficient(
-    one: xr.Dataset, x: str, mark: dict[str, Any]
+    one: xr.Dataset, mark: dict[str, Any]
 ) -> tuple[tuple[float, float], FloatArray | None]:
     """Value of the moving parameter, frequency and coefficients [m] at a mark, None if unknown."""
     name = "peak_coefficient"

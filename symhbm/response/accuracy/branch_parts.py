@@ -60,8 +60,8 @@ class BranchPart:
     """The points ``first`` to ``last`` of a branch, and the peaks between them.
 
     ``at_points`` are the solutions at all points of the branch, some perhaps with more harmonics
-    than its ``level``; ``between`` those between two points, by the number of the first;
-    ``peak_errors`` the truncation errors of ``peaks``.
+    than its ``level``; ``between`` those between two points, by the number of the first; ``peaks``
+    have their truncation errors.
     """
 
     branch: Branch
@@ -69,15 +69,14 @@ class BranchPart:
     first: int
     last: int
     at_points: list[Solution]
-    peaks: list[Peak]
-    peak_errors: list[float]
+    peaks: list[tuple[Peak, float]]
     between: dict[int, list[Solution]] = field(default_factory=dict)
 
     @classmethod
     def gap(cls, branch: Branch, level: int, value: float) -> "BranchPart":
         """What stands for the values beyond an interrupted branch that are not computed."""
         nothing = replace(branch, points=[], peaks=[], between={})
-        return cls(nothing, level, 0, 0, [Solution.at(value, level, None, 0)], [], [])
+        return cls(nothing, level, 0, 0, [Solution.at(value, level, None, 0)], [])
 
     def contains(self, value: float) -> bool:
         """Whether a value lies between the first and the last point."""
@@ -88,17 +87,12 @@ class BranchPart:
 
     def cut(self, first: int, last: int) -> "BranchPart":
         """The part from point ``first`` to ``last`` with the peaks between them."""
-        part = BranchPart(self.branch, self.level, first, last, self.at_points, [], [])
-        for peak, error in zip(self.peaks, self.peak_errors, strict=True):
-            if part.contains(peak.value):
-                part.peaks.append(peak)
-                part.peak_errors.append(error)
+        part = BranchPart(self.branch, self.level, first, last, self.at_points, [])
+        part.peaks.extend(of for of in self.peaks if part.contains(of[0].value))
         return part
 
     def solutions(self) -> list[Solution]:
         """The solutions from the first to the last point, and those between points."""
-        if not self.between:
-            return self.at_points[self.first : self.last + 1]
         return [
             solution
             for i in range(self.first, self.last + 1)
@@ -121,7 +115,7 @@ def status_of(parts: list[BranchPart], accuracy: float | None) -> Status:
         if part.branch.status != Status.REACHED_END:
             return part.branch.status
     errors = [solution.error for part in parts for solution in part.solutions()]
-    errors += [error for part in parts for error in part.peak_errors]
+    errors += [error for part in parts for _, error in part.peaks]
     if accuracy is not None and max(errors, default=0.0) > accuracy:
         return Status.ACCURACY_NOT_REACHED
     return Status.REACHED_END
@@ -180,7 +174,7 @@ def _agreeing(
 
 def _widened(whole: BranchPart, span: Span, inaccurate: np.ndarray, by: int = _MARGIN) -> Span:
     """A span and a margin, with ends at accurate points that are neither events nor peaks."""
-    peaks, points, ends = {peak.value for peak in whole.peaks}, whole.branch.points, []
+    peaks, points, ends = {peak.value for peak, _ in whole.peaks}, whole.branch.points, []
 
     def unfit(i: int) -> bool:
         return bool(inaccurate[i] or points[i].events or points[i].value in peaks)

@@ -182,8 +182,9 @@ class Refinement:
         self.rejected += branch.rejected
         pairs = zip(branch.points, of_points, strict=False)
         solutions = [Solution.of(point, level, truncation) for point, truncation in pairs]
-        errors = [truncation.error for _, truncation in zip(branch.peaks, of_peaks, strict=False)]
-        return BranchPart(branch, level, 0, len(solutions) - 1, solutions, branch.peaks, errors)
+        pairs = zip(branch.peaks, of_peaks, strict=False)
+        peaks = [(peak, truncation.error) for peak, truncation in pairs]
+        return BranchPart(branch, level, 0, len(solutions) - 1, solutions, peaks)
 
     def _settle_few(self, whole: BranchPart, needed: np.ndarray, between: np.ndarray) -> None:
         """Settle points one by one where few in a row need more harmonics.
@@ -238,7 +239,7 @@ class Refinement:
         """Levels (n_points,) that a peak or a resonance next to each point needs."""
         level, values = whole.level, np.array([point.value for point in whole.branch.points])
         needed = np.full(len(values), level)
-        for peak, truncation in zip(whole.peaks, of_peaks, strict=True):
+        for peak, truncation in zip(whole.branch.peaks, of_peaks, strict=True):
             near = np.argsort(np.abs(values - peak.value))[:2]
             needed[near] = np.maximum(needed[near], self._needed(level, truncation))
         levels = superharmonic_levels(

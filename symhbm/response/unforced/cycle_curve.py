@@ -65,15 +65,14 @@ class CycleCurve(UnforcedCurve):
         """As of any unforced motion, and its stability where that is wanted."""
         table = super().rows(level, solutions)
         if self.request.tells_stability:
-            rates, frequencies = [], []
-            for motion in solutions:
-                assert motion.unknowns is not None
-                problem, omega = self.curve.problem_at(motion.value), motion.unknowns[-1]
-                given = problem, omega, motion.unknowns[:-1], self.curve.phase
-                rates.append(cycle_growth_rate(*given))
-                frequencies.append(omega)
-            verdicts = [verdict(*pair) for pair in zip(rates, frequencies, strict=True)]
+            curve, unknowns = self.curve, self._unknowns(solutions)
+            problems = [curve.problem_at(motion.value) for motion in solutions]
+            rates = [
+                cycle_growth_rate(problem, own[-1], own[:-1], curve.phase)
+                for problem, own in zip(problems, unknowns, strict=True)
+            ]
             table["growth_rate"] = np.array(rates)
+            verdicts = [*map(verdict, rates, unknowns[:, -1])]
             table["stability"] = np.array(verdicts, dtype=np.int8)
         return table
 

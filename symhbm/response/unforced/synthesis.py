@@ -234,13 +234,11 @@ class _Synthesis:
             ends = self.lowest(left)[0], self.lowest(right)[0]
             if not ends[0] * ends[1] < 0:
                 continue
-            solved = {}
 
-            def excess(share: float, left: Any = left, right: Any = right, solved: Any = solved):
-                solved[share] = self._between(left, right, share)
-                return self.lowest(solved[share])[0]
+            def excess(share: float, left: Any = left, right: Any = right) -> float:
+                return self.lowest(self._between(left, right, share))[0]
 
-            result.append(solved[bracketed_root(excess)])
+            result.append(self._between(left, right, bracketed_root(excess)))
         return result
 
     def _between(self, left: FloatArray, right: FloatArray, share: float) -> FloatArray:

@@ -32,7 +32,7 @@ _ON_A_GRID = (
 
 
 def stored_groups(
-    dataset: xr.Dataset, laws: Iterable[ContactLaw] = ()
+    dataset: xr.Dataset, laws: Iterable[ContactLaw]
 ) -> tuple[StoredPoints, list[StoredGroup]]:
     """The points of a dataset, or its peaks where they lack, and all else that can be verified.
 

@@ -17,7 +17,7 @@ from symhbm.plot.viewer.packing import embedded, number, packed, plain, thinned
 from symhbm.plot.viewer.sets import MOST_CURVES, sets_of
 from tests.problems import one_blade, ring_of_blades
 
-BLADE = one_blade()  # fmt: skip
+BLADE = one_blade()
 PROBLEM = sh.HarmonicBalance(BLADE, sh.forces.PointForce(), harmonics=(1, 3))
 
 
@@ -152,7 +152,7 @@ def test_of_many_sets_the_extremes_are_shown():
 
 
 def test_a_page_never_has_more_than_it_may(tmp_path, monkeypatch):
-    disk = ring_of_blades(5, contact_stiffness=1e6, normal_load=10)  # fmt: skip
+    disk = ring_of_blades(5, contact_stiffness=1e6, normal_load=10)
     orders = {"engine_order": [1, 2], "normal_load": [5, 10, 20]}
     problem = sh.HarmonicBalance(disk, sh.forces.EngineOrder(1))
     disks = sh.frf(problem.with_by_sector(False), (100, 300), over=orders, progress=False)
