@@ -89,12 +89,6 @@ class Response:
         self._second_order = shared[key]
 
     @property
-    def n_sectors(self) -> int:
-        """Number of sectors that move alike."""
-        symmetry = self._problem.symmetry
-        return 1 if symmetry is None else symmetry.n_sectors
-
-    @property
     def unique(self) -> bool:
         """Whether there is one response at every frequency."""
         return self._problem.single_valued

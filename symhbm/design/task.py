@@ -113,9 +113,8 @@ class Task:
 
     def program(self, *aims: Aim) -> Program:
         """The program of aims; by default the largest response."""
-        if aims:
-            return Program(self.variables, self.statistic, aims, self.limits, self.names)
-        return Program.of_peak(self.variables, self.statistic, self.limits)
+        aims = aims or (Aim.of_peak(self.variables.n_variables),)
+        return Program(self.variables, self.statistic, aims, self.limits, self.names)
 
     def read_aim(self, name: str, function: Any) -> Aim:
         """The aim of a function of the user."""

@@ -15,8 +15,7 @@ from symhbm.continuation import SolveError, Status
 from symhbm.model import warn_of_doubts
 from symhbm.model.linear import natural_band
 from symhbm.numerics import check
-from symhbm.peaks.islands import Islands
-from symhbm.peaks.peak_rows import results_of, rows_of, status_of
+from symhbm.peaks.peak_rows import Islands, results_of, rows_of, status_of
 from symhbm.peaks.survey import Surveyor, sector_of
 from symhbm.peaks.tracking import LeadingBranches, Parameter, UpperEnvelope
 from symhbm.results import (

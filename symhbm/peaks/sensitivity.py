@@ -17,9 +17,14 @@ from symhbm.balance import HarmonicBalance, SecondOrder
 from symhbm.continuation.between import TIE, Peak, PeakKind
 from symhbm.model.contacts import ContactLaw
 from symhbm.numerics import RADIANS, FloatArray, largest_displacement, unknowns_of
-from symhbm.peaks.conditions import Conditions, solve
+from symhbm.peaks.conditions import (
+    Conditions,
+    both_sides,
+    slopes_of,
+    solve,
+    switches_on_limit,
+)
 from symhbm.peaks.maximum import Maximum
-from symhbm.peaks.one_sided import both_sides, slopes_of, switches_on_limit
 from symhbm.results import (
     OWN_DIMENSIONS,
     VARIABLES,

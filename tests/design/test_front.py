@@ -72,6 +72,7 @@ class TestOneBlade:
         assert sh.verify(front, progress=False).residual_stored.max() < 1e-9
 
 
+@pytest.mark.slow
 def test_no_design_of_a_grid_is_better_in_both_aims():
     """Brute force over two variables, with stored amplitudes of dense responses alone."""
     names = ["normal_load", "contact_stiffness"]
@@ -108,7 +109,7 @@ def test_no_design_of_a_grid_is_better_in_both_aims():
 def test_of_several_optima_of_one_aim_the_end_is_the_best_in_the_other():
     """The peak depends on the product of load and friction, the other aim on the load alone."""
     bounds = {"normal_load": (0.5, 20.0), "friction_coefficient": (0.2, 0.8)}
-    front = front_of(blade(), bounds, names=["normal_load", "friction_coefficient"], n_points=3)
+    front = front_of(blade(), bounds, names=["normal_load", "friction_coefficient"], n_points=2)
     load, friction = front.front_value.values[0]
     assert front.front_aim[0, 0].item() == pytest.approx(BEST_AMPLITUDE, rel=1e-5)
     assert friction == pytest.approx(0.8)

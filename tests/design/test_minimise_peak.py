@@ -11,7 +11,7 @@ from symhbm.continuation.status import Status
 from symhbm.design.arguments import read_variables
 from symhbm.design.cases import Cases, NamedPeak, Work
 from symhbm.design.outcome import certificate, status_of
-from symhbm.design.program import ActiveSet, Program
+from symhbm.design.program import ActiveSet, Aim, CaseStatistic, Limits, Program
 from symhbm.design.search import Descent, Design, SearchResult
 from symhbm.peaks.survey import survey
 from symhbm.results.sweep import parse
@@ -309,7 +309,8 @@ class TestCertificate:
 def held_at(load):
     """Active set, status and certificate of a search that stops at a load."""
     problem, bands = blade(), (BAND,)
-    program = Program.of_peak(read_variables(problem, "normal_load", BOUNDS, "common"))
+    variables = read_variables(problem, "normal_load", BOUNDS, "common")
+    program = Program(variables, CaseStatistic(), (Aim.of_peak(1),), Limits.none(1))
     peaks = [NamedPeak("largest", problem, [bands])]
     cases = Cases(Work(peaks, parse(problem, None), program.variables))
     x = np.log([load])

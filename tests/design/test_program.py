@@ -14,7 +14,7 @@ import symhbm as sh
 from symhbm.continuation.status import Status
 from symhbm.design.arguments import read_limits
 from symhbm.design.maxima import FollowedMaximum, Maxima
-from symhbm.design.program import CaseStatistic, Program, Statistic
+from symhbm.design.program import Aim, CaseStatistic, Program, Statistic
 from symhbm.design.search import feasible
 from symhbm.design.variables import DesignVariables, Group
 
@@ -34,7 +34,7 @@ def statistic_of(kind="worst", tail=0.1):
 def program(kind="worst", tail=0.1, n_variables=1, constraint=None):
     variables = space(n_variables)
     limits = read_limits(ring(3, 1e5, 1), variables, constraint)
-    return Program.of_peak(variables, statistic_of(kind, tail), limits)
+    return Program(variables, statistic_of(kind, tail), (Aim.of_peak(n_variables),), limits)
 
 
 class TestStatistic:

@@ -6,7 +6,6 @@ from typing import Any
 import casadi as ca
 import numpy as np
 import scipy
-import scipy.sparse as sp
 
 from symhbm.balance import HarmonicBalance
 from symhbm.design.arguments.designed import (
@@ -17,7 +16,7 @@ from symhbm.design.arguments.designed import (
 )
 from symhbm.design.program import Limits
 from symhbm.design.variables import DesignVariables
-from symhbm.numerics import FloatArray, check
+from symhbm.numerics import FloatArray, check, full
 
 _KINDS = (
     "a scipy.optimize.LinearConstraint or NonlinearConstraint on the values of the variables, or a "
@@ -119,8 +118,7 @@ def _scaled(
 
 
 def _linear_rows(name: str, variables: DesignVariables, constraint: Any, values: Any) -> Any:
-    given: Any = constraint.A
-    matrix = np.atleast_2d(given.toarray() if sp.issparse(given) else given).astype(float)
+    matrix = np.atleast_2d(full(constraint.A)).astype(float)
     if matrix.shape[1] != variables.n_variables or not np.all(np.isfinite(matrix)):
         raise ValueError(
             f"{name}: expected a finite matrix with {variables.n_variables} columns, one for "
@@ -139,8 +137,7 @@ def _nonlinear_rows(name: str, variables: DesignVariables, constraint: Any, valu
     without_symbols_of_its_own(f"{name}.fun", rows, values)
     if callable(constraint.jac):
         middle = np.exp((variables.lower + variables.upper) / 2)
-        given: Any = constraint.jac(middle)
-        matrix = np.atleast_2d(given.toarray() if sp.issparse(given) else given)
+        matrix = np.atleast_2d(full(constraint.jac(middle)))
         exact = ca.Function("jacobian", [values], [ca.jacobian(rows, values)])(middle).full()
         if matrix.shape != exact.shape or not np.allclose(
             matrix, exact, rtol=_JACOBIAN, atol=_JACOBIAN * np.abs(exact).max(initial=0.0)

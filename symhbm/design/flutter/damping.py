@@ -11,6 +11,7 @@ import xarray as xr
 
 from symhbm.balance import HarmonicBalance
 from symhbm.continuation import Status
+from symhbm.design.flutter.limits import ModeSurface
 from symhbm.design.flutter.optimum import OptimumKind, best_on_path
 from symhbm.design.flutter.report import (
     certificate,
@@ -20,7 +21,6 @@ from symhbm.design.flutter.report import (
     scan,
     scanned_values,
 )
-from symhbm.design.flutter.surface import ModeSurface
 from symhbm.model import Place
 from symhbm.numerics import unknowns_of
 from symhbm.response import nonlinear_modes

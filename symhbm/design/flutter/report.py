@@ -8,8 +8,8 @@ import xarray as xr
 
 from symhbm.balance import HarmonicBalance
 from symhbm.continuation import EventKind, SolveError, Status
+from symhbm.design.flutter.limits import ModeSurface, SurfacePoint
 from symhbm.design.flutter.optimum import LEVEL, Optimum, OptimumKind
-from symhbm.design.flutter.surface import ModeSurface, SurfacePoint
 from symhbm.design.outcome import labelled, with_certificate
 from symhbm.numerics import FloatArray
 from symhbm.results import Request

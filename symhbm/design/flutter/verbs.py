@@ -12,7 +12,7 @@ from numpy.typing import ArrayLike
 
 from symhbm.balance import HarmonicBalance
 from symhbm.continuation import Status
-from symhbm.design.flutter.limits import FlutterLimits, Row
+from symhbm.design.flutter.limits import FlutterLimits, ModeSurface, Row
 from symhbm.design.flutter.optimum import OptimumKind, best_limit
 from symhbm.design.flutter.report import (
     certificate,
@@ -22,7 +22,6 @@ from symhbm.design.flutter.report import (
     scan,
     scanned_values,
 )
-from symhbm.design.flutter.surface import ModeSurface
 from symhbm.model import Place
 from symhbm.numerics import Table, check
 from symhbm.response import reported

@@ -1,4 +1,4 @@
-"""An optimal design as a labelled dataset, beside its frequency response."""
+"""An optimal design, and its derivatives by all parameters, as a labelled dataset."""
 
 import warnings
 from collections.abc import Collection, Mapping, Sequence
@@ -8,17 +8,17 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from symhbm.balance import HarmonicBalance
+from symhbm.balance import HarmonicBalance, SecondOrder
 from symhbm.continuation import SolveError, Status
 from symhbm.design import tolerances
 from symhbm.design.cases import Cases, NamedPeak
 from symhbm.design.maxima import amplitudes
-from symhbm.design.outcome.influence import influence
-from symhbm.design.program import Program
+from symhbm.design.program import ActiveSet, Program
 from symhbm.design.search import Design, SearchResult
 from symhbm.design.variables import DesignVariables
 from symhbm.model import PARAMETERS
-from symhbm.numerics import RADIANS
+from symhbm.numerics import RADIANS, FloatArray
+from symhbm.peaks import Conditions
 from symhbm.results import Sweep, meaning, records_of_problem, with_provenance
 
 
@@ -67,7 +67,7 @@ def report(
         }
     table |= _active(search_result, len(heights) // len(program.peaks), of_peak)
     if active is not None and of_peak:
-        for name, (slope, moved) in influence(cases, active).items():
+        for name, (slope, moved) in _influence(cases, active).items():
             table[f"design_amplitude_by_{name}"] = ((), slope)
             if name not in variables.names:  # whose nominal value has no influence
                 table[f"design_value_by_{name}"] = ("variable", moved)
@@ -150,6 +150,51 @@ def checked(result: xr.Dataset, good: Collection[Status], throw: bool) -> xr.Dat
 def labelled(table: dict[str, Any], records: Mapping[str, Any] = PARAMETERS) -> xr.Dataset:
     """Dimensions and values by name, with units and meanings."""
     return xr.Dataset({name: (*value, _attributes(name, records)) for name, value in table.items()})
+
+
+def _influence(cases: Cases, active: ActiveSet) -> dict[str, tuple[float, FloatArray]]:
+    """Derivatives of the statistic [m] and of the variables by each parameter, all values alike.
+
+    Those of the variables (n_variables,) are in units of the variable over that of the parameter;
+    NaN where the response is constant in some direction, so that the optimum is not isolated, and
+    by parameters that an active constraint depends on by itself.
+    """
+    names = cases.response(active.cases[0]).at(active.x).differentiable
+    by_value = np.empty((len(active.maxima), len(names)))
+    by_gradient = np.empty((len(active.maxima), len(active.x), len(names)))
+    compiled: dict[int, SecondOrder] = {}
+    for k, (case, followed) in enumerate(zip(active.cases, active.maxima, strict=True)):
+        response = cases.response(case)
+        problem = response.at(active.x)
+        key = id(problem.compiled[0].residual)
+        if key not in compiled:
+            compiled[key] = SecondOrder(problem, names)
+        second_order = compiled[key]
+        maximum = replace(followed.maximum, problem=problem)
+        conditions = Conditions.of(second_order, maximum, followed.multipliers)
+        first = problem.n_unknowns + 1
+        alike = np.zeros((second_order.n_variables - first, len(names)))
+        for number, name in enumerate(names):
+            entries = second_order.places[name]
+            alike[entries.start - first : entries.stop - first, number] = 1.0
+        chosen = response.variables.derivative(problem, second_order.places)
+        amplitude, slope = maximum.amplitude, conditions.gradient
+        mixed = chosen.T @ conditions.hessian @ alike
+        # The entries of a designed parameter are proportional to its variable.
+        by_value[k] = slope @ alike / amplitude
+        by_gradient[k] = mixed / amplitude - np.outer(followed.gradient, by_value[k])
+    [top] = active.program.levels(active.heights)
+    by_statistic = np.exp(top) * (active.weights @ by_value)
+    moved = active.derivative(by_gradient, by_value)
+    moved *= active.program.variables.values(active.x)[:, None]
+    if not active.curvature > tolerances.LEVEL:
+        moved[:] = np.nan
+    if active.held:
+        unknown = [name in active.program.limits.others for name in names]
+        by_statistic[unknown], moved[:, unknown] = np.nan, np.nan
+    return {
+        name: (float(by_statistic[number]), moved[:, number]) for number, name in enumerate(names)
+    }
 
 
 def _active(search_result: SearchResult, n_cases: int, of_peak: bool) -> dict[str, Any]:

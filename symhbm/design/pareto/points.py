@@ -165,7 +165,6 @@ class FrontPoint:
 
     along: float
     kind: str
-    program: Program
     found: SearchResult
     aims: FloatArray
     status: Status
@@ -337,4 +336,4 @@ class _Searches:
         peaks = program.levels(np.array([state.height for state in states]))
         aims = np.array([aim.value(peaks, x) for aim in self.aims])
         status = status_of(program, found, self.cases.failed)
-        return FrontPoint(along, kind, program, found, aims, status)
+        return FrontPoint(along, kind, found, aims, status)

@@ -221,11 +221,6 @@ class Epigraph:
     logarithm: Any
     rows: list[Any]
 
-    @property
-    def n_rows(self) -> int:
-        """Number of rows."""
-        return sum(row.shape[0] for row in self.rows)
-
 
 @dataclass(frozen=True)
 class CaseStatistic:

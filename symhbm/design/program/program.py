@@ -67,18 +67,6 @@ class Program:
     limits: Limits
     peaks: tuple[str, ...] = _LARGEST
 
-    @classmethod
-    def of_peak(
-        cls,
-        variables: DesignVariables,
-        statistic: CaseStatistic | None = None,
-        limits: Limits | None = None,
-    ) -> "Program":
-        """The program whose one aim is the statistic of the largest responses."""
-        n = variables.n_variables
-        limits = Limits.none(n) if limits is None else limits
-        return cls(variables, statistic or CaseStatistic(), (Aim.of_peak(n),), limits)
-
     @cached_property
     def used(self) -> NDArray[np.bool_]:
         """Which named peaks any aim depends on, (n_peaks,)."""
