@@ -367,16 +367,8 @@ STIFF = over(force_amplitude=np.array([1.0, 200.0]), stiffness=np.array([1e4, 9e
 """One blade, and one whose resonance lies beyond the band, driven harder."""
 ENDS = {
     "no resonance": (blade, {}, dict(frequency_band=(40.0, 60.0)), "WITHOUT_PEAK", "holds no peak"),
-    "upper bound": (blade, {}, dict(bounds=(0.05, 2.0)), "AT_BOUND", "at its upper bound"),
     "lower bound": (blade, {}, dict(bounds=(5.0, 200.0)), "AT_BOUND", "at its lower bound"),
     "stuck": (blade, {}, dict(bounds=(300.0, 500.0)), "WITHOUT_EFFECT", "contacts never slip"),
-    "all alike": (
-        ring,
-        dict(n_blades=5, contact_stiffness=1e5, engine_order=0),
-        dict(frequency_band=(5.0, 120.0)),
-        "WITHOUT_EFFECT",
-        "contacts never slip",
-    ),
     "plateau": (
         ring,
         dict(n_blades=3, contact_stiffness=1e5, engine_order=1),
@@ -391,13 +383,6 @@ ENDS = {
         "UNBOUNDED",
         "Nothing is known: the largest response is not bounded at any design tried (unbounded at "
         "15.9155 Hz)",
-    ),
-    "beyond the band": (
-        ring,
-        {},
-        dict(frequency_band=(150.0, 280.0), bounds=(0.1, 100.0), n_starts=3),
-        "WITHOUT_PEAK",
-        "The band holds no peak at this design",
     ),
     "end of the band": (blade, {}, dict(over=STIFF), "AT_EDGE", "the end of the band of case 1"),
 }
@@ -418,11 +403,6 @@ class TestEnds:
             amplitude(optimum) == pytest.approx(optimum.start_amplitude.min().item())
             or amplitude(optimum) < optimum.start_amplitude.min()
         )
-        if which == "beyond the band":
-            assert value(optimum) == pytest.approx(0.1, rel=1e-15)
-            assert optimum.active_kind.item() == "edge"
-            assert optimum.active_frequency.item() == pytest.approx(150.0)
-            assert "normal_load at its lower bound" in optimum.certificate.item()
 
     def test_a_failed_search_raises_on_demand(self):
         with pytest.raises(sh.SolveError, match="does not change") as caught:

@@ -12,7 +12,6 @@ import symhbm as sh
 from symhbm.continuation.status import Status
 from symhbm.design.cases import Work
 from tests.designs import (
-    BEST_AMPLITUDE,
     BEST_LOAD,
     blade,
     closed_peak,
@@ -61,11 +60,6 @@ class TestObjective:
         at, step = np.log(inside.design_value.item()), 1e-3
         bend = (value(at + step) - 2 * value(at) + value(at - step)) / step**2
         assert inside.design_curvature.item() == pytest.approx(bend, rel=1e-4)
-
-    def test_the_largest_response_itself_is_the_default(self):
-        optimum = design(blade(), bounds=NEAR, objective=lambda peaks, _: 7 * peaks["largest"])
-        assert optimum.design_value.item() == pytest.approx(BEST_LOAD, rel=1e-8)
-        assert optimum.design_aim.item() == pytest.approx(7 * BEST_AMPLITUDE, rel=1e-10)
 
     def test_powers_of_several_peaks_under_several_loads(self):
         """A product of peaks of two problems, and a stress that goes with the load."""

@@ -80,23 +80,6 @@ def test_points_are_as_many_as_interpolation_needs(single):
     assert single.surveyed.sum() <= single.n_surveys
 
 
-@pytest.mark.parametrize(
-    ("parameter", "band"),
-    [("contact_stiffness", (8e3, 1.2e4)), ("mass", (0.8, 1.2))],
-)
-def test_slopes_against_differences(parameter, band):
-    middle = np.mean(band)
-    step = 1e-4 * middle
-    dataset = curve(SINGLE, parameter, band, [middle - step, middle, middle + step])
-    exact = [
-        one_blade(dataset, **{parameter: value}).peak()[0] for value in dataset[parameter].values
-    ]
-    np.testing.assert_allclose(dataset.peak_amplitude, exact, rtol=EXACT_DIGITS)
-    difference = (exact[2] - exact[0]) / (2 * step)
-    # Differences of the exact digits: the step to the second power, and round-off over the step.
-    assert dataset.peak_amplitude_slope.values[1] == pytest.approx(difference, rel=1e-5)
-
-
 def test_minimum_of_a_tuned_ring():
     dataset = curve(ring(), band=(2.0, 3.0))
     assert dataset.n_sectors == 13

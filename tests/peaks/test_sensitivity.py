@@ -325,42 +325,6 @@ def test_contacts_on_their_limits_have_their_own_numbers():
         assert text.startswith(("none: contacts 1, 5 are", "none: contacts 2, 4 are"))
 
 
-LOOPING = sh.HarmonicBalance(
-    sh.bladed_disk(
-        4,
-        **COMMON
-        | {
-            "stiffness": [9585.6, 9736.8, 10301.3, 10082.2],
-            "friction_coefficient": [0.594, 0.345, 0.456, 0.507],
-        },
-        contact_stiffness=[837700.0, 973300.0, 991600.0, 863900.0],
-        normal_load=[1.917, 2.104, 2.285, 2.548],
-    ),
-    sh.forces.EngineOrder(1),
-    (1, 3),
-)
-"""Peaks at corners where no contact begins or ends to slip, but one slips once more in a period."""
-
-
-def test_corners_of_small_loops():
-    band = 91.5, 94.5
-    response = frf(LOOPING, band, peaks="each")
-    corners = response.isel(peak=np.flatnonzero(response.peak_kind == "corner"))
-    assert corners.sizes["peak"]
-    derivatives = sh.datasets.sensitivity(corners)
-    assert derivatives.sensitivity_status.values.tolist() == [EXACT] * corners.sizes["peak"]
-    for name, index in (("normal_load", 2), ("stiffness", 3)):
-        low, high, size = both_sides(LOOPING, name, 1e-6, index, band, peaks="each")
-        for k in range(corners.sizes["peak"]):
-            frequency, dof = float(corners.peak_frequency[k]), int(corners.peak_dof[k])
-            pair = [nearest(side, frequency, dof) for side in (low, high)]
-            for of in ("peak_amplitude", "peak_frequency"):
-                exact = derivatives[f"{of}_by_{name}"].isel(peak=k).sel(peaking_dof=dof).values
-                difference = (pair[1][of] - pair[0][of]).item() / size
-                # Corners are located to round-off, over steps of 1e-6.
-                assert difference == pytest.approx(exact[index], abs=1e-5 * np.abs(exact).max())
-
-
 def folding_ring():
     """Seven blades with cubic springs whose response folds where a contact ends to slip."""
     disk = ring_of_blades(
