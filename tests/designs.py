@@ -10,8 +10,7 @@ from scipy.optimize import minimize_scalar
 
 import symhbm as sh
 from studies.closed_form import OneBlade
-from symhbm.design.cases import Work
-from symhbm.design.maxima import Maxima
+from symhbm.design.cases import Maxima, Work
 
 BAND = (5.0, 40.0)
 """Frequencies [Hz] that hold the resonances of the blade, stuck at 22.5 and free at 15.9."""

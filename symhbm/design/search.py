@@ -13,8 +13,7 @@ from itertools import compress
 import numpy as np
 
 from symhbm.design import tolerances
-from symhbm.design.cases import Cases
-from symhbm.design.maxima import Maxima
+from symhbm.design.cases import Cases, Maxima
 from symhbm.design.program import ActiveSet, Program
 from symhbm.design.variables import DesignVariables
 from symhbm.numerics import FloatArray

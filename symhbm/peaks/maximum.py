@@ -190,8 +190,6 @@ class Maximum:
     def motion(self) -> FloatArray:
         """The coefficients of what peaks, (n_components,)."""
         involved, rows = self._involved
-        if self.problem.peaks_of is None:
-            return self.unknowns[involved]
         return rows @ self.unknowns[involved]
 
     @cached_property

@@ -259,7 +259,6 @@ class TestArchive:
         (dict(aims={"a": 1, "b": 2}), TypeError, "^a=1: expected a function of peaks"),
         (dict(n_points=1), ValueError, "n_points=1: expected an integer >= 2"),
         (dict(n_starts=0), ValueError, "n_starts=0: expected an integer >= 1"),
-        (dict(throw=1), TypeError, "throw=1: expected True or False"),
     ],
 )
 def test_bad_input_is_named(options, error, words):

@@ -425,7 +425,7 @@ def test_a_band_that_is_not_followed_to_its_end_proves_nothing(monkeypatch):
     def cut(problem, bands, **options):
         return replace(survey(problem, bands, **options), status=sh.Status.PEAK_NOT_LOCATED)
 
-    monkeypatch.setattr("symhbm.design.maxima.survey", cut)
+    monkeypatch.setattr("symhbm.design.cases.survey", cut)
     optimum = design(blade())
     assert optimum.design_status.item() == sh.Status.DESIGN_NOT_SURVEYED
     assert np.isinf(optimum.design_amplitude)

@@ -13,7 +13,7 @@ from xarray import DataArray
 import symhbm as sh
 from symhbm.continuation.status import Status
 from symhbm.design.arguments import read_limits
-from symhbm.design.maxima import FollowedMaximum, Maxima
+from symhbm.design.cases import FollowedMaximum, Maxima
 from symhbm.design.program import Aim, CaseStatistic, Program, Statistic
 from symhbm.design.search import feasible
 from symhbm.design.variables import DesignVariables, Group

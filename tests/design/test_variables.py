@@ -108,8 +108,6 @@ BAD = {
             r"bounds=\(1, 2\): expected a mapping with an entry for each parameter",
         ),
         (dict(constraint=2.0), "constraint=2.0: expected a scipy.optimize.L"),
-        (dict(executor=2), "executor=2: expected a concurrent.futures.Execut"),
-        (dict(throw="yes"), "throw='yes': expected True or False"),
         (dict(over=[1]), r"over=\[1\]: expected a mapping of parameters"),
         (dict(fresh=[1]), r"fresh=\[1\]: expected a mapping of parameters"),
     ],

@@ -273,8 +273,6 @@ def test_bad_arguments(arguments, words):
         (dict(frequency_band=(0, 10)), "frequency_band=(0, 10): expected values finite and > 0"),
         (dict(frequency_band=[(1, 3), (2, 4)]), "expected bands that do not overlap"),
         (dict(frequency_band=[1, 2, 3]), "expected two different values"),
-        (dict(executor=4), "executor=4: expected"),
-        (dict(throw=1), "throw=1: expected True or False"),
     ],
 )
 def test_bad_options(options, words):

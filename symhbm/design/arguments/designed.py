@@ -50,8 +50,7 @@ class DesignSymbols:
                 expression = ca.SX(column)
                 for number, group in enumerate(variables.groups):
                     if group.parameter == name:
-                        for entry in group.entries:
-                            expression[entry] = values[number]
+                        expression[list(group.entries)] = values[number]
             else:
                 expression = ca.SX.sym(name, column.size)
                 others[name] = expression, column
@@ -65,16 +64,12 @@ class DesignSymbols:
 
     def numbers(self, expression: Any) -> tuple[Any, frozenset[str]]:
         """An expression with the numbers of parameters that are not designed, and their names."""
-        names = [
-            name
-            for name, (symbol, _) in self._others.items()
-            if any(ca.which_depends(expression, symbol, 1, True))
-        ]
-        symbols = [self._others[name][0] for name in names]
-        values = [ca.DM(self._others[name][1]) for name in names]
-        if names:
-            (expression,) = ca.substitute([expression], symbols, values)
-        return expression, frozenset(names)
+        used = set()
+        for name, (symbol, values) in self._others.items():
+            if any(ca.which_depends(expression, symbol, 1, True)):
+                expression = ca.substitute(expression, symbol, ca.DM(values))
+                used.add(name)
+        return expression, frozenset(used)
 
 
 def called(name: str, function: Callable[..., Any], *arguments: Any) -> Any:

@@ -1,7 +1,12 @@
 """What is said of an optimal design: its dataset, status, certificate and derivatives."""
 
-from symhbm.design.outcome.certificate import certificate, status_of
-from symhbm.design.outcome.final_check import Comparison, compared, is_complete
+from symhbm.design.outcome.certificate import (
+    Comparison,
+    certificate,
+    compared,
+    is_complete,
+    status_of,
+)
 from symhbm.design.outcome.report import (
     checked,
     in_units,

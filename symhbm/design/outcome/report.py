@@ -11,8 +11,7 @@ import xarray as xr
 from symhbm.balance import HarmonicBalance, SecondOrder
 from symhbm.continuation import SolveError, Status
 from symhbm.design import tolerances
-from symhbm.design.cases import Cases, NamedPeak
-from symhbm.design.maxima import amplitudes
+from symhbm.design.cases import Cases, NamedPeak, amplitudes
 from symhbm.design.program import ActiveSet, Program
 from symhbm.design.search import Design, SearchResult
 from symhbm.design.variables import DesignVariables

@@ -12,8 +12,7 @@ from numpy.typing import ArrayLike
 from symhbm.balance import HarmonicBalance
 from symhbm.continuation import Status
 from symhbm.design import tolerances
-from symhbm.design.cases import Cases
-from symhbm.design.maxima import amplitudes
+from symhbm.design.cases import Cases, amplitudes
 from symhbm.design.outcome import (
     checked,
     in_units,

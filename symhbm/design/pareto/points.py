@@ -13,6 +13,7 @@ from collections.abc import Iterator, Sequence
 from contextlib import contextmanager
 from dataclasses import dataclass, field, replace
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
@@ -116,22 +117,15 @@ def _check_call(path: Path, stored: str | None, call: str) -> None:
 
 def signature(task: Task, aims: Sequence[Aim], n_points: int, n_starts: int | None) -> str:
     """Digest of all that a front depends on."""
-    digest = hashlib.sha256()
+    told: list[Any] = [n_points, n_starts, str(task.statistic), repr(task.variables.groups)]
     for peak in task.peaks:
         parts = with_provenance({}, {}, peak.problem, task.sweep)
-        digest.update(str(parts.attributes["problem"]).encode())
-        for entry in sorted(
-            (parts.variables | parts.coordinates).items(), key=lambda pair: pair[0]
-        ):
-            digest.update(entry[0].encode())
-            digest.update(repr(np.asarray(entry[1][1]).tolist()).encode())
-        digest.update(repr((peak.name, peak.bands, peak.dof)).encode())
-    for function in (*(aim.logarithm for aim in aims), task.limits.function):
-        digest.update(function.serialize().encode())
-    limits = [task.limits.low.tolist(), task.limits.high.tolist()]
-    others = [aim.name for aim in aims], str(task.statistic), repr(task.variables.groups)
-    digest.update(json.dumps([limits, others, n_points, n_starts]).encode())
-    return digest.hexdigest()
+        told += [str(parts.attributes["problem"]), peak.name, peak.bands, peak.dof]
+        for name, entry in sorted((parts.variables | parts.coordinates).items()):
+            told += [name, repr(np.asarray(entry[1]).tolist())]
+    told += [text for aim in aims for text in (aim.name, aim.logarithm.serialize())]
+    told += [task.limits.low.tolist(), task.limits.high.tolist(), task.limits.function.serialize()]
+    return hashlib.sha256(json.dumps(told).encode()).hexdigest()
 
 
 END, BETWEEN = "end", "between"

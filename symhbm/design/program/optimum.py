@@ -15,7 +15,7 @@ import numpy as np
 from scipy.linalg import null_space
 
 from symhbm.design import tolerances
-from symhbm.design.maxima import FollowedMaximum, Maxima
+from symhbm.design.cases import FollowedMaximum, Maxima
 from symhbm.design.program.program import Program, Step
 from symhbm.numerics import FloatArray
 

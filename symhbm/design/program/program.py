@@ -15,7 +15,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.design import tolerances
-from symhbm.design.maxima import FollowedMaximum, Maxima
+from symhbm.design.cases import FollowedMaximum, Maxima
 from symhbm.design.program.aim import Aim, CaseStatistic, Limits
 from symhbm.design.variables import DesignVariables
 from symhbm.numerics import FloatArray

@@ -181,19 +181,15 @@ class Track:
             target = min(1.0, s + distance)
             expected = expected_maximum(conditions, self.at(target))
             most = min(tolerances.MAX_JUMP, tolerances.MAX_SLOPE * distance)
-            successors = [
-                verified(conditions.second_order, maximum)
-                for maximum in _successors(conditions, expected)
-                if distance > tolerances.SAME_KIND_DISTANCE
-                or not _is_same_kind(maximum, conditions.maximum)
-            ]
-            candidates = [
-                c
-                for c in successors
-                if c is not None
-                and abs(relative_height(c.maximum, expected)) <= most
-                and self._in_band(c.maximum).min(initial=np.inf) >= _BEYOND
-            ]
+            candidates = []
+            for successor in _successors(conditions, expected):
+                close = distance <= tolerances.SAME_KIND_DISTANCE
+                if close and _is_same_kind(successor, conditions.maximum):
+                    continue
+                found = verified(conditions.second_order, successor)
+                near = found and abs(relative_height(found.maximum, expected)) <= most
+                if near and self._in_band(found.maximum).min(initial=np.inf) >= _BEYOND:
+                    candidates.append(found)
             if candidates:
                 return target, min(candidates, key=lambda c: distance_between(c.maximum, expected))
             if distance == tolerances.SEARCH_DISTANCE:
@@ -245,32 +241,25 @@ def _is_same_kind(maximum: Maximum, other: Maximum) -> bool:
 
 def _successors(conditions: Conditions, expected: Maximum) -> list[Maximum]:
     """The maxima that one may become when contacts on their limits change state."""
-    contact_margins = conditions.evaluation.states.margins
-    near_limit = {
-        int(j) for j in np.flatnonzero(np.abs(contact_margins) < tolerances.LIMIT_TOLERANCE)
-    }
-    on_limit = sorted(near_limit | {*conditions.maximum.on_limit})
+    near_limit = np.abs(conditions.evaluation.states.margins) < tolerances.LIMIT_TOLERANCE
+    on_limit = sorted({*np.flatnonzero(near_limit).tolist(), *conditions.maximum.on_limit})
     all_at_once = len(on_limit) > tolerances.MOST_ON_LIMIT
-    if all_at_once:
-        states = [(False,) * len(on_limit), (True,) * len(on_limit)]
-    else:
-        states = list(product((False, True), repeat=len(on_limit)))
+    states = [*product((False, True), repeat=1 if all_at_once else len(on_limit))]
+    kind = expected.kind if expected.held else MaximumKind.SMOOTH
     successors: list[Maximum] = []
-    expected = replace(expected, loop=None)
     for state in states:
         switches = conditions.maximum.switches.copy()
         switches[on_limit] = state
-        kind = expected.kind if expected.held else MaximumKind.SMOOTH
-        successors.append(
-            replace(expected, kind=kind, switches=switches, contact=-1, further_contacts=())
+        smooth = replace(
+            expected, kind=kind, switches=switches, contact=-1, further_contacts=(), loop=None
         )
-        if expected.held:
-            continue
-        stuck = [j for j, slips in zip(on_limit, state, strict=True) if not slips]
-        together = tuple(stuck[1:]) if all_at_once else ()
-        corner = replace(
-            expected, kind=MaximumKind.CORNER, switches=switches, further_contacts=together
-        )
-        corners = stuck[:1] if all_at_once else stuck
-        successors += [replace(corner, contact=contact) for contact in corners]
+        successors.append(smooth)
+        stuck = [] if expected.held else [j for j in on_limit if not switches[j]]
+        corners = [(j, ()) for j in stuck]
+        if all_at_once:
+            corners = [(j, tuple(stuck[1:])) for j in stuck[:1]]
+        successors += [
+            replace(smooth, kind=MaximumKind.CORNER, contact=contact, further_contacts=others)
+            for contact, others in corners
+        ]
     return successors
