@@ -77,7 +77,7 @@ def failing(monkeypatch, fails):
 
     def some(self, number, x, previous):
         if fails(float(np.exp(x[0]))):
-            return Maxima.of_failure(str(sh.Status.MINIMUM_STEP))
+            return Maxima([], np.inf, True, 0, str(sh.Status.MINIMUM_STEP), True)
         return call(self, number, x, previous)
 
     monkeypatch.setattr(Work, "__call__", some)

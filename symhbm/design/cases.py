@@ -16,7 +16,6 @@ from typing import Any
 import numpy as np
 
 from symhbm.balance import HarmonicBalance, SecondOrder
-from symhbm.balance.goals import Goal
 from symhbm.continuation import Status
 from symhbm.design import tolerances
 from symhbm.design.variables import DesignVariables
@@ -45,11 +44,6 @@ class FollowedMaximum:
     maximum: Maximum
     multipliers: FloatArray
 
-    @property
-    def amplitude(self) -> float:
-        """The response there [m]."""
-        return float(amplitudes(self.value))
-
 
 @dataclass(frozen=True)
 class Maxima:
@@ -67,11 +61,6 @@ class Maxima:
     n_peaks: int = 0
     reason: str = ""
     failed: bool = False
-
-    @classmethod
-    def of_failure(cls, reason: str) -> "Maxima":
-        """Nothing known, for a ``reason``."""
-        return cls([], np.inf, True, 0, reason, True)
 
 
 class Response:
@@ -200,14 +189,10 @@ class NamedPeak:
     dof: int | None = None
 
     @property
-    def goal(self) -> Goal | None:
-        """What has the peak in the place of displacements."""
-        return self.problem.goal
-
-    @property
     def units(self) -> str:
         """Unit of its value."""
-        return "m" if self.goal is None else self.goal.units
+        goal = self.problem.goal
+        return "m" if goal is None else goal.units
 
 
 @dataclass
@@ -314,7 +299,7 @@ class Work:
             followed = None if previous is None else response.follow(x, *previous)
             return response.survey(x) if followed is None else followed
         except ArithmeticError:
-            return Maxima.of_failure(str(Status.COMPUTATION_FAILED))
+            return Maxima([], np.inf, True, 0, str(Status.COMPUTATION_FAILED), True)
 
 
 def _remote(payload: bytes, number: int, x: FloatArray, previous: Previous | None) -> Maxima:

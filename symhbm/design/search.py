@@ -6,7 +6,7 @@ high. Maxima are followed between steps; where one is lost, and at the end, the 
 surveyed, and new maxima enter the models.
 """
 
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Iterable, Iterator
 from dataclasses import dataclass, replace
 from itertools import compress
 
@@ -18,9 +18,6 @@ from symhbm.design.program import ActiveSet, Program
 from symhbm.design.variables import DesignVariables
 from symhbm.numerics import FloatArray
 from symhbm.peaks import MaximumKind
-
-Evaluate = Callable[[FloatArray, tuple[FloatArray, list[Maxima]] | None], list[Maxima]]
-"""Maxima of all cases at a design: surveyed, or followed from another design."""
 
 
 @dataclass(frozen=True)
@@ -50,7 +47,7 @@ def is_flat(program: Program, design: Design) -> bool:
     return program.is_flat([f for state in design.states for f in state.contenders[:1]])
 
 
-def descend(program: Program, evaluate: Evaluate, start: Design) -> Descent:
+def descend(program: Program, evaluate: Cases, start: Design) -> Descent:
     """Descend from a surveyed design whose aim is finite."""
     best, current = start, start
     radius = tolerances.FIRST_RADIUS
@@ -104,7 +101,7 @@ def _follow(program, evaluate, current: Design, radius: float) -> tuple[Design, 
 
 
 def _polished(
-    program: Program, evaluate: Evaluate, current: Design
+    program: Program, evaluate: Cases, current: Design
 ) -> tuple[Design, ActiveSet | None]:
     """Newton's method on the conditions of a minimum, as long as their residual falls."""
     active = _active_set(program, current)

@@ -8,10 +8,9 @@ from symhbm.design.arguments.cases import (
 )
 from symhbm.design.arguments.constraints import read_limits
 from symhbm.design.arguments.designed import read_start, read_variables
-from symhbm.design.arguments.objectives import LARGEST, read_aim, read_peaks
+from symhbm.design.arguments.objectives import read_aim, read_peaks
 
 __all__ = [
-    "LARGEST",
     "check_dimensions",
     "check_forces",
     "check_ratios",

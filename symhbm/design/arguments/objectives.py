@@ -22,8 +22,6 @@ from symhbm.design.variables import DesignVariables
 from symhbm.numerics import check
 from symhbm.results import Sweep
 
-LARGEST = "largest"
-"""Name of the one peak that is designed by default."""
 _KEYS = ("frequency", "dof", "problem", "goal")
 _TRIED = 1e-4
 """Amplitude [m] at which functions are tried before anything is computed."""
@@ -38,7 +36,7 @@ def read_peaks(
 ) -> list[NamedPeak]:
     """The named peaks; ``bands`` are those of peaks that have none of their own."""
     if peaks is None:
-        return [NamedPeak(LARGEST, problem, bands)]
+        return [NamedPeak("largest", problem, bands)]
     if not isinstance(peaks, Mapping) or not peaks:
         raise TypeError(
             f"peaks={check.shown(peaks)}: expected a mapping of names to what they are of, for "

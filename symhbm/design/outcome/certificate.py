@@ -23,12 +23,12 @@ _KINDS = {
 }
 _SAME = 1e-9
 """Largest relative difference of two surveys of one peak."""
-Failures = Sequence[tuple[FloatArray, str]]
-"""Designs whose response could not be followed, and why."""
 
 
-def status_of(program: Program, search_result: SearchResult, failed: Failures = ()) -> Status:
-    """Status of a search; ``failed`` are designs whose responses could not be followed."""
+def status_of(
+    program: Program, search_result: SearchResult, failed: Sequence[tuple[FloatArray, str]] = ()
+) -> Status:
+    """Status of a search; ``failed`` are designs that could not be followed, and why."""
     design, active = search_result.design, search_result.active
     if not np.isfinite(design.value):
         unbounded = any("unbounded" in state.reason for state in design.states)
@@ -286,7 +286,7 @@ def compared(result: xr.Dataset, sweep: Sweep, peak: NamedPeak, heights: FloatAr
         one = result.isel(dict(zip(sweep.dims, index, strict=True)))
         amplitude = one["amplitude"]
         amplitude = amplitude.max("dof") if peak.dof is None else amplitude.isel(dof=peak.dof)
-        if peak.goal is not None:
+        if peak.problem.goal is not None:
             amplitude = xr.full_like(amplitude, np.nan)  # of goals peaks alone are stored
         found = [(one["frequency"].values, amplitude.values)]
         if peak.dof is None:  # peaks that are stored are those of the largest response

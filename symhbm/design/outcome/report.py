@@ -90,7 +90,7 @@ def _labels(variables: DesignVariables) -> np.ndarray:
 
 def in_units(result: xr.Dataset, peaks: Sequence[NamedPeak]) -> xr.Dataset:
     """A dataset of named peaks, with their units beside them where some are of goals."""
-    if all(peak.goal is None for peak in peaks):
+    if all(peak.problem.goal is None for peak in peaks):
         return result
     units = np.array([peak.units for peak in peaks], dtype=object)
     for name in ("named_peak_amplitude", "case_amplitude", "front_peak_amplitude"):
@@ -205,7 +205,7 @@ def _active(search_result: SearchResult, n_cases: int, of_peak: bool) -> dict[st
     columns = {
         "active_case": cases,
         "active_frequency": np.array([f.maximum.frequency / RADIANS for f in followed]),
-        "active_amplitude": np.array([f.amplitude for f in followed], dtype=float),
+        "active_amplitude": amplitudes([f.value for f in followed]),
         "active_dof": np.array([f.maximum.dof for f in followed], dtype=np.int32),
         "active_kind": np.array([str(f.maximum.kind) for f in followed], dtype=object),
         "active_multiplier": np.array(weights, dtype=float),

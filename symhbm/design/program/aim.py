@@ -149,16 +149,6 @@ class Limits:
         """The expressions of all rows, (n_rows,)."""
         return self.function(x)
 
-    def values(self, x: FloatArray) -> FloatArray:
-        """The values of all rows at a design, (n_rows,)."""
-        return np.asarray(self.function(x).full(), dtype=float).ravel()
-
-    def violation(self, x: FloatArray) -> float:
-        """How far a design is beyond a limit, 0 where it satisfies all; NaN counts as infinite."""
-        values = self.values(x)
-        beyond = np.maximum(self.low - values, values - self.high)
-        return float(np.where(np.isnan(beyond), np.inf, beyond).max(initial=0.0))
-
     def joined(self, other: "Limits") -> "Limits":
         """The rows of both."""
         x = self.function.sx_in()[0]
@@ -196,7 +186,9 @@ class Limits:
 
     def holds(self, x: FloatArray) -> bool:
         """Whether a design satisfies all rows, to round-off of the solver."""
-        return self.violation(x) <= tolerances.VIOLATION
+        values = np.asarray(self.function(x).full(), dtype=float).ravel()
+        beyond = np.maximum(self.low - values, values - self.high)
+        return bool(np.all(beyond <= tolerances.VIOLATION))
 
 
 class Statistic(StrEnum):

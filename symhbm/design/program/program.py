@@ -30,8 +30,6 @@ _OPTIONS = {
     "ipopt.mu_strategy": "adaptive",
     "ipopt.bound_relax_factor": 0.0,
 }
-_LARGEST = ("largest",)
-"""The one peak that is designed by default."""
 _FAR = 50.0
 """Logarithm that no height exceeds: one that an aim does not hold would go to infinity."""
 
@@ -65,17 +63,12 @@ class Program:
     statistic: CaseStatistic
     aims: tuple[Aim, ...]
     limits: Limits
-    peaks: tuple[str, ...] = _LARGEST
+    peaks: tuple[str, ...] = ("largest",)
 
     @cached_property
     def used(self) -> NDArray[np.bool_]:
         """Which named peaks any aim depends on, (n_peaks,)."""
         return np.any([aim.uses for aim in self.aims], axis=0)
-
-    @property
-    def by_design(self) -> bool:
-        """Whether an aim depends on the design besides through the peaks."""
-        return any(aim.by_design for aim in self.aims)
 
     def levels(self, heights: FloatArray) -> FloatArray:
         """Logarithm of the statistic of each named peak, (n_peaks,)."""
@@ -86,19 +79,18 @@ class Program:
         return np.reshape(heights, (len(self.peaks), -1))
 
     def value(self, states: list[Maxima], x: FloatArray) -> float:
-        """What designs compare by: the logarithm of the aim, of several the largest."""
-        return max(self.values(states, x))
+        """What designs compare by: the logarithm of the aim, less its offset and over its scale.
 
-    def values(self, states: list[Maxima], x: FloatArray) -> list[float]:
-        """The same of each aim, less its offset and over its scale."""
+        Of several aims it is that of the largest.
+        """
         peaks = self.levels(np.array([state.height for state in states]))
-        return [aim.relative(peaks, x) for aim in self.aims]
+        return max(aim.relative(peaks, x) for aim in self.aims)
 
     def is_flat(self, maxima: list[FollowedMaximum]) -> bool:
         """Whether maxima, and the aims, do not change with the design, to second order."""
         arrays = [array for followed in maxima for array in (followed.gradient, followed.hessian)]
         still = all(np.abs(array).max() < tolerances.STILL for array in arrays)
-        return still and bool(maxima) and not self.by_design
+        return still and bool(maxima) and not any(aim.by_design for aim in self.aims)
 
     def alike(self) -> tuple["Program", NDArray[np.intp]]:
         """The program of designs whose values of one parameter are one variable.

@@ -165,16 +165,12 @@ class LeadingBranches:
         if surveyed.survey.unbounded:
             # The extent of an unbounded range is known from tracks towards it or its neighbours.
             inside = any(low <= surveyed.value <= high for low, high in self.followed.unbounded)
-            return inside or self._between_unbounded(surveyed)
+            return inside or all(side.survey.unbounded for side in self._neighbours(surveyed))
         if not surveyed.survey.maxima:
             return False
         highest = self.followed.highest(surveyed.value)
         floor = (1 - tolerances.AGREEMENT) * surveyed.survey.height
         return highest is not None and highest[1].maximum.amplitude >= floor
-
-    def _between_unbounded(self, surveyed: SurveyedValue) -> bool:
-        """Whether the surveys on both sides are unbounded."""
-        return all(neighbour.survey.unbounded for neighbour in self._neighbours(surveyed))
 
     def _neighbours(self, surveyed: SurveyedValue) -> list[SurveyedValue]:
         """The survey at the value before, the one given and that at the value after."""
