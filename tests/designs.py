@@ -2,6 +2,7 @@
 
 import re
 import warnings
+from concurrent.futures import Future, ThreadPoolExecutor
 from contextlib import contextmanager
 from itertools import product
 
@@ -81,6 +82,15 @@ def failing(monkeypatch, fails):
         return call(self, number, x, previous)
 
     monkeypatch.setattr(Work, "__call__", some)
+
+
+class Failing(ThreadPoolExecutor):
+    """Takes every task and computes none."""
+
+    def submit(self, *args, **kwargs):
+        future = Future()
+        future.set_exception(MemoryError("no memory"))
+        return future
 
 
 @contextmanager

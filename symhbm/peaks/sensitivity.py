@@ -6,8 +6,6 @@ parameters at once.
 
 from collections.abc import Iterable
 from dataclasses import dataclass, field, replace
-from functools import cached_property
-from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -110,26 +108,17 @@ def sensitivity(dataset: xr.Dataset, *, laws: Iterable[ContactLaw] = ()) -> xr.D
     array([0.])
     """
     stored = _stored_peaks(dataset, laws)
-    status = np.full(stored.shape, "", dtype=object)
-    one_sided: list[tuple[tuple[int, ...], FloatArray]] = []
+    status, one_sided = np.full(stored.shape, "", dtype=object), False
     problem, parameters = stored.problem, stored.problem.parameters
     n_dof = problem.whole.n_peaking if problem.goal is None else 1
-    larger = {
-        name: np.full((2, *stored.shape, n_dof, *np.shape(parameters[name])), np.nan)
-        for name in stored.names
-    }
+    sizes = [np.size(parameters[name]) for name in problem.differentiable]
+    # Towards larger and smaller values, as of `slopes_of` each.
+    slopes = np.full((2, 2, *stored.shape, n_dof, sum(sizes)), np.nan)
     for index in np.ndindex(stored.shape):
         status[index], by_dof = stored.derivatives(index)
-        for dof, (towards_larger, towards_smaller) in by_dof.items():
-            stored.enter(larger, (*index, dof), towards_larger)
-            if towards_smaller is not towards_larger:
-                one_sided.append(((*index, dof), towards_smaller))
-    sides = {"": larger}
-    if one_sided:
-        smaller = {name: values.copy() for name, values in larger.items()}
-        for place, slopes in one_sided:
-            stored.enter(smaller, place, slopes)
-        sides[_SIDE] = smaller
+        for dof, sides in by_dof.items():
+            slopes[:, :, *index, dof] = sides
+            one_sided |= sides[0] is not sides[1]
     kept_dims = {"dof", "contact", "peak"}
     result = dataset.drop_dims([d for d in dataset.dims if d in {*OWN_DIMENSIONS} - kept_dims])
     dropped = [name for name in result.variables if name in VARIABLES and name not in _KEPT]
@@ -138,14 +127,16 @@ def sensitivity(dataset: xr.Dataset, *, laws: Iterable[ContactLaw] = ()) -> xr.D
     attributes = _attributes(variables.meaning("peaking_dof", records))
     result = result.assign_coords(peaking_dof=("peaking_dof", np.arange(n_dof), attributes))
     result["sensitivity_status"] = stored.dims, status, _attributes(VARIABLES["sensitivity_status"])
-    for side, derivatives in sides.items():
-        for name, pair in derivatives.items():
-            own = problem.model.dims_of(name) if np.ndim(parameters[name]) else ()
-            dims = (*stored.dims, "peaking_dof", *own)
+    first = 0
+    for name, size in zip(problem.differentiable, sizes, strict=True):
+        own = problem.model.dims_of(name) if np.ndim(parameters[name]) else ()
+        part, first = slopes[..., first : first + size], first + size
+        part = part.reshape(*part.shape[:-1], *np.shape(parameters[name]))
+        for side, pair in zip(("", _SIDE)[: 1 + one_sided], part, strict=False):
             for of, values in zip(("peak_amplitude", "peak_frequency"), pair, strict=True):
                 meaning = variables.derivative(of, name, records, side.replace("_", " "))
                 label = f"{of}_by_{name}" + f"_{side}" * bool(side)
-                result[label] = dims, values, _attributes(meaning)
+                result[label] = (*stored.dims, "peaking_dof", *own), values, _attributes(meaning)
     result.attrs.pop("verification", None)
     return result
 
@@ -156,39 +147,19 @@ def _attributes(variable: variables.Variable) -> dict[str, Any]:
 
 @dataclass
 class _StoredPeaks:
-    """The peaks of a dataset and their problems, by an index with one entry per dimension.
-
-    ``names`` are the parameters by which they are derived.
-    """
+    """The peaks of a dataset and their problems, by an index with one entry per dimension."""
 
     problem: HarmonicBalance
     sweep: Sweep
     dims: tuple[str, ...]
     stored: dict[str, np.ndarray]
-    names: list[str]
     _sets: dict[tuple[int, ...], tuple[HarmonicBalance, SecondOrder]] = field(default_factory=dict)
-    _set_index: tuple[int, ...] = ()
     _derivatives: dict[tuple, tuple[str, _Derivatives]] = field(default_factory=dict)
 
     @property
     def shape(self) -> tuple[int, ...]:
         """Number of peaks along each dimension."""
         return self.stored["peak_frequency"].shape
-
-    @cached_property
-    def columns(self) -> dict[str, slice]:
-        """The columns of each parameter among all derivatives."""
-        ends = np.cumsum([np.size(self.problem.parameters[name]) for name in self.names]).tolist()
-        pairs = pairwise([0, *ends])
-        return {name: slice(*pair) for name, pair in zip(self.names, pairs, strict=True)}
-
-    def enter(
-        self, derivatives: dict[str, FloatArray], place: tuple[int, ...], slopes: FloatArray
-    ) -> None:
-        """Enter the derivatives of one peak and degree of freedom by all parameters."""
-        for name, columns in self.columns.items():
-            shape = 2, *np.shape(self.problem.parameters[name])
-            derivatives[name][(slice(None), *place)] = slopes[:, columns].reshape(shape)
 
     def derivatives(self, index: tuple[int, ...]) -> tuple[str, _Derivatives]:
         """Sensitivity status of one peak, and derivatives of its amplitude and frequency by dof."""
@@ -204,10 +175,8 @@ class _StoredPeaks:
         if not finite or kind not in [*PeakKind]:
             return NOT_VERIFIED, {}
         set_index = index[: len(self.sweep.dims)]
-        if set_index != self._set_index:
-            self._set_index, self._derivatives = set_index, {}
         # Peaks of blades with the same motion are one solution, stored for each of them.
-        key = kind, frequency, amplitude, coefficient.tobytes()
+        key = set_index, kind, frequency, amplitude, coefficient.tobytes()
         if key not in self._derivatives:
             harmonics = self._harmonics(stored.get("peak_highest_harmonic"))
             problem, second_order = self._equations(set_index, harmonics)
@@ -231,7 +200,7 @@ class _StoredPeaks:
             problem = self.problem
             base = HarmonicBalance(problem.model, problem.excitation, harmonics)
             base = base.with_peaks_of(problem.peaks_of)
-            self._sets[harmonics] = base, SecondOrder(base, self.names)
+            self._sets[harmonics] = base, SecondOrder(base, problem.differentiable)
         base, second_order = self._sets[harmonics]
         number = int(np.ravel_multi_index(set_index, self.sweep.shape)) if set_index else 0
         return base.with_parameters(**self.sweep.chosen(number)), second_order
@@ -269,7 +238,7 @@ def _stored_peaks(dataset: xr.Dataset, laws: Iterable[ContactLaw]) -> _StoredPea
     for name in sweep.values:
         if name in problem.model.contact_parameters:
             problem.derivative(name)  # compiles contacts that do nothing so far
-    return _StoredPeaks(problem, sweep, dims, stored, problem.differentiable)
+    return _StoredPeaks(problem, sweep, dims, stored)
 
 
 def _derivatives(

@@ -1,10 +1,10 @@
 """The statistic that is minimised, steps of its models, cases of several samples, executors."""
 
-from concurrent.futures import Future, ProcessPoolExecutor, ThreadPoolExecutor
+from concurrent.futures import ProcessPoolExecutor, ThreadPoolExecutor
 
 import numpy as np
 import pytest
-from designs import BAND, blade, design, ring
+from designs import BAND, Failing, blade, design, ring
 from hypothesis import given
 from hypothesis import strategies as st
 from scipy.optimize import LinearConstraint, minimize
@@ -245,15 +245,6 @@ class Refusing(ThreadPoolExecutor):
         if self.left < 0:
             raise OSError("no more")
         return super().submit(*args, **kwargs)
-
-
-class Failing(ThreadPoolExecutor):
-    """Takes every task and computes none."""
-
-    def submit(self, *args, **kwargs):
-        future = Future()
-        future.set_exception(MemoryError("no memory"))
-        return future
 
 
 PAIR = {name: samples[:2] for name, samples in SAMPLES.items()}

@@ -1,7 +1,6 @@
 """Peak curves against closed forms and frequency responses; their statuses and errors."""
 
 import re
-from concurrent.futures import Executor, Future
 
 import numpy as np
 import pytest
@@ -12,7 +11,7 @@ import symhbm as sh
 from studies.closed_form import EXACT_DIGITS, one_blade
 from symhbm.continuation.status import Status
 from symhbm.model.linear import natural_band
-from tests.designs import blade, mistuned, ring
+from tests.designs import Failing, blade, mistuned, ring
 from tests.problems import duffing
 from tests.quick import quick_first
 
@@ -212,16 +211,9 @@ def test_edge():
     assert dataset.minimum_kind.values.tolist() == ["end"]
 
 
-class Broken(Executor):
-    def submit(self, *_, **__):
-        future: Future = Future()
-        future.set_exception(OSError("gone"))
-        return future
-
-
 def test_an_executor_that_fails_loses_nothing():
     with pytest.warns(RuntimeWarning, match="computed in this process"):
-        dataset = curve(band=(3.0, 3.2), executor=Broken())
+        dataset = curve(band=(3.0, 3.2), executor=Failing(1))
     assert dataset.identical(curve(band=(3.0, 3.2)))
 
 

@@ -8,24 +8,14 @@ import symhbm as sh
 from symhbm.model import PARAMETERS
 from symhbm.peaks.sensitivity import AT_REST, EXACT, NOT_VERIFIED, UNBOUNDED
 from symhbm.results.variables import derivative
+from tests.designs import blade, ring
 from tests.problems import duffing, ring_of_blades
 
-COMMON = dict(mass=1, stiffness=1e4, damping=0.5, friction_coefficient=0.5)
-BLADE = sh.HarmonicBalance(
-    sh.single_blade(**COMMON, contact_stiffness=1e4, normal_load=3), sh.forces.PointForce()
-)
-TUNED = sh.HarmonicBalance(
-    sh.bladed_disk(5, **COMMON, contact_stiffness=1e5, normal_load=10), sh.forces.EngineOrder(1)
-)
+BLADE = blade(normal_load=3)
+TUNED = ring(5, 1e5, 1)
 LOADS = np.array([18.0, 22.0, 15.0, 25.0])
-RING = sh.HarmonicBalance(
-    sh.bladed_disk(
-        4,
-        **COMMON | {"stiffness": [1.01e4, 0.99e4, 1e4, 1.02e4]},
-        contact_stiffness=[9e4, 1.1e5, 1e5, 1.2e5],
-        normal_load=LOADS,
-    ),
-    sh.forces.EngineOrder(1),
+RING = ring(
+    4, [9e4, 1.1e5, 1e5, 1.2e5], 1, stiffness=[1.01e4, 0.99e4, 1e4, 1.02e4], normal_load=LOADS
 )
 BAND = 50, 110
 
@@ -225,15 +215,14 @@ def test_engine_orders_share_their_equations():
 
 
 def test_peaks_have_their_own_harmonics():
-    blade, band = BLADE.with_parameters(normal_load=1.5), (2, 40)
-    response = frf(blade, band, accuracy=1e-2)
+    problem, band = BLADE.with_parameters(normal_load=1.5), (2, 40)
+    response = frf(problem, band, accuracy=1e-2)
     assert response.peak_highest_harmonic.min() < response.harmonic.max()
     derivatives = sh.datasets.sensitivity(response)
     assert (derivatives.sensitivity_status == EXACT).all()
     index = int(response.peak_highest_harmonic.argmin("peak"))
     harmonics = tuple(range(1, int(response.peak_highest_harmonic[index]) + 1, 2))
-    truncated = sh.HarmonicBalance(blade.model, blade.excitation, harmonics)
-    fixed = sh.datasets.sensitivity(frf(truncated, band))
+    fixed = sh.datasets.sensitivity(frf(problem.with_harmonics(harmonics), band))
     reference = nearest(fixed, float(response.peak_frequency[index]), 0)
     for name in ("peak_amplitude_by_normal_load", "peak_frequency_by_damping"):
         # Both peaks are solved for to round-off on the same harmonics.
@@ -284,13 +273,8 @@ def mirrored():
     """A disk whose blades 1 and 4, 2 and 3 are alike, excited at blade 0."""
     rng = np.random.default_rng(10)
     stiffness, load = 1e4 * rng.uniform(0.9, 1.1, 3), rng.uniform(5, 20, 3)
-    disk = sh.bladed_disk(
-        5,
-        **COMMON | {"stiffness": stiffness[[0, 1, 2, 2, 1]]},
-        contact_stiffness=1e5,
-        normal_load=load[[0, 1, 2, 1, 0]],
-    )
-    return sh.HarmonicBalance(disk, sh.forces.PointForce())
+    values = dict(stiffness=stiffness[[0, 1, 2, 2, 1]], normal_load=load[[0, 1, 2, 1, 0]])
+    return sh.HarmonicBalance(ring(5, 1e5, **values).model, sh.forces.PointForce())
 
 
 def test_contacts_on_their_limits_together():
@@ -367,13 +351,15 @@ def test_corner_at_a_fold():
 @pytest.mark.parametrize("engine_order", [0, 1])
 def test_stiff_contacts_and_little_damping(engine_order):
     """The terms of a slope cancel to a ten-millionth, which leaves round-off."""
-    disk = sh.bladed_disk(
+    problem = ring(
         5,
-        **COMMON | {"damping": 0.05, "stiffness": [1.001e4, 0.999e4, 1e4, 1.0005e4, 1e4]},
-        contact_stiffness=[1.1e8, 0.9e8, 1e8, 1.2e8, 0.8e8],
+        [1.1e8, 0.9e8, 1e8, 1.2e8, 0.8e8],
+        engine_order,
+        (0, 1, 2),
+        damping=0.05,
+        stiffness=[1.001e4, 0.999e4, 1e4, 1.0005e4, 1e4],
         normal_load=[1.5, 1.2, 1.3, 1.1, 1.4],
     )
-    problem = sh.HarmonicBalance(disk, sh.forces.EngineOrder(engine_order), (0, 1, 2))
     response = frf(problem, (15, 17))
     derivatives = sh.datasets.sensitivity(response)
     assert derivatives.sensitivity_status.values.tolist() == [EXACT] * response.sizes["peak"]
