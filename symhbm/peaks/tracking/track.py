@@ -187,8 +187,9 @@ class Track:
                 if close and _is_same_kind(successor, conditions.maximum):
                     continue
                 found = verified(conditions.second_order, successor)
-                near = found and abs(relative_height(found.maximum, expected)) <= most
-                if near and self._in_band(found.maximum).min(initial=np.inf) >= _BEYOND:
+                if found is None or abs(relative_height(found.maximum, expected)) > most:
+                    continue
+                if self._in_band(found.maximum).min(initial=np.inf) >= _BEYOND:
                     candidates.append(found)
             if candidates:
                 return target, min(candidates, key=lambda c: distance_between(c.maximum, expected))
