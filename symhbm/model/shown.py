@@ -34,14 +34,14 @@ def as_text(structure: Any) -> str:
     """Size, parameters and the remark of a structure, a line each."""
     lines = [f"{type(structure).__name__}: {', '.join(_size(structure))}"]
     lines += [f"  {name:<21} {text}" for name, text in _parameters(structure)]
-    lines += [f"  {structure.remark}"] if structure.remark else []
+    lines += [f"  {remark}" for remark in _remarks(structure)]
     return "\n".join(lines)
 
 
 def rows_of(structure: Any) -> Rows:
     """Labels and texts on a structure, what takes long to compute left out."""
     rows = [("structure", ", ".join(_size(structure)))]
-    rows += [("", structure.remark)] if structure.remark else []
+    rows += [("", remark) for remark in _remarks(structure)]
     rows += _contacts(structure)
     rows += _parameters(structure)
     for words, stuck in (("contacts open", False), ("contacts stuck", True)):
@@ -51,6 +51,11 @@ def rows_of(structure: Any) -> Rows:
             text = ", ".join(f"{frequency:.4g}" for frequency in natural) + f"{more} Hz"
             rows.append((f"natural frequencies, {words}", text))
     return rows
+
+
+def _remarks(structure: Any) -> list[str]:
+    """What else a structure tells of itself, one line or none."""
+    return [structure.remark] if hasattr(structure, "remark") else []
 
 
 def _size(structure: Any) -> list[str]:

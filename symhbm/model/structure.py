@@ -213,6 +213,8 @@ class Structure(Record, ABC):
     """The structure that forces and outputs are of, None where they are of this one."""
     _lift: Any = None
     """Motion of the structure beneath by that of this one, (n_whole, n_dof), None for the same."""
+    _n_whole: int | None = None
+    """Number of degrees of freedom that forces act on, where nothing beneath tells it."""
     kept: Any = None
     """Numbers of the degrees of freedom in the structure this one was made from, if any."""
     reduced_from: int | None = None
@@ -687,7 +689,8 @@ class Structure(Record, ABC):
     @property
     def n_whole(self) -> int:
         """Number of degrees of freedom that forces act on: those of the structure beneath."""
-        return self.n_dof if self.beneath is None else self.beneath.n_dof
+        below = self if self.beneath is None else self.beneath
+        return self._n_whole or below.n_dof
 
     @property
     def static_stiffness(self) -> Any:
@@ -831,11 +834,6 @@ class Structure(Record, ABC):
     def __reduce__(self) -> Any:
         kept = {name: value for name, value in vars(self).items() if name not in CACHED}
         return restored, (kept, type(self))
-
-    @property
-    def remark(self) -> str:
-        """What else to tell of it in a line."""
-        return ""
 
     def __repr__(self) -> str:
         return as_text(self)

@@ -1,6 +1,6 @@
 """A large structure condensed to the few degrees of freedom that are kept."""
 
-from collections.abc import Iterable
+from collections.abc import Iterable, Mapping
 from hashlib import sha256
 from typing import Any, NamedTuple
 
@@ -140,8 +140,11 @@ class CondensedModel(Structure):
         self._store(kept=np.concatenate([dofs[: self.n_watched], rows]))
 
     def _in(self, harmonic: int) -> CondensedStiffness:
-        """The condensed stiffness of a harmonic."""
-        return self.condensed
+        """The condensed stiffness of a harmonic, of a sector that of its wave."""
+        if (n := self.wave(harmonic)) is None:
+            return self.condensed
+        n_sectors = self.interfaces.n_sectors
+        return self.waves[n] if 2 * n <= n_sectors else self.waves[n_sectors - n].conjugate()
 
     def _bind(self) -> None:
         """The functions of the frequency of each harmonic, and the resonances of what is held."""
@@ -176,6 +179,8 @@ class CondensedModel(Structure):
 
     digest: str
     condensed: CondensedStiffness
+    waves: Mapping[int, CondensedStiffness]
+    sector: Any = None
     pole_residues: dict[int, PoleResidueFunction]
     undamped: dict[int, PoleResidueFunction]
     fixed: dict[int, tuple[FloatArray, FloatArray]]
@@ -198,12 +203,8 @@ class CondensedModel(Structure):
                 f"structure: this condensed {self.kind} was rebuilt from an archive, which does "
                 "not hold the whole one; give it as structure= of symhbm.datasets.recover"
             )
-        return self.condensed_from.with_parameters(**self.parameters)
-
-    @property
-    def condensed_from(self) -> Any:
-        """The same with the contact parameters that it was condensed with."""
-        return self.beneath
+        whole = self.beneath if self.sector is None else self.sector
+        return whole.with_parameters(**self.parameters)
 
     def of_structure(self, structure: Any) -> "CondensedModel":
         """The same with the whole structure that it was condensed from, given again.

@@ -41,7 +41,6 @@ class CondensedSector(CondensedModel):
     WITHOUT_MATRICES, kind = Sector.WITHOUT_MATRICES, "sector"
     stored = "dofs", "frequency", "harmonics", "waves", "certificates", "digest"
 
-    waves: Mapping[int, CondensedStiffness]
     certificates: Mapping[int, Certificate]
     sector: Sector
 
@@ -71,11 +70,6 @@ class CondensedSector(CondensedModel):
         self._store(sector=sector, order=sector.order)
         if sector.order is not None:
             self._bind()
-
-    def _in(self, harmonic: int) -> CondensedStiffness:
-        """The condensed stiffness of the wave of a harmonic."""
-        n, n_sectors = self.wave(harmonic), self.interfaces.n_sectors
-        return self.waves[n] if 2 * n <= n_sectors else self.waves[n_sectors - n].conjugate()
 
     def under(self, excitation: Excitation) -> "CondensedSector":
         """The sector as an engine order moves it; ValueError for one it was not condensed for."""
@@ -114,11 +108,6 @@ class CondensedSector(CondensedModel):
         sector._set_contacts(contacts, **parameters)
         self._forget()
         self._store(sector=sector, **sector.attributes_of_contacts())
-
-    @property
-    def condensed_from(self) -> Sector:
-        """The sector with the contact parameters that it was condensed with."""
-        return self.sector
 
     def of_structure(self, structure: Any) -> "CondensedSector":
         """The same with the whole sector that it was condensed from, given again.

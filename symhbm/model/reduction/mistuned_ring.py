@@ -46,6 +46,8 @@ class MistunedRing(DeviatingModel):
         firsts = np.arange(sector.n_sectors) * model.n_whole
         kept = (firsts[:, None] + sector.kept).ravel()
         self._store(sector=sector, _lift=_spread(sector), kept=kept)
+        # Sector by sector, all of the disk that it was made from.
+        self._store(_n_whole=sector.n_sectors * model.n_whole)
         damping, stiffness = self._of_influences()
         base, blades = {}, {}
         for name, added in (("mass", 0), ("stiffness", stiffness)):
@@ -119,11 +121,6 @@ class MistunedRing(DeviatingModel):
         if sp.issparse(result):
             result.sort_indices()
         return result
-
-    @property
-    def n_whole(self) -> int:
-        """Degrees of freedom of all sectors of the disk it was made from, sector by sector."""
-        return self.sector.n_sectors * self.sector.structure.n_whole
 
     def under(self, excitation: Excitation) -> MistunedRing:
         """The ring itself: it takes the pattern of a sector, too."""
