@@ -1,6 +1,7 @@
 """Large matrices that are never formed: of low rank beside sparse ones, and of other coordinates.
 
-Displacements of contacts are coordinates in place of as many degrees of freedom.
+Displacements of contacts are coordinates in place of as many degrees of freedom. Coefficients of
+all sectors follow from those of one, which the others repeat later.
 """
 
 from __future__ import annotations
