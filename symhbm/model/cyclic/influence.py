@@ -9,7 +9,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from symhbm.model.cyclic.waves import turn
+from symhbm.model.linear import turn
 from symhbm.model.records import record
 from symhbm.numerics import RADIANS, ComplexArray, FloatArray, check
 

@@ -15,11 +15,10 @@ from symhbm.model.cyclic.waves import (
     Blade,
     Interfaces,
     check_geometry,
-    phasors,
     rotation_of,
 )
 from symhbm.model.excitation import EngineOrder, Excitation, StaticLoad, sector_order
-from symhbm.model.linear import RelativeCoordinates
+from symhbm.model.linear import RelativeCoordinates, phasors
 from symhbm.model.matrices import Model, PolynomialStructure
 from symhbm.model.structure import Matrices
 from symhbm.numerics import FourierBasis, check
