@@ -1,7 +1,10 @@
-"""Calls that write archives, stopped after some of their parameter sets."""
+"""Calls that write archives, stopped after some of their sets; archives to the bit; commands."""
 
 import pytest
+import xarray as xr
+from click.testing import CliRunner
 
+from symhbm.cli import main
 from symhbm.response import ensemble
 
 
@@ -26,3 +29,21 @@ def interrupt(after, verb, *arguments, **options):
         with pytest.raises(KeyboardInterrupt):
             verb(*arguments, progress=False, **options)
     assert len(made) == after
+
+
+def assert_same(found, expected):
+    """Datasets agree in all they are, to the order of variables and every bit, but in origin."""
+    one, other = (each.assign_attrs(merged_from="") for each in (found, expected))
+    xr.testing.assert_identical(one, other)
+    assert [*one.variables] == [*other.variables]
+    for name, variable in other.variables.items():
+        values, bits = variable.values, one.variables[name].values
+        assert bits.dtype == values.dtype, name
+        assert values.dtype.kind == "O" or bits.tobytes() == values.tobytes(), name
+
+
+def run(*arguments):
+    """Exit code and outputs of a command."""
+    done = CliRunner().invoke(main, [str(argument) for argument in arguments])
+    assert isinstance(done.exception, SystemExit | None), done.exception
+    return done.exit_code, done.stdout, done.stderr

@@ -50,6 +50,13 @@ def read(*arguments, **options):
         return sh.read_structure(*arguments, **options)
 
 
+def saved(path, **changes):
+    """A file of NumPy with the matrices of the rod, and what is changed or there beside them."""
+    held = dict(zip("MCK", (matrix.toarray() for matrix in matrices()), strict=True))
+    np.savez(path, **(held | changes))
+    return path
+
+
 def halved(path, share=0.6):
     """Cut the end of a file off."""
     content = path.read_bytes()

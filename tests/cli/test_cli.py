@@ -15,7 +15,6 @@ import numpy as np
 import pandas as pd
 import pytest
 import xarray as xr
-from click.testing import CliRunner
 from hypothesis import given
 from hypothesis import strategies as st
 
@@ -25,7 +24,7 @@ from symhbm.cli.selection import kinds
 from symhbm.continuation import Status
 from symhbm.plot.viewer.ensemble import samples_of
 from symhbm.results.reading import blocks
-from tests.archives import interrupt
+from tests.archives import interrupt, run
 from tests.problems import BLADE as VALUES
 from tests.problems import duffing, one_blade, ring_of_blades
 from tests.quick import quick_first
@@ -67,12 +66,6 @@ def dataset(case):
 def archive(tmp_path_factory):
     folder = tmp_path_factory.mktemp("archives")
     return cache(lambda case: sh.save(dataset(case), folder / f"{case}.nc"))
-
-
-def run(*arguments):
-    done = CliRunner().invoke(main, [str(argument) for argument in arguments])
-    assert isinstance(done.exception, SystemExit | None), done.exception
-    return done.exit_code, done.stdout, done.stderr
 
 
 def told(*arguments):
@@ -167,19 +160,6 @@ def test_info_of_all_that_there_is(archive):
     said = told(archive("motion"))
     assert said["computed"].startswith("periodic motion in time, without truncation, at 16 angles")
     assert said["events"] == f"{dataset('motion').sizes['event']}: 2 end of slip, 2 onset of slip"
-
-
-def unfinished(ds):
-    """What a working file holds of a run of which the last set was not computed."""
-    waiting = ds.isel({ds.status.dims[0]: -1}).status.copy(deep=True)
-    waiting[...] = str(sh.Status.NOT_STARTED)
-    blank = {"f": np.nan, "i": -1, "b": False, "O": ""}
-    ds = ds.copy(deep=True)
-    for name in ds.variables:
-        if ds.status.dims[0] in ds[name].dims and name not in ("normal_load", "sample"):
-            ds[name][{ds.status.dims[0]: -1}] = blank[ds[name].dtype.kind]
-    ds.status[-1] = waiting
-    return ds
 
 
 def interrupted(target, at=GRID, **options):
@@ -494,7 +474,7 @@ def test_info_of_sectors(tmp_path):
 
 
 def test_no_incomplete_curve_is_drawn_as_if_it_were_complete(tmp_path, monkeypatch):
-    path = sh.save(unfinished(dataset("grid")), tmp_path / "grid.nc")
+    path = interrupted(tmp_path / "run.nc")
     calls = []
 
     def blades(values, ax=None):

@@ -3,12 +3,11 @@
 import numpy as np
 import pytest
 import scipy.sparse as sp
-from click.testing import CliRunner
 
 import symhbm as sh
-from symhbm.cli import main
 from symhbm.response.verification.verify import summary
 from symhbm.results.problem import record_of
+from tests.archives import run
 
 FORCE = sh.forces.HarmonicForce({0: np.linspace(0, 1, 30), 1: np.ones(30)}, {2: np.arange(30) / 30})
 
@@ -125,6 +124,6 @@ def test_statistics_and_texts_of_condensed_structures(problem, tmp_path):
     envelope = sh.statistics.envelope(ensemble.isel(solution=0))
     assert record_of(sh.datasets.rebuild(envelope))[0] == record_of(problem)[0]
     sh.save(ensemble, tmp_path / "ensemble.nc")
-    told = CliRunner().invoke(main, ["info", str(tmp_path / "ensemble.nc")]).output
+    told = run("info", tmp_path / "ensemble.nc")[1]
     assert "5 degrees of freedom kept of 30" in told
     assert "problem_numbers" not in told

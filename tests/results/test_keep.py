@@ -7,12 +7,11 @@ import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray as xr
-from click.testing import CliRunner
 
 import symhbm as sh
-from symhbm.cli import main
 from symhbm.response.verification.figures import FIGURES
 from symhbm.response.verification.verify import summary
+from tests.archives import run
 from tests.problems import one_blade, ring_of_blades
 
 RING = sh.HarmonicBalance(
@@ -203,11 +202,6 @@ def test_others_say_what_was_left_out():
         sh.statistics.envelope(kept)
     with pytest.raises(sh.datasets.ArchiveError, match=r"without peak_kind, left out by keep="):
         sh.datasets.sensitivity(kept)
-
-
-def run(*arguments):
-    done = CliRunner().invoke(main, [str(argument) for argument in arguments])
-    return done.exit_code, done.stdout, done.stderr
 
 
 def test_the_command_line_says_what_was_left_out(tmp_path):

@@ -6,13 +6,6 @@ import rods
 
 import symhbm as sh
 
-
-def write(folder, **changes):
-    held = dict(zip(("M", "C", "K"), (m.toarray() for m in rods.matrices()), strict=True))
-    np.savez(folder / "rod.npz", **(held | changes))
-    return folder / "rod.npz"
-
-
 LINES = "\n".join(
     f"{node},{direction},{i},0,0,{'tip' if node == 13 else ''}"
     for i, node in enumerate(rods.NODES)
@@ -23,7 +16,7 @@ LINES = "\n".join(
 def test_a_line_per_degree_of_freedom(tmp_path):
     table = tmp_path / "places.csv"
     table.write_text(f"# from the mapping\nNode, direction, x, y, z, label\n{LINES}\n")
-    model = rods.read(write(tmp_path), places=table)
+    model = rods.read(rods.saved(tmp_path / "rod.npz"), places=table)
     assert model.places.direction.tolist() == rods.AXES * 4
     assert model.number_of("tip:z") == 11
     np.testing.assert_array_equal(model.places.coordinates, rods.places().coordinates)
@@ -33,7 +26,7 @@ def test_directions_by_number(tmp_path):
     table = tmp_path / "places.csv"
     lines = [f"{node},{way}" for node in rods.NODES for way in (1, 2, 3)]
     table.write_text("\n".join(["node,direction", *lines]))
-    assert rods.read(write(tmp_path), places=table).number_of("13:z") == 11
+    assert rods.read(rods.saved(tmp_path / "rod.npz"), places=table).number_of("13:z") == 11
 
 
 @pytest.mark.parametrize("table", [dict(node=rods.NODES), "node\n3\n5\n8\n13\n"])
@@ -42,7 +35,9 @@ def test_a_line_per_node(tmp_path, table):
         (tmp_path / "nodes.csv").write_text(table)
         table = tmp_path / "nodes.csv"
     with pytest.warns(UserWarning, match="'direction', x, y, z taken for each of 4 nodes"):
-        model = sh.read_structure(write(tmp_path), places=table, labels={"tip": 13, "root": [3, 5]})
+        model = sh.read_structure(
+            rods.saved(tmp_path / "rod.npz"), places=table, labels={"tip": 13, "root": [3, 5]}
+        )
     assert model.number_of("tip:x") == 9
     assert model.places.nodes_of("root").tolist() == [3, 5]
 
@@ -50,7 +45,7 @@ def test_a_line_per_node(tmp_path, table):
 def test_a_table_of_other_nodes_that_fits_is_told(tmp_path):
     """Twelve nodes for the twelve degrees of freedom of four."""
     with pytest.warns(UserWarning, match="'direction', x taken for each of 12 nodes"):
-        sh.read_structure(write(tmp_path), places=dict(node=range(1, 13)))
+        sh.read_structure(rods.saved(tmp_path / "rod.npz"), places=dict(node=range(1, 13)))
 
 
 @pytest.mark.parametrize(
@@ -71,12 +66,12 @@ def test_tables_that_are_none(tmp_path, text, words):
     table = tmp_path / "places.csv"
     table.write_text(text)
     with pytest.raises((TypeError, ValueError), match=words) as caught:
-        sh.read_structure(write(tmp_path), places=table)
+        sh.read_structure(rods.saved(tmp_path / "rod.npz"), places=table)
     assert "\n" not in str(caught.value)
 
 
 def test_arguments_that_do_not_fit(tmp_path):
-    path = write(tmp_path)
+    path = rods.saved(tmp_path / "rod.npz")
     with pytest.raises(FileNotFoundError, match="no such file"):
         sh.read_structure(path, places=tmp_path / "nowhere.csv")
     with pytest.raises(KeyError, match="did you mean 'direction'"):
@@ -107,7 +102,7 @@ def test_units_are_changed_once_and_told(tmp_path, units, length, mass, time):
     places = dict(
         node=table.node, direction=table.direction, coordinates=table.coordinates / length
     )
-    path = write(tmp_path, **held)
+    path = rods.saved(tmp_path / "rod.npz", **held)
     with pytest.warns(UserWarning, match=f"{units} changed to SI$"):
         model = sh.read_structure(path, units=units, places=places)
     for kind, matrix in zip(("mass", "damping", "stiffness"), in_si, strict=True):

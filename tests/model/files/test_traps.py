@@ -13,10 +13,8 @@ import symhbm as sh
 
 
 def write(path, **changes):
-    held = dict(zip(("M", "C", "K"), (m.toarray() for m in rods.matrices()), strict=True))
     table = dict(node=rods.places().node, direction=rods.places().direction)
-    np.savez(path, **(held | table | changes))
-    return path
+    return rods.saved(path, **table | changes)
 
 
 def zeroed(matrix, rows):
