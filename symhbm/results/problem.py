@@ -100,20 +100,14 @@ def _in_waves(problem: HarmonicBalance) -> dict[str, Any]:
         return {}
     by_harmonic = {}
     for harmonic in problem.harmonics:
-        rows = [
+        lists = model.directions_in(harmonic).tolil()
+        by_harmonic[harmonic] = [
             {dof: [complex(w).real, complex(w).imag] for dof, w in zip(each, weights, strict=True)}
-            for each, weights in zip(*_lists(model.directions_in(harmonic)), strict=True)
+            for each, weights in zip(lists.rows, lists.data, strict=True)
         ]
-        by_harmonic[harmonic] = rows
     order = problem.excitation.parameters.get("engine_order", model.order)
     n_sectors = model.interfaces.n_sectors
     return {"displacements": by_harmonic, "order": order, "n_sectors": n_sectors}
-
-
-def _lists(matrix: Any) -> tuple[Any, Any]:
-    """Columns and values of the rows of a sparse matrix."""
-    lists = matrix.tolil()
-    return lists.rows, lists.data
 
 
 def _groups(model: Structure) -> dict[str, Any]:

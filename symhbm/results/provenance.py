@@ -11,10 +11,9 @@ import numpy as np
 import xarray as xr
 
 from symhbm.balance import HarmonicBalance
-from symhbm.model import Place, Places, Structure, number_of
+from symhbm.model import Places, Structure
 from symhbm.model.cyclic import speed_order
 from symhbm.model.excitation import motions_of_base
-from symhbm.numerics import check
 from symhbm.results.description import check_names
 from symhbm.results.problem import NUMBERS, record_of
 from symhbm.results.request import Request
@@ -156,13 +155,6 @@ def places_of(dataset: xr.Dataset) -> Places | None:
     coordinates = np.column_stack([dataset[name] for name in columns]) if known else None
     direction, label = (dataset[name].values.astype(str) for name in ("direction", "label"))
     return Places(dataset["node"].values, direction, coordinates, label)
-
-
-def check_dof(name: str, place: Place, dataset: xr.Dataset) -> int:
-    """The number along ``dof`` of a degree of freedom, given by it or by the name of its place."""
-    if isinstance(place, str):
-        place = number_of(places_of(dataset), place, dataset.sizes["dof"])
-    return check.integer(name, place, 0, dataset.sizes["dof"] - 1)
 
 
 def _about(long_name: str, units: str = "1") -> dict[str, Any]:

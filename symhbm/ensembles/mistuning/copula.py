@@ -39,11 +39,7 @@ def unit_samples(
     ``streams`` gives the size of every drawable parameter in a fixed order: the position of a name
     is the number of its random stream, or that of its dimensions of the Sobol sequence.
     """
-    if sampling not in SAMPLINGS:
-        raise ValueError(
-            f"sampling={check.shown(sampling)}: expected one of {', '.join(map(repr, SAMPLINGS))}"
-        )
-    if sampling == "sobol":
+    if check.one_of("sampling", sampling, SAMPLINGS) == "sobol":
         return _sobol(seed, n_samples, sizes, streams)
     shares = {}
     for name, size in sizes.items():
@@ -59,13 +55,14 @@ def unit_samples(
 def _sobol(
     seed: int, n_samples: int, sizes: Mapping[str, int], streams: Mapping[str, int]
 ) -> dict[str, FloatArray]:
-    ends = np.cumsum(list(streams.values()))
+    widths = list(streams.values())
+    ends = np.cumsum(widths)
     if ends[-1] > qmc.Sobol.MAXDIM:
         raise ValueError(
             f"sampling='sobol': expected at most {qmc.Sobol.MAXDIM} values of all parameters "
             f"together, got {ends[-1]}"
         )
-    starts = dict(zip(streams, ends - list(streams.values()), strict=True))
+    starts = dict(zip(streams, ends - widths, strict=True))
     # Powers of 2: the sequence is balanced over those alone.
     total = 2 ** (n_samples - 1).bit_length()
     block = min(total, _SOBOL_BLOCK)
@@ -98,11 +95,8 @@ class Copula:
         parameter; ``between`` are correlations of pairs of parameters. Raises TypeError, ValueError
         and KeyError if they are no correlations, or fit no parameter.
         """
-        by_name: dict[str, Any] = {}
-        if isinstance(correlation, Mapping):
-            by_name |= correlation
-        elif correlation is not None:
-            by_name |= dict.fromkeys(sizes, correlation)
+        given: Any = {} if correlation is None else correlation
+        by_name = given if isinstance(given, Mapping) else dict.fromkeys(sizes, given)
         for name in by_name:
             check.known(name, sizes, "parameter that is drawn")
         neighbours = {

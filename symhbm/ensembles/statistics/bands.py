@@ -55,18 +55,19 @@ def envelope(dataset: xr.Dataset, quantiles: Sequence[float] = (0.05, 0.5, 0.95)
     if probabilities.ndim != 1 or probabilities.size == 0 or np.any(probabilities > 1):
         raise ValueError(f"quantiles={check.shown(quantiles)}: expected values from 0 to 1")
     grid = ensemble.along
-    by_name: dict[str, list[FloatArray]] = {}
+    found: dict[tuple[str, str], list[FloatArray]] = {}
     for block in slices(dataset.sizes[grid], 8 * dataset.sizes["dof"] * ensemble.size, _MEMORY):
-        for name, result in _statistics(_of_all_samples(ensemble, block), probabilities).items():
-            by_name.setdefault(name, []).append(result)
+        values = _of_all_samples(ensemble, block)
+        for of_what, chosen in (("largest", values.max(axis=1)), ("amplitude", values)):
+            for statistic, part in _spread(chosen, probabilities).items():
+                found.setdefault((of_what, statistic), []).append(part)
     variables = {}
-    for name, parts in by_name.items():
-        of_what, statistic = name.split("_")
+    for (of_what, statistic), parts in found.items():
         dims = (grid, "dof") if of_what == "amplitude" else (grid,)
         dims += ("quantile",) * (statistic == "quantile")
         response = "amplitude" if of_what == "amplitude" else "largest amplitude of all blades"
         attributes = meant(f"{statistic} of the {response} over the samples", "m")
-        variables[name] = (dims, np.concatenate(parts), attributes)
+        variables[f"{of_what}_{statistic}"] = (dims, np.concatenate(parts), attributes)
     shares = "quantile", probabilities, meant("share of the samples below")
     coordinates = {grid: dataset[grid], "dof": dataset["dof"], "quantile": shares}
     result = xr.Dataset(variables, coordinates)
@@ -84,15 +85,6 @@ def _of_all_samples(ensemble: Population, values: slice) -> FloatArray:
         result[..., done : done + amplitudes.shape[-1]] = amplitudes
         done += amplitudes.shape[-1]
     return result
-
-
-def _statistics(values: FloatArray, probabilities: FloatArray) -> dict[str, FloatArray]:
-    """Statistics of amplitudes (n, n_dof, n_used), and of the largest of all degrees of freedom."""
-    return {
-        f"{of_what}_{name}": result
-        for of_what, chosen in (("largest", values.max(axis=1)), ("amplitude", values))
-        for name, result in _spread(chosen, probabilities).items()
-    }
 
 
 def _spread(values: FloatArray, probabilities: FloatArray) -> dict[str, FloatArray]:

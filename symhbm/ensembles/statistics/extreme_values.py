@@ -99,8 +99,7 @@ def extreme_value_fit(
     """
     data = numbers(values, of)
     block = check.integer("block", block, minimum=1)
-    if distribution not in ("gev", "gumbel"):
-        raise ValueError(f"distribution={check.shown(distribution)}: expected 'gev' or 'gumbel'")
+    check.one_of("distribution", distribution, ("gev", "gumbel"))
     probabilities = check_probabilities("levels", levels)
     confidence = check_confidence(confidence)
     n_bootstrap = check.integer("n_bootstrap", n_bootstrap, minimum=100)
@@ -110,24 +109,24 @@ def extreme_value_fit(
 
     status, fit = _fit(maxima, distribution)
     fitted = _figures(fit, probabilities)
-    tests: dict[str, float] = dict(kolmogorov_smirnov=np.nan, anderson_darling=np.nan)
-    p_values = dict(tests)
+    tests = p_values = dict(kolmogorov_smirnov=np.nan, anderson_darling=np.nan)
     intervals = {name: np.full((*np.shape(value), 2), np.nan) for name, value in fitted.items()}
     n_failed = 0
     if fit is not None:
         intervals = _intervals(maxima, fit, distribution, probabilities, confidence)
         tests = _distances(maxima, fit)
         draws = _quantile(fit, rng.random((n_bootstrap, n_blocks)))
-        refits = [(draw, _fit(draw, distribution, _COARSE)[1]) for draw in draws]
-        successful = [(draw, refit) for draw, refit in refits if refit is not None]
+        fits = [(draw, _fit(draw, distribution, _COARSE)[1]) for draw in draws]
+        successful = [(draw, refit) for draw, refit in fits if refit is not None]
         n_failed = n_bootstrap - len(successful)
         if n_failed > _MOST_LOST * n_bootstrap:
             status = f"{n_failed} of {n_bootstrap} repetitions of the fit failed; try more blocks"
         else:
-            refit_distances = [_distances(draw, refit) for draw, refit in successful]
-            for name, value in tests.items():
-                larger = sum(distances[name] >= value for distances in refit_distances)
-                p_values[name] = (1 + larger) / (1 + len(refit_distances))
+            refits = [_distances(draw, refit) for draw, refit in successful]
+            p_values = {
+                name: (1 + sum(refit[name] >= value for refit in refits)) / (1 + len(refits))
+                for name, value in tests.items()
+            }
     result = _label(
         dict(
             status=np.array(status, dtype=object),
@@ -228,13 +227,9 @@ def _quantile(fit: FloatArray, probability: FloatArray) -> FloatArray:
 
 def _figures(fit: FloatArray | None, probabilities: FloatArray) -> dict[str, FloatArray]:
     """Parameters, upper bound and return levels."""
-    if fit is None:
-        names = ("location", "scale", "shape", "upper_bound")
-        parameters = {name: np.array(np.nan) for name in names}
-        return parameters | {"return_level": np.full(probabilities.size, np.nan)}
-    location, scale, shape = fit
-    bound = location - scale / shape if shape < 0 else np.inf
-    levels = _quantile(fit, probabilities)
+    location, scale, shape = np.full(3, np.nan) if fit is None else fit
+    bound = np.inf if shape >= 0 else location - scale / shape
+    levels = _quantile(np.array([location, scale, shape]), probabilities)
     parameters = dict(location=location, scale=scale, shape=shape, upper_bound=bound)
     return {k: np.array(v) for k, v in parameters.items()} | {"return_level": levels}
 

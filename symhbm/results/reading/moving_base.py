@@ -62,9 +62,8 @@ def seen_from(
     check_dataset("result", result)
     motion = _FROM[check.one_of("where", where, _FROM)]
     prefix = {"points": "", "peaks": "peak_"}[check.one_of("kind", kind, ("points", "peaks"))]
-    bases = [
-        b | {"motion": plain(b["motion"])} for b in Description(result).problem.get("bases", [])
-    ]
+    description = Description(result)
+    bases = [b | {"motion": plain(b["motion"])} for b in description.problem.get("bases", [])]
     if not bases:
         raise ValueError(
             "result: expected a response to a symhbm.forces.BaseMotion, its base stands still"
@@ -72,7 +71,7 @@ def seen_from(
     name = f"{prefix}frequency" if f"{prefix}frequency" in result else "frequency"
     check_present(result, f"{prefix}coefficient", name, "force_amplitude", container="result")
     coefficient = result[f"{prefix}coefficient"].transpose(..., "dof", "harmonic", "component")
-    about = _output_of(result)
+    about = None if description.output is None else description.outputs[description.output]
     for base in bases:
         if base["motion"]["motion"] != motion:
             sign = 1.0 if motion == "absolute" else -1.0
@@ -88,12 +87,6 @@ def seen_from(
     attributes = result.attrs | {DISPLACEMENTS: SEEN[motion]}
     variables = {"coefficient": coefficient, "amplitude": amplitudes, name: result[name]}
     return xr.Dataset(variables, attrs=attributes)
-
-
-def _output_of(result: xr.Dataset) -> Output | None:
-    """The output that a result is of, None of displacements."""
-    told = Description(result)
-    return None if told.output is None else told.outputs[told.output]
 
 
 def _moved(base: dict[str, Any], about: Output | None) -> FloatArray:
