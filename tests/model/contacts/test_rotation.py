@@ -1,5 +1,7 @@
 """Loads of contacts that grow with the square of the speed of rotation."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 
@@ -10,63 +12,41 @@ ORDER = 3
 MATRICES = np.eye(2), np.diag([2.0, 3.0]), np.diag([1e4, 2.25e4])
 
 
-def shroud(load: float = 1.0, **more: float) -> sh.Contacts:
-    """A contact between both masses that varies, with or without a load by rotation."""
-    return sh.Friction(
-        tangential=(0,),
-        normal=(1,),
-        contact_stiffness=1e4,
-        normal_stiffness=1e4,
-        friction_coefficient=0.3,
-        normal_load=load,
-        **more,
-    )
+def group(kind: str, load: float = 1.0, **more: float) -> sh.Contacts:
+    """A contact whose load motion moves or leaves, with or without one by rotation."""
+    if kind == "stop":
+        return sh.Gap(normal=(1,), normal_stiffness=1e4, normal_load=load, **more)
+    where = {
+        "varying": dict(tangential=(0,), normal=(1,), normal_stiffness=1e4),
+        "line": dict(tangential=(0, 1)),
+        "plane": dict(tangential=(0,), across=(1,)),
+    }
+    return sh.Friction(**where[kind], **rub(1e4, 0.5, load), **more)
 
 
-def slider(load: float = 1.0, **more: float) -> sh.Contacts:
-    """A contact with a load that the motion leaves."""
-    return sh.Friction(
-        tangential=(0, 1), contact_stiffness=1e4, friction_coefficient=0.5, normal_load=load, **more
-    )
-
-
-def disc(load: float = 1.0, **more: float) -> sh.Contacts:
-    """Planar friction under a load that the motion leaves."""
-    return sh.Friction(
-        tangential=(0,),
-        across=(1,),
-        **rub(1e4, 0.5, load),
-        **more,
-    )
-
-
-def stop(load: float = 1.0, **more: float) -> sh.Contacts:
-    """A stop under a preload."""
-    return sh.Gap(normal=(1,), normal_stiffness=1e4, normal_load=load, **more)
-
-
-EACH = [shroud, slider, disc, stop]
+slider = partial(group, "line")
+EACH = ["varying", "line", "plane", "stop"]
 FORCE = sh.forces.HarmonicForce(cosine={1: [10, 0]}, sine={1: [0, 10]})
 
 
-def problem_of(group: sh.Contacts, harmonics=(0, 1, 2, 3)) -> sh.HarmonicBalance:
-    return sh.HarmonicBalance(sh.Model(*MATRICES, contacts={"own": group}), FORCE, harmonics)
+def problem_of(own: sh.Contacts, harmonics=(0, 1, 2, 3)) -> sh.HarmonicBalance:
+    return sh.HarmonicBalance(sh.Model(*MATRICES, contacts={"own": own}), FORCE, harmonics)
 
 
-@pytest.mark.parametrize("contact", EACH)
-def test_at_one_frequency_it_is_a_constant_load(contact):
+@pytest.mark.parametrize("kind", EACH)
+def test_at_one_frequency_it_is_a_constant_load(kind):
     frequency, by_speed = 17.0, 4e-3
-    turning = problem_of(contact(centrifugal_load=by_speed, engine_order=ORDER))
+    turning = problem_of(group(kind, centrifugal_load=by_speed, engine_order=ORDER))
     load = 1.0 + by_speed * (2 * np.pi * frequency / ORDER) ** 2
-    still = problem_of(contact(load))
+    still = problem_of(group(kind, load))
     one, other = (sh.solve(problem, frequency) for problem in (turning, still))
     np.testing.assert_allclose(one.coefficient, other.coefficient, rtol=1e-9, atol=1e-15)
     assert abs(one.coefficient.values).max() > 1e-4
 
 
-@pytest.mark.parametrize("contact", EACH)
-def test_slopes_by_the_frequency_and_the_load_are_differences(contact):
-    given, omega = problem_of(contact(centrifugal_load=4e-3, engine_order=ORDER)), 110.0
+@pytest.mark.parametrize("kind", EACH)
+def test_slopes_by_the_frequency_and_the_load_are_differences(kind):
+    given, omega = problem_of(group(kind, centrifugal_load=4e-3, engine_order=ORDER)), 110.0
     at = 1e-3 * np.random.default_rng(4).normal(size=given.n_unknowns)
 
     def residual(omega, load=4e-3):
