@@ -209,8 +209,11 @@ class Follower:
             self.rejected += path.rejected
             if path.status != Status.REACHED_END:
                 return None
+        *inner, last = followed[1:]
+        if inner and _is_same(inner[-1], right) and np.array_equal(last.switches, right.switches):
+            return inner[:-1]  # the event at the right point, located short of it
         # A contact still in another state at the right point changes there, but for round-off.
-        return followed[1:-1] if np.array_equal(followed[-1].switches, left.switches) else None
+        return inner if np.array_equal(last.switches, left.switches) else None
 
 
 def solution_beside(

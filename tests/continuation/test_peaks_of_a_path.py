@@ -14,6 +14,7 @@ import symhbm as sh
 from symhbm.continuation import FrequencyProblem, filled, follow_branch
 from symhbm.numerics import RADIANS
 from tests import designs
+from tests.problems import problem as problem_of
 from tests.problems import rub
 from tests.quick import quick_first
 from tests.random_contacts import random_system
@@ -177,6 +178,17 @@ def test_slip_between_two_points_is_followed_again():
     branch = filled(branch)
     assert events_of(branch) == pytest.approx(events, rel=1e-9)
     assert branch.status == REACHED_END
+
+
+def test_a_doubt_in_front_of_an_event_is_settled():
+    """The path through it meets the event by round-off short of the point that has it."""
+    branch = followed(problem_of("pressed blade point 0123"), (14.55, 14.3))
+    (event,), (peak,) = events_of(branch), branch.peaks
+    points = [p for p in branch.points if not event < p.value < peak.value]
+    assert len(points) < len(branch.points)
+    again = filled(replace(branch, points=points))
+    assert again.status == REACHED_END
+    assert events_of(again) == [event]
 
 
 def test_a_plate_whose_contacts_change_for_a_moment():
