@@ -11,7 +11,7 @@ from matplotlib.figure import Figure
 
 import symhbm as sh
 from studies.closed_form import OneBlade, one_blade
-from symhbm.numerics import amplitude_between
+from symhbm.numerics.loops.interpolation import amplitude_between
 
 PUBLISHED_LOAD = 10.0
 """Normal load [N] of the source's tuned disk in Fig. 12."""

@@ -14,7 +14,8 @@ from symhbm.continuation.point import EventKind, PathPoint
 from symhbm.continuation.problem import ContinuationProblem
 from symhbm.continuation.segment import PathState, Segment
 from symhbm.continuation.status import Status
-from symhbm.numerics import FloatArray, cubic
+from symhbm.numerics import FloatArray
+from symhbm.numerics.loops import interpolation
 
 
 @dataclass(frozen=True)
@@ -106,7 +107,7 @@ class Branch:
         """The solution at the value of a guess, in the contact states of the point before."""
         scale = self.curve.scale(guess)
         plane = Hyperplane(guess, scale, unit_parameter(len(scale)))
-        solution = self.corrector.correct(guess, scale, plane, left.switches)
+        solution = self.corrector.correct(guess, plane, left.switches)
         return None if solution is None else PathState(solution.point, solution.direction * scale)
 
     def _norm(self, unknowns: FloatArray, value: float) -> float:
@@ -120,4 +121,4 @@ def _interpolated(left: PathPoint, right: PathPoint, share: float) -> FloatArray
         length * point[:-1] / point[-1] if point[-1] * length > 0 else step
         for point in (left.after, right.before)
     )
-    return cubic(left.unknowns, right.unknowns, (first, last), share)
+    return interpolation.cubic(left.unknowns, right.unknowns, (first, last), share)

@@ -78,7 +78,7 @@ def follow_with(
     follower = Follower(corrector, per_dof)
     points: list[PathPoint] = []
     peaks: list[Peak] = []
-    status, missed = Status.NO_START, 0
+    status = Status.NO_START
 
     def solved(unknowns: FloatArray | None, value: float) -> NewtonResult:
         solution = None if unknowns is None else corrector.free(unknowns, value)
@@ -94,10 +94,9 @@ def follow_with(
         max_points -= len(path_points)
         follower.rejected += path.rejected
         status = path.status
-        more_points, more_peaks, more_missed = follower.searched(path_points)
+        more_points, more_peaks = follower.searched(path_points)
         points += more_points
         peaks += sorted(more_peaks, key=lambda peak: (per_dof * peak.dof, peak.value))
-        missed += more_missed
         if path.status != Status.UNBOUNDED:
             break
         last = path_points[-1]
@@ -115,7 +114,7 @@ def follow_with(
             solution = solved(-last.unknowns, start)
             if solution.converged:
                 break
-    if missed and status == Status.REACHED_END:
+    if follower.missed and status == Status.REACHED_END:
         status = Status.PEAK_NOT_LOCATED
     complete = status == Status.REACHED_END and not curve.single_valued
     ends = [points[i] for i in (0, -1)] if complete and curve.driven else []
@@ -138,7 +137,7 @@ def filled(branch: Branch) -> Branch:
     for _ in range(_MAX_DEPTH):
         if not passed:
             break
-        branch, lost = _again(branch, passed)
+        branch, lost = followed_again(branch, passed)
         missed += lost
         between, passed = solved_between(branch.points, branch.corrector, branch.per_dof)
     if (missed or passed) and branch.status == Status.REACHED_END:
@@ -146,37 +145,41 @@ def filled(branch: Branch) -> Branch:
     return replace(branch, between=between)
 
 
-def followed_again(branch: Branch, passed: dict[int, float]) -> Branch:
-    """A branch followed again through values that it ``passed`` over, by the point before."""
-    return _again(branch, passed)[0] if passed else branch
+def followed_again(branch: Branch, passed: dict[int, float]) -> tuple[Branch, int]:
+    """A branch followed again through values that it ``passed`` over, by the point before.
 
-
-def _again(branch: Branch, passed: dict[int, float]) -> tuple[Branch, int]:
-    """The same, and how many peaks could not be solved for."""
+    With it, how many peaks could not be solved for.
+    """
     follower = Follower(branch.corrector, branch.per_dof, branch.rejected)
-    points, peaks, missed = follower.searched(branch.points, LocatedPeaks([], {}, 0, passed))
+    points, peaks = follower.searched(branch.points, LocatedPeaks([], {}, 0, passed))
     known = {(peak.value, peak.dof) for peak in branch.peaks}
     peaks = branch.peaks + [peak for peak in peaks if (peak.value, peak.dof) not in known]
-    return replace(branch, points=points, peaks=peaks, rejected=follower.rejected), missed
+    branch = replace(branch, points=points, peaks=peaks, rejected=follower.rejected)
+    return branch, follower.missed
 
 
 @dataclass
 class Follower:
-    """Adds to the points of a path what its steps passed over; ``rejected`` counts its steps."""
+    """Adds to the points of a path what its steps passed over.
+
+    ``rejected`` counts its steps, ``missed`` the peaks that could not be solved for.
+    """
 
     corrector: Corrector
     per_dof: bool
     rejected: int = 0
+    missed: int = 0
 
     def searched(
         self, points: list[PathPoint], located: LocatedPeaks | None = None, depth: int = 0
-    ) -> tuple[list[PathPoint], list[Peak], int]:
-        """A path with its peaks among its points, the peaks, and how many could not be solved for.
+    ) -> tuple[list[PathPoint], list[Peak]]:
+        """A path with its peaks among its points, and the peaks.
 
         A segment in which a contact has another state is followed again, through that state.
         """
         located = located or locate_peaks(points, self.corrector, self.per_dof)
-        path, peaks, missed = [], located.peaks, located.lost
+        path, peaks = [], located.peaks
+        self.missed += located.lost
         for i, left in enumerate(points):
             path += [left, *located.between.get(i, ())]
             if i not in located.other_states:
@@ -189,13 +192,12 @@ class Follower:
                 alone = locate_peaks(pair, self.corrector, self.per_dof, ignore_states=True)
                 path += alone.between.get(0, ())
                 peaks += alone.peaks
-                missed += alone.lost + len(alone.other_states)
+                self.missed += alone.lost + len(alone.other_states)
                 continue
-            refined = self.searched([left, *added, right], depth=depth + 1)
-            path += refined[0][1:-1]
-            peaks += refined[1]
-            missed += refined[2]
-        return path, peaks, missed
+            more_points, more_peaks = self.searched([left, *added, right], depth=depth + 1)
+            path += more_points[1:-1]
+            peaks += more_peaks
+        return path, peaks
 
     def _points_through(
         self, left: PathPoint, right: PathPoint, value: float

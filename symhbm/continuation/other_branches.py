@@ -30,7 +30,7 @@ from symhbm.continuation.following import (
 )
 from symhbm.continuation.path import Path
 from symhbm.continuation.point import Event, EventKind, PathPoint
-from symhbm.continuation.segment import PathState, Segment
+from symhbm.continuation.segment import Segment
 from symhbm.continuation.status import Status
 from symhbm.numerics import FloatArray, on_one_thread
 
@@ -231,7 +231,7 @@ class _Search:
         for length in _FIRST:
             guess = state + length * direction * scale
             plane = Hyperplane(guess, scale, direction)
-            solution = corrector.correct(guess, scale, plane, known.switches, radius=length)
+            solution = corrector.correct(guess, plane, known.switches, radius=length)
             if solution is None or not low < solution.point[-1] < high:
                 continue
             step = (solution.point - state) / scale
@@ -256,10 +256,7 @@ class _Search:
         )
         points, status = [first], None
         for point in path:
-            last = points[-1]
-            ends = PathState(last.state, last.after), PathState(point.state, point.before)
-            segment = Segment(corrector, *ends, last.switches)
-            if len(points) > 2 and _passes(segment, first):
+            if len(points) > 2 and _passes(Segment.of(corrector, points[-1], point), first):
                 ahead = np.dot(first.after / scale, point.before / scale) > 0
                 tangent = first.after if ahead else -first.after
                 points.append(first._replace(before=tangent, after=tangent))
@@ -268,8 +265,7 @@ class _Search:
             points.append(point)
         if status is None:
             status = Status.REACHED_END if path.status == Status.TURNED_BACK else path.status
-        given = points, status, path.rejected, Origin.CROSSING, known.parent, solves
-        return self._made(*given)
+        return self._made(points, status, path.rejected, Origin.CROSSING, known.parent, solves)
 
     def _made(
         self,
@@ -285,8 +281,8 @@ class _Search:
         if status == Status.SEVERAL_MEET:
             points = _far_enough(points)
         follower = Follower(corrector, first.per_dof, rejected)
-        points, peaks, missed = follower.searched(points)
-        if missed and status in (Status.REACHED_END, Status.CLOSED):
+        points, peaks = follower.searched(points)
+        if follower.missed and status in (Status.REACHED_END, Status.CLOSED):
             status = Status.PEAK_NOT_LOCATED
         given = corrector, first.solve_from_scratch, first.per_dof, points, peaks, status
         branch = self._searched(Branch(*given, follower.rejected))
@@ -296,7 +292,7 @@ class _Search:
         """A branch with the branch points that it passed over in pairs, and all between points."""
         if self.curvature is not None:
             passed = passed_pairs(branch.points, self._corrector)
-            branch = followed_again(branch, passed)
+            branch, _ = followed_again(branch, passed)
         return filled(branch)
 
 
@@ -314,10 +310,8 @@ def _far_enough(points: list[PathPoint]) -> list[PathPoint]:
 
 def _passes(segment: Segment, start: PathPoint) -> bool:
     """Whether a branch passes its ``start`` within a segment, or at the end of it."""
-    step, offset = (
-        (state - segment.left.state) / segment.scale for state in (segment.right.state, start.state)
-    )
-    share = np.dot(segment.normal, offset) / segment.length
+    step = (segment.right.state - segment.left.state) / segment.scale
+    share = segment.share_of(start.state)
     if not 0 < share <= 1 + _PASSES:
         return False
     [near], [slope] = segment.interpolate(np.array([share]))

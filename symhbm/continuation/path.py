@@ -34,7 +34,6 @@ from symhbm.continuation.events import (
     find_branch_point,
     find_folds,
     first_limit,
-    goes_between,
     is_crossing,
     leaves,
     several_meet,
@@ -51,6 +50,7 @@ from symhbm.continuation.point import (
     switched,
 )
 from symhbm.continuation.problem import ContinuationProblem, Corrected
+from symhbm.continuation.segment import Segment
 from symhbm.continuation.status import Status
 from symhbm.numerics import FloatArray
 from symhbm.numerics.loops import Loop
@@ -105,7 +105,7 @@ class Path:
         self._end = float(end)
         self._heading = 1 if end > start else -1
         self._max_points = max_points
-        self._orientation = 0
+        self._orientation = 0  # sign of ``det [J; t^T]``, which the path keeps
         self._predictor = Predictor.straight(len(self._start))
         self._onset: PathPoint | None = None
         self._resonance_finder = ResonanceFinder(curve)
@@ -120,12 +120,9 @@ class Path:
         step = usual = FIRST_STEP
         accepted = 1
         while accepted < self._max_points:
-            attempt = self._advance(point, step)
-            folds = None if attempt is None else self._folds(point, *attempt)
-            if attempt is None or folds is None:
-                attempt = self._end_of_slip(point, step)
-                folds = None if attempt is None else self._folds(point, *attempt)
-                attempt = None if folds is None else attempt
+            attempt = self._with_folds(point, self._advance(point, step))
+            if attempt is None:
+                attempt = self._with_folds(point, self._end_of_slip(point, step))
                 self.rejected += 1
                 step /= 4
                 stuck = step < max(SHRINKAGE * usual, SMALLEST_STEP)
@@ -137,13 +134,13 @@ class Path:
                         continue
                     # A step that shrank from corner to corner does not suit the path beyond.
                     corner_step = max(usual, SMALLEST_CORNER_STEP)
-                    attempt, length = self._cross_corner(point, corner_step)
+                    beyond, length = self._cross_corner(point, corner_step)
+                    attempt = self._with_folds(point, beyond)
                     # Where there is no corner, the path turns: only a shorter step follows it.
                     step, usual = (step, 0.0) if attempt is None else (length, usual)
                 elif attempt is None and stuck and not self._curve.single_valued:
-                    attempt = self._acute_corner(point, 4 * step)
-                    folds = None if attempt is None else self._folds(point, *attempt)
-                    attempt, step = (None, step) if folds is None else (attempt, usual)
+                    attempt = self._with_folds(point, self._acute_corner(point, 4 * step))
+                    step = step if attempt is None else usual
             if attempt is None:
                 if step < SMALLEST_STEP:
                     self.status = Status.MINIMUM_STEP
@@ -153,12 +150,11 @@ class Path:
                         self.status = Status.SEVERAL_MEET
                     return
                 continue
-            base, (point, error) = point, attempt
+            base, (point, error, folds) = point, attempt
             self.corrector.defined = True
-            yield from folds or ()
-            accepted += len(folds or ())
+            yield from folds
+            accepted += 1 + len(folds)
             self._predictor = Predictor.through(base, point)
-            accepted += 1
             usual = max(step, usual / 2)
             if any(event.kind == EventKind.BRANCH for event in point.events):
                 self._orientation = -self._orientation
@@ -176,6 +172,18 @@ class Path:
             step = min(step * min(max(growth, 0.3), 2.0), LARGEST_STEP)
         self.status = Status.MAXIMUM_POINTS
 
+    def end(self) -> PathPoint | None:
+        """Its last point, followed to there; None where it does not reach its end."""
+        points = list(self)
+        return points[-1] if self.status == Status.REACHED_END else None
+
+    def _with_folds(
+        self, base: PathPoint, attempt: tuple[PathPoint, float] | None
+    ) -> tuple[PathPoint, float, list[PathPoint]] | None:
+        """A point and the error of its prediction with the folds before it, None as of `_folds`."""
+        folds = None if attempt is None else self._folds(base, *attempt)
+        return None if attempt is None or folds is None else (*attempt, folds)
+
     def _folds(self, base: PathPoint, point: PathPoint, error: float) -> list[PathPoint] | None:
         """The folds between two points, None if the points are too far apart to locate them.
 
@@ -184,9 +192,10 @@ class Path:
         if self._curve.single_valued:
             return []
         # No force tells where a harmonic meets a mode: there a path leaves the step and comes back.
-        surprising = error > PREDICTION_ERROR and not self._curve.driven
-        if surprising and not goes_between(self.corrector, base, point, PREDICTION_ERROR):
-            return None
+        if error > PREDICTION_ERROR and not self._curve.driven:
+            middle = Segment.of(self.corrector, base, point).corrected(0.5)
+            if middle is None or middle.error > PREDICTION_ERROR:
+                return None
         folds = find_folds(self.corrector, base, point)
         if folds is None:
             return None
@@ -200,8 +209,8 @@ class Path:
             )
             if tangent is None:
                 return None
-            event = (Event(EventKind.FOLD),)
-            points.append(self._accept(self._orient(tangent), scale, base.switches, event))
+            tangent, event = tangent.oriented(self._orientation), (Event(EventKind.FOLD),)
+            points.append(self._accept(tangent, scale, base.switches, event))
         return points
 
     def _first(self) -> PathPoint | None:
@@ -254,7 +263,7 @@ class Path:
             )
             if solution is None:
                 return None
-        solution = self._orient(solution)
+        solution = solution.oriented(self._orientation)
         forward, beyond = _senses(start, base.after, solution.point, solution.direction, scale)
         if forward and not beyond and not self._curve.single_valued:
             return None  # a part of the path that was there before, close to this one
@@ -360,7 +369,7 @@ class Path:
         if end is not None:
             guess[-1] = end
             self._curve.settle(guess, switches)  # relative residuals do not converge to zero
-        solution = self.corrector.correct(guess, scale, Hyperplane(guess, scale, normal), switches)
+        solution = self.corrector.correct(guess, Hyperplane(guess, scale, normal), switches)
         if solution is not None and end is not None:
             solution.point[-1] = end
         return solution
@@ -372,7 +381,7 @@ class Path:
         limit = first_limit(self.corrector, base, past_limit, scale, self._orientation)
         if limit is None:
             return None
-        solution, limits = self._orient(limit[0]), limit[1]
+        solution, limits = limit[0].oriented(self._orientation), limit[1]
         beyond = beyond_limits(
             self.corrector, solution, scale, base.switches, limits, self._orientation
         )
@@ -411,10 +420,6 @@ class Path:
         if near_side.direction[-1] * far_side.direction[-1] < 0 and not self._curve.single_valued:
             events += (Event(EventKind.FOLD),)
         return self._accept(near_side, scale, switches, events, far_side)
-
-    def _orient(self, solution: Corrected) -> Corrected:
-        """The solution with the tangent for which ``det [J; t^T]`` keeps its sign at the start."""
-        return solution if solution.sign == self._orientation else solution.turned()
 
     def _accept(
         self,

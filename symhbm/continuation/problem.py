@@ -270,6 +270,8 @@ class Corrected(NamedTuple):
     resonances_below: tuple[int, ...] | None
     springs: FloatArray | None = None
 
-    def turned(self) -> "Corrected":
-        """The same point with the opposite tangent."""
+    def oriented(self, sign: int) -> "Corrected":
+        """The same point with the tangent that has this ``sign``."""
+        if self.sign == sign:
+            return self
         return self._replace(direction=-self.direction, sign=-self.sign, rate=-self.rate)

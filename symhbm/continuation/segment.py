@@ -17,7 +17,7 @@ from symhbm.continuation.correctors import Corrector, Hyperplane, unit_parameter
 from symhbm.continuation.newton import NewtonResult
 from symhbm.continuation.point import PathPoint
 from symhbm.continuation.problem import Corrected
-from symhbm.numerics import FloatArray, bracketed_root, first_zero
+from symhbm.numerics import FloatArray, bracketed_root
 from symhbm.numerics.loops import Loop, interpolation
 
 _ACROSS = 0.5
@@ -71,10 +71,6 @@ class Measure(NamedTuple):
     length: FloatArray
     left: FloatArray
     right: FloatArray
-
-    def take(self, index: Any) -> Self:
-        """Those of some of the segments."""
-        return type(self)(*(values[index] for values in self))
 
 
 def measure(single_valued: bool, left: PathState, right: PathState, scale: FloatArray) -> Measure:
@@ -196,6 +192,10 @@ class Segment:
         interpolation.differentiate(*ends, share, rates)
         return values[0], rates[0]
 
+    def share_of(self, state: FloatArray) -> float:
+        """Share of the length at which a state (n_unknowns + 1,) lies."""
+        return float(np.dot(self.normal, (state - self.left.state) / self.scale)) / self.length
+
     def at_value(self, value: float, component: int = -1) -> tuple[float, FloatArray]:
         """Where the parameter of the cubic has a value between its ends: share and state.
 
@@ -204,23 +204,17 @@ class Segment:
         ends = (float(end.state[component]) - value for end in (self.left, self.right))
         slopes = float(self._slopes[0][component]), float(self._slopes[1][component])
         guess = np.empty(len(self.scale))
-        share = first_zero(*ends, slopes)
+        share = interpolation.first_zero(*ends, slopes)
         _at(self.left.state, self.right.state, *self._slopes, share, guess)
         guess[component] = value
         return share, guess
 
-    def solve(
-        self,
-        share: float,
-        neighbour: tuple[float, PathState] | None = None,
-        precision: float = 1e-10,
-    ) -> PathState | None:
+    def solve(self, share: float, precision: float = 1e-10) -> PathState | None:
         """The solution at a share of the length, None where the correction fails.
 
-        ``neighbour`` may be another share and the solution there. At an end the solution is the end
-        itself, its tangent computed again.
+        At an end the solution is the end itself, its tangent computed again.
         """
-        return self._path_state(self.corrected(share, neighbour, precision))
+        return self._path_state(self.corrected(share, precision=precision))
 
     def at(self, share: float) -> PathState:
         """The solution at a share of the length, solved for once; ends are as they are given.
@@ -252,7 +246,8 @@ class Segment:
     ) -> Corrected | None:
         """As `solve`, the direction relative to the ``scale``.
 
-        ``patient`` tells that steps are shortened where full ones fail.
+        ``neighbour`` may be another share and the solution there; ``patient`` tells that steps are
+        shortened where full ones fail.
         """
         if share in (0.0, 1.0):
             end = self.right if share else self.left
@@ -274,7 +269,7 @@ class Segment:
         _along(self.left.state, self.normal, self.scale, share * self.length, anchor)
         plane = Hyperplane(anchor, self.scale, self.normal)
         correct = self.corrector.reach if patient else self.corrector.correct
-        solution = correct(guess, self.scale, plane, self.switches, precision)
+        solution = correct(guess, plane, self.switches, precision)
         if solution is None or not self._is_between(solution):
             return None
         if not self.curve.single_valued and solution.crosses:

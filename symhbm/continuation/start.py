@@ -47,7 +47,7 @@ def solve_point(problem: HarmonicBalance, frequency: float) -> NewtonResult:
     beside. At an undamped resonance, which only cubic springs bound, the start is the linear
     response beside it.
     """
-    if is_still(problem):
+    if not problem.excitation.amplitude:
         rest = state_of_rest(problem, frequency)
         if rest is not None:
             return NewtonResult(rest, problem.evaluate(rest, frequency), 1, Status.SUCCESS)
@@ -105,11 +105,9 @@ def _from_beside(problem: HarmonicBalance, frequency: float) -> NewtonResult | N
         beside = _solve_at(problem, start)
         if not beside.converged:
             continue
-        path = Path(FrequencyProblem(problem), beside.unknowns, start, frequency)
-        points = list(path)
-        if path.status == Status.REACHED_END:
-            balance = partial(problem.evaluate, frequency=frequency)
-            result = newton(balance, points[-1].unknowns)
+        end = Path(FrequencyProblem(problem), beside.unknowns, start, frequency).end()
+        if end is not None:
+            result = newton(partial(problem.evaluate, frequency=frequency), end.unknowns)
             if result.converged:
                 return result
     return None
@@ -135,10 +133,9 @@ def _grow_force(problem: HarmonicBalance, stuck: FloatArray, frequency: float) -
         near = rest + start * (stuck - rest)
         small = newton(partial(curve.evaluate, value=start * amplitude), near)
         if small.converged:
-            path = Path(curve, small.unknowns, start * amplitude, amplitude)
-            points = list(path)
-            if path.status == Status.REACHED_END:
-                return points[-1].unknowns
+            end = Path(curve, small.unknowns, start * amplitude, amplitude).end()
+            if end is not None:
+                return end.unknowns
     return None
 
 
@@ -162,11 +159,6 @@ class AtRest:
         jacobian = full(evaluation.jacobian)[np.ix_(self.places, self.places)]
         parts = evaluation.residual[self.places], evaluation.by_parameter[self.places]
         return replace(evaluation, residual=parts[0], jacobian=jacobian, by_parameter=parts[1])
-
-
-def is_still(problem: HarmonicBalance) -> bool:
-    """Whether no force oscillates."""
-    return not problem.excitation.amplitude
 
 
 def position_at_rest(problem: HarmonicBalance, frequency: float) -> FloatArray:

@@ -27,12 +27,6 @@ from symhbm.numerics.fourier import (
     larger_set,
     unknowns_of,
 )
-from symhbm.numerics.interpolation import (
-    amplitude_between,
-    cubic,
-    cubic_top,
-    first_zero,
-)
 from symhbm.numerics.machine_code import to_machine_code
 from symhbm.numerics.refinement import refined
 from symhbm.numerics.roots import MACHINE, bracketed_root, monotone_root
@@ -55,7 +49,6 @@ __all__ = [
     "FloatArray",
     "FourierBasis",
     "Table",
-    "amplitude_between",
     "bordered",
     "bracketed_root",
     "by_harmonic",
@@ -66,9 +59,6 @@ __all__ = [
     "compact",
     "complete_harmonics",
     "constant",
-    "cubic",
-    "cubic_top",
-    "first_zero",
     "full",
     "is_full",
     "larger_set",

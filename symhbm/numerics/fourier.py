@@ -137,7 +137,8 @@ class FourierBasis:
         Derivative -1 gives the integrals, without mean, and 0 for harmonic 0.
         """
         pick, factor = self._derivative_rules[derivative]
-        return self._turns(tau).view(float).take(pick, axis=-1) * factor
+        turns = np.exp(np.multiply.outer(tau, self._imaginary))
+        return turns.view(float).take(pick, axis=-1) * factor
 
     def phasors(self, coefficients: FloatArray) -> NDArray[np.complex128]:
         """Amplitudes ``a_n - i b_n`` of motions, one per harmonic: ``(..., n_harmonics)``."""
@@ -146,10 +147,6 @@ class FourierBasis:
     def of_phasors(self, phasors: NDArray[np.complex128]) -> FloatArray:
         """Coefficients (..., n_components) of motions from their `phasors`."""
         return np.ascontiguousarray(phasors).view(float) @ self._parts.T
-
-    def _turns(self, tau: ArrayLike) -> NDArray[np.complex128]:
-        """``exp(i n tau)`` of all harmonics: ``(..., n_harmonics)``."""
-        return np.exp(np.multiply.outer(tau, self._imaginary))
 
     @cached_property
     def _imaginary(self) -> NDArray[np.complex128]:
@@ -220,10 +217,7 @@ class FourierBasis:
         ``angle`` of shape ``(..., n_intervals + 1)`` in rad holds the ends of the intervals; the
         result has the shape ``(..., n_intervals, 2 (2 highest + 1))``.
         """
-        return self.moments_from(angle[..., :-1], np.diff(angle, axis=-1))
-
-    def moments_from(self, left: FloatArray, width: FloatArray) -> FloatArray:
-        """As `moments`, of intervals that begin at ``left`` [rad] and are ``width`` [rad] wide."""
+        left, width = angle[..., :-1], np.diff(angle, axis=-1)
         half, (k, turn, factor) = width / 2, self._moment_factors
         # The difference of two sines as a product, which keeps its digits on short intervals.
         waves: Any = np.exp(np.multiply.outer(left + half, turn))

@@ -9,7 +9,8 @@ import numpy as np
 import xarray as xr
 from scipy.interpolate import PchipInterpolator
 
-from symhbm.numerics import FloatArray, amplitude_between, largest_displacement
+from symhbm.numerics import FloatArray, largest_displacement
+from symhbm.numerics.loops import interpolation
 from symhbm.plot.drawing import Moving, decibel, motions_of
 from symhbm.plot.picture import Panel
 from symhbm.results import Description
@@ -129,7 +130,7 @@ class Line:
             beyond = np.where(np.isfinite(last), last / right, rise)
             first = np.where(np.isnan(first), left * _other_slope(rise, beyond), first)
             last = np.where(np.isnan(last), right * _other_slope(rise, first / left), last)
-        result = amplitude_between(left, right, (first, last), share[:, None])
+        result = interpolation.amplitude_between(left, right, (first, last), share[:, None])
         if self.straight.any():
             with np.errstate(divide="ignore"):
                 level = np.log(left) * (1 - share[:, None]) + np.log(right) * share[:, None]

@@ -9,8 +9,7 @@ from symhbm.continuation.between import intermediate_solutions, missed_events, s
 from symhbm.continuation.between.interpolation_error import OF_SLOPE, write_errors
 from symhbm.continuation.between.slopes import FLAT_SLOPE, TIE, _of_one_harmonic
 from symhbm.continuation.segment import PathState, _measure, measure
-from symhbm.numerics import amplitude_between
-from symhbm.numerics.loops.interpolation import cubic_slope
+from symhbm.numerics.loops.interpolation import amplitude_between, cubic_slope
 
 SEEDS = st.integers(0, 2**32 - 1)
 FEW = settings(max_examples=40)
@@ -100,13 +99,13 @@ def test_errors_of_interpolation(seed):
     states, directions, scale = four_solutions(rng)
     ends = (PathState(states[k], directions[k]) for k in (1, 2))
     measured = measure(False, *ends, scale)
-    around = states, directions, measured.normal, measured.length, scale
+    metric = measured.normal, measured.length, scale
     own = [tuple(np.ascontiguousarray(a[:, :-1]) for a in each) for each in (states, directions)]
     for each in (own, [tuple(rng.normal(size=(5, 3)) for _ in range(4)) for _ in range(2)]):
-        expected = extrapolated(states, directions, *each, *around[2:])
+        expected = extrapolated(states, directions, *each, *metric)
         for loop in (write_errors, plain(write_errors)):
             error = np.empty(expected.shape)
-            loop(states, directions, *each, *around[2:], error)
+            loop(np.array([*states, *directions]), np.array([*each[0], *each[1]]), *metric, error)
             np.testing.assert_allclose(error, expected, rtol=1e-8, atol=1e-14)
 
 

@@ -7,15 +7,10 @@ import pytest
 
 import symhbm as sh
 from studies import fig03_single_blade as fig03
+from tests.problems import duffing
 
 LOADS = {"normal_load": [1, 3, 10]}
 TOO_FEW = "the largest number of points was reached"
-
-
-def duffing():
-    """Its response is unique in this band for a force of 0.01 N, not for 0.18 N."""
-    model = sh.Model([[1.0]], [[0.05]], [[1.0]], contacts=[(0,)], cubic_stiffness=0.1)
-    return sh.HarmonicBalance(model, sh.forces.PointForce())
 
 
 def with_warning(call):
@@ -51,6 +46,7 @@ def test_one_curve_that_fails_says_so():
 
 
 def test_some_curves_that_fail_are_counted_and_the_most_common_reason_told():
+    """The response is unique in this band for a force of 0.01 N, not for the others."""
     forces = {"force_amplitude": [0.01, 0.15, 0.18, 0.2]}
     result, text = with_warning(lambda: sh.frf(duffing(), (0.08, 0.19), over=forces))
     assert text.startswith(f"3 of 4 curves are incomplete: {result.status[-1].item()}")

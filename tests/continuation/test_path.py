@@ -16,15 +16,9 @@ from symhbm.continuation.path import Path
 from symhbm.continuation.problem import FrequencyProblem, ParameterProblem
 from symhbm.continuation.start import solve_point
 from symhbm.continuation.status import Status
+from tests.problems import duffing
 
 TURN = 2 * np.pi
-
-
-def duffing(**changes):
-    model = sh.Model([[1.0]], [[0.05]], [[1.0]], contacts=[(0,)], cubic_stiffness=0.1)
-    return sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=0.18)).with_parameters(
-        **changes
-    )
 
 
 def path_from_start(curve, start, end, **options):
@@ -134,17 +128,10 @@ def test_a_step_across_an_event_ends_on_it(overshoot, monkeypatch):
         corrector_of(curve), base, 30 * TURN, length, may_change=False
     )
     assert same_states is None
-
-
-def test_a_step_across_a_corner_goes_ahead_on_the_path():
-    """A natural-parameter step, as across corners that event location missed."""
-    curve = FrequencyProblem(fig03.problem((1, 3)).with_parameters(normal_load=18))
-    points = list(path_from_start(curve, 10 * TURN, 30 * TURN))
-    base = points[3]
-    crossing = corners.step_over_corner(corrector_of(curve), base, 30 * TURN, 0.2)
-    assert crossing is not None
-    assert crossing.solution.residual_norm <= 1e-11
-    assert base.value < crossing.solution.point[-1] < 30 * TURN
+    ahead = corners.step_over_corner(corrector_of(curve), points[3], 30 * TURN, 0.2)
+    assert ahead is not None
+    assert ahead.solution.residual_norm <= 1e-11
+    assert points[3].value < ahead.solution.point[-1] < 30 * TURN
 
 
 def test_a_mass_matrix_that_is_singular():

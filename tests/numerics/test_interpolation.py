@@ -6,11 +6,14 @@ from hypothesis import example, given, settings
 from hypothesis import strategies as st
 from scipy.interpolate import CubicHermiteSpline
 
-from symhbm.numerics.interpolation import amplitude_between, cubic, cubic_top, first_zero
 from symhbm.numerics.loops.interpolation import (
     amplitude_at,
+    amplitude_between,
+    cubic,
     cubic_slope,
+    cubic_top,
     differentiate,
+    first_zero,
     interpolate,
 )
 

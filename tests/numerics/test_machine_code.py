@@ -85,9 +85,9 @@ def test_files_unused_for_long_are_removed(cache, monkeypatch):
 @needs_compiler
 def test_processes_compile_the_same_at_once(cache):
     """One file comes of it, and each of them has the function."""
-    with ProcessPoolExecutor(4, get_context("spawn")) as pool:
-        values = [*pool.map(_compiled_square, range(4))]
-    assert values == [0.0, 1.0, 4.0, 9.0]
+    with ProcessPoolExecutor(2, get_context("spawn")) as pool:
+        values = [*pool.map(_compiled_square, range(2))]
+    assert values == [0.0, 1.0]
     assert len([*cache.glob("*.so")]) == 1
 
 

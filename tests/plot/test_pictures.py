@@ -15,7 +15,7 @@ from studies import fig08_engine_orders as fig08
 from studies import fig12_mistuned_disk
 from symhbm.cli import main
 from symhbm.continuation.status import Status
-from symhbm.numerics.interpolation import amplitude_between
+from symhbm.numerics.loops.interpolation import amplitude_between
 from symhbm.results.variables import SLOPES
 from tests.paper import CLOSE, exact, farthest, level, long_lines, off_paper, values_of
 from tests.problems import duffing, ring_of_blades

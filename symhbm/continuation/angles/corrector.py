@@ -53,16 +53,16 @@ class AngleCorrector(StepwiseCorrector):
     def correct(
         self,
         guess: FloatArray,
-        scale: FloatArray,
         constraint: Constraint,
         switches: NDArray[np.bool_],
         precision: float = 1e-6,
         radius: float = 0.5,
     ) -> Corrected | None:
         """Solve from ``guess`` and the angles of its motion; arguments as of `Corrector`."""
+        scale = constraint.scale
         try:
             with np.errstate(all="ignore"):
-                system = self._system.bordered(self.curve, guess, scale, constraint, switches)
+                system = self._system.bordered(self.curve, guess, constraint, switches)
                 solution, solves = self._system.solve(self.solver, system, precision)
         except ArithmeticError:
             return None
@@ -79,19 +79,14 @@ class AngleCorrector(StepwiseCorrector):
         if not self._is_valid(point, theta_0, rho, switches, evaluation):
             return None
         _, row = constraint(point, evaluation)
-        return self._with_tangent(point, evaluation, scale, row, guess, switches)
+        return self._with_tangent(evaluation, Hyperplane(point, scale, row), guess, switches)
 
-    def tangent(
-        self, point: FloatArray, scale: FloatArray, row: FloatArray, switches: NDArray[np.bool_]
+    def tangent_along(
+        self, point: FloatArray, plane: Hyperplane, switches: NDArray[np.bool_]
     ) -> Corrected | None:
-        """As `Corrector.tangent`."""
+        """As `Corrector.tangent_along`."""
         evaluation = self.curve.evaluate(point[:-1], point[-1], switches)
-        borders = row, unit_parameter(len(row))
-        tangents = (
-            self._with_tangent(point, evaluation, scale, border, point, switches)
-            for border in borders
-        )
-        return next((tangent for tangent in tangents if tangent is not None), None)
+        return self._with_tangent(evaluation, plane, point, switches)
 
     def free(self, unknowns: FloatArray, value: float) -> NewtonResult:
         """Solution at a value near ``unknowns``, in the contact states of its own motion."""
@@ -101,9 +96,8 @@ class AngleCorrector(StepwiseCorrector):
         switches = problem.locate(unknowns, frequency).switches
         status = Status.NO_CONVERGENCE
         for _ in range(2 + len(switches)):
-            scale = self.curve.scale(point)
-            plane = Hyperplane(point, scale, unit_parameter(len(point)))
-            solution = self.correct(point, scale, plane, switches, radius=_FREE_RADIUS)
+            plane = Hyperplane(point, self.curve.scale(point), unit_parameter(len(point)))
+            solution = self.correct(point, plane, switches, radius=_FREE_RADIUS)
             if solution is None:
                 break
             point = np.append(solution.point[:-1], value)
@@ -123,16 +117,12 @@ class AngleCorrector(StepwiseCorrector):
         """
         solves_before = self.solves
         problem, frequency = self.curve.at(value)
-        if self.applies(value) is False:
-            unknowns = np.full(problem.n_unknowns, np.nan)
-            evaluation = problem.evaluate(np.zeros(problem.n_unknowns), frequency)
-            return NewtonResult(unknowns, evaluation, 1, Status.NO_CONVERGENCE)
-        amplitude = problem.excitation.amplitude
-        stuck = linear_response(problem, frequency)
-        if stuck is None:
-            unknowns = np.zeros(problem.n_unknowns)
-            evaluation = problem.evaluate(unknowns, frequency)
-            return NewtonResult(unknowns, evaluation, 1, Status.SYSTEM_SINGULAR)
+        amplitude, stuck = problem.excitation.amplitude, linear_response(problem, frequency)
+        applies = self.applies(value) is not False
+        if stuck is None or not applies:
+            at_rest = np.zeros(problem.n_unknowns)
+            status = Status.SYSTEM_SINGULAR if applies else Status.NO_CONVERGENCE
+            return NewtonResult(at_rest, problem.evaluate(at_rest, frequency), 1, status)
         margins = problem.locate(stuck, frequency).margins
         margins = margins[np.isfinite(margins)]
         result = self.free(stuck, value)
@@ -147,10 +137,9 @@ class AngleCorrector(StepwiseCorrector):
             corrector = AngleCorrector(curve, self.solver)
             first = corrector.free(share * linear, share * amplitude)
             if first.converged:
-                path = Path(curve, first.unknowns, share * amplitude, amplitude, corrector)
-                points = list(path)
-                if path.status == Status.REACHED_END:
-                    result = self.free(points[-1].unknowns, value)
+                start = share * amplitude
+                end = Path(curve, first.unknowns, start, amplitude, corrector).end()
+                result = result if end is None else self.free(end.unknowns, value)
             self.solves += corrector.solves
             if result.converged:
                 break
@@ -191,17 +180,15 @@ class AngleCorrector(StepwiseCorrector):
 
     def _with_tangent(
         self,
-        point: FloatArray,
         evaluation: Evaluation,
-        scale: FloatArray,
-        row: FloatArray,
+        plane: Hyperplane,
         guess: FloatArray,
         switches: NDArray[np.bool_],
     ) -> Corrected | None:
-        """A point with the tangent of the equations in all their unknowns."""
-        plane = Hyperplane(point, scale, row)
+        """The point in a plane with the tangent of the equations in all their unknowns."""
+        point = plane.anchor
         with np.errstate(all="ignore"):
-            system = self._system.bordered(self.curve, point, scale, plane, switches)
+            system = self._system.bordered(self.curve, point, plane, switches)
             _, jacobian = self._system.evaluate(system.start, system.values)
         self.solves += 1
         direction = Factorisation(jacobian).solve(unit_parameter(len(system.start)))
@@ -210,8 +197,8 @@ class AngleCorrector(StepwiseCorrector):
         direction = np.append(direction[: len(point) - 1], direction[-1])
         direction /= np.linalg.norm(direction)
         sign = 1 if direction[-1] >= 0 else -1
-        at = evaluation, 0.0, row
-        return self._corrected(point, at, scale, direction, sign, guess, switches)
+        at = evaluation, 0.0, plane.normal
+        return self._corrected(point, at, plane.scale, direction, sign, guess, switches)
 
 
 _BEYOND = 1e-5

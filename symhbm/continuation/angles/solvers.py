@@ -166,10 +166,13 @@ def solve_angles(
     if not applies.all():
         return _result(problem, AngleStatus.DOES_NOT_APPLY, applies)
 
-    column, row = _scales(problem, angles, reference, slip, evaluation.magnitude)
+    coefficients, _, rho = angles.split(reference)
+    response = np.full(len(coefficients), np.abs(coefficients).max(initial=0.0) or 1.0)
+    column = np.concatenate([response, np.ones(len(slip)), rho])
+    row = row_scales(problem, coefficients, rho, slip, evaluation.magnitude or 1.0)
     data = [*inputs.values()][1:]
     values = np.concatenate([np.ravel(a, order="F") for a in (*data, column, row)])
-    point, iterations = _SOLVERS[solver](angles, first, values, column, evaluation)
+    point, iterations = _solved(solver, angles, first / column, values, 1 / rho, evaluation)
     residual = np.asarray(_scaled(angles)(point, values)[0].full())
     # The negated comparison is also true of NaN.
     if not np.abs(residual).max() <= ACCEPTED:
@@ -212,21 +215,16 @@ def two_angles(
     return np.where(slip, theta_0, np.nan), np.where(slip, theta_0 + stick, np.nan)
 
 
-def _scales(problem, angles, unknowns, slip, magnitude) -> tuple[FloatArray, FloatArray]:
-    """Magnitudes of the unknowns and of the equations at the located solution."""
-    coefficients, _, rho = angles.split(unknowns)
-    response = np.full(len(coefficients), np.abs(coefficients).max(initial=0.0) or 1.0)
-    balance = np.full(len(coefficients), magnitude or 1.0)
+def row_scales(
+    problem: HarmonicBalance, coefficients: FloatArray, rho: FloatArray, slips: Any, force: float
+) -> FloatArray:
+    """Magnitudes of the equations: a ``force`` of the balance, and those of each contact."""
     _, rows, stiffness, _ = problem.contacts.sliders()
     spring = stiffness * np.abs(problem.layout.relative(coefficients)[rows]).sum(axis=1)
-    turning = np.where(slip, spring, 1.0)
     # In gross slip the forces of Eq. (11) are small. Relative to them the equation loses digits,
     # relative to the spring force theta_star does: their geometric mean suits both.
-    onset = np.where(slip, spring * np.sqrt(rho), 1.0)
-    return (
-        np.concatenate([response, np.ones(len(slip)), rho]),
-        np.concatenate([balance, turning, onset]),
-    )
+    of_contacts = np.where(slips, spring, 1.0), np.where(slips, spring * np.sqrt(rho), 1.0)
+    return np.concatenate([np.full(len(coefficients), force), *of_contacts])
 
 
 def _problem(angles: SwitchingAngles) -> dict[str, ca.SX]:
@@ -247,39 +245,65 @@ def _scaled(angles: SwitchingAngles) -> ca.Function:
     return angles.compiled["scaled"]
 
 
-def _newton(angles, first, values, column, located: Evaluation) -> tuple[FloatArray, int]:
+def _solved(
+    solver: str,
+    angles: SwitchingAngles,
+    start: FloatArray,
+    values: FloatArray,
+    highest: FloatArray,
+    located: Evaluation,
+) -> tuple[FloatArray, int]:
+    """Scaled result of a solver, and its iterations; ``highest`` is that of ``rho``."""
+    if solver == "newton":
+        return _newton(angles, start, values, located)
+    if solver not in angles.compiled:
+        angles.compiled[solver] = casadi_solver(solver, _problem(angles))
+    return by_casadi(solver, angles.compiled[solver], angles, start, values, highest)
+
+
+def _newton(angles, start, values, located: Evaluation) -> tuple[FloatArray, int]:
     def evaluate(point: FloatArray) -> Evaluation:
         residual, jacobian = _scaled(angles)(point, values)
         matrix = jacobian.full() if len(point) <= DENSE_LIMIT else jacobian.sparse()
         residual = np.asarray(residual.full())[:, 0]
         return replace(located, residual=residual, magnitude=1.0, jacobian=matrix)
 
-    result = newton(evaluate, first / column)
+    result = newton(evaluate, start)
     return result.unknowns, result.iterations
 
 
-def _rootfinder(angles, first, values, column, located) -> tuple[FloatArray, int]:
-    if "rootfinder" not in angles.compiled:
-        solver = ca.rootfinder("angles", "newton", _problem(angles), ROOTFINDER | NO_WARNINGS)
-        angles.compiled["rootfinder"] = solver
-    return _call(angles.compiled["rootfinder"], x0=first / column, p=values)
+def casadi_solver(solver: str, program: dict[str, ca.SX]) -> ca.Function:
+    """CasADi's solver of a name, for a program by CasADi's names of its parts."""
+    if solver == "rootfinder":
+        return ca.rootfinder("angles", "newton", program, ROOTFINDER | NO_WARNINGS)
+    return ca.nlpsol("angles", "ipopt", program | {"f": ca.SX(0)}, IPOPT | NO_WARNINGS)
 
 
-def _ipopt(angles, first, values, column, located) -> tuple[FloatArray, int]:
-    if "ipopt" not in angles.compiled:
-        program = _problem(angles) | {"f": ca.SX(0)}
-        angles.compiled["ipopt"] = ca.nlpsol("angles", "ipopt", program, IPOPT | NO_WARNINGS)
-    coefficients, theta_0, rho = angles.split(first)
-    free = np.full(len(coefficients), np.inf)
-    low = np.concatenate([-free, theta_0 - np.pi / 2, np.zeros(len(rho))]) / column
-    high = np.concatenate([free, theta_0 + np.pi / 2, np.ones(len(rho))]) / column
-    solver = angles.compiled["ipopt"]
-    return _call(solver, x0=first / column, p=values, lbx=low, ubx=high, lbg=0, ubg=0)
+def by_casadi(
+    solver: str,
+    function: ca.Function,
+    angles: SwitchingAngles,
+    start: FloatArray,
+    values: FloatArray,
+    highest: FloatArray | float = np.inf,
+) -> tuple[FloatArray, int]:
+    """Scaled result of a `casadi_solver`, NaN where it fails, and its iterations.
+
+    ``highest`` is the largest scaled ``rho`` (n_contacts,).
+    """
+    n, count = angles.n_coefficients, angles.n_contacts
+    theta_0, rho = slice(n, n + count), slice(n + count, n + 2 * count)
+    low, bounds = np.full(len(start), -np.inf), {}
+    if solver == "ipopt":
+        high = -low
+        low[theta_0], high[theta_0] = (start[theta_0] + turn for turn in (-np.pi / 2, np.pi / 2))
+        low[rho], high[rho] = 0.0, highest
+        bounds = dict(lbx=low, ubx=high, lbg=0.0, ubg=0.0)
+    try:
+        point = np.asarray(function(x0=start, p=values, **bounds)["x"].full())
+    except RuntimeError:
+        return np.full(len(start), np.nan), 1
+    return point[:, 0], int(function.stats()["iter_count"])
 
 
-def _call(solver: ca.Function, **inputs: Any) -> tuple[FloatArray, int]:
-    point = solver(**inputs)["x"]
-    return np.asarray(point.full())[:, 0], int(solver.stats()["iter_count"])
-
-
-_SOLVERS = {"newton": _newton, "rootfinder": _rootfinder, "ipopt": _ipopt}
+_SOLVERS = ("newton", "rootfinder", "ipopt")

@@ -10,21 +10,14 @@ from weakref import WeakKeyDictionary
 
 import casadi as ca
 import numpy as np
-import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from symhbm.balance import Equations, HarmonicBalance, SwitchingAngles
-from symhbm.continuation.angles.solvers import IPOPT, NO_WARNINGS, ROOTFINDER
-from symhbm.continuation.correctors import (
-    MAX_CORRECTIONS,
-    STAGNATION,
-    AtLimit,
-    Constraint,
-    Hyperplane,
-)
+from symhbm.continuation.angles.solvers import by_casadi, casadi_solver, row_scales
+from symhbm.continuation.correctors import MAX_CORRECTIONS, STAGNATION, Constraint
 from symhbm.continuation.newton import TOLERANCE
 from symhbm.continuation.problem import ContinuationProblem, ParameterProblem
-from symhbm.numerics import DENSE_LIMIT, Compiled, Factorisation, FloatArray
+from symhbm.numerics import DENSE_LIMIT, Assembly, Compiled, Factorisation, FloatArray
 
 _LARGEST_REDUCTION = 0.9
 """Largest reduction of ``rho`` in one step, over its value: it stays positive."""
@@ -74,96 +67,51 @@ class AngleSystem:
         inputs = ca.veccat(*data.values(), chosen, column, row, normal, anchor, limit)
         self._program = {"x": point, "p": inputs, "g": ca.vertcat(residual, constraint)}
         jacobian = ca.jacobian(self._program["g"], point)
-        dense = size <= DENSE_LIMIT
-        outputs = [self._program["g"], ca.densify(jacobian) if dense else jacobian]
-        scaled = ca.Function("bordered", [point, inputs], [ca.densify(outputs[0]), outputs[1]])
-        self._sparsity = scaled.sparsity_out(1)
-        self._dense = dense
+        outputs = [ca.densify(self._program["g"]), jacobian]
+        scaled = ca.Function("bordered", [point, inputs], outputs)
+        self._assemble = Assembly(scaled.sparsity_out(1), size <= DENSE_LIMIT)
         self._scaled = Compiled(scaled)
 
     def bordered(
         self,
         curve: ContinuationProblem,
         guess: FloatArray,
-        scale: FloatArray,
         constraint: Constraint,
         slip: NDArray[np.bool_],
     ) -> Bordered:
         """The system of a correction, which starts from ``guess`` and the angles of its motion."""
-        problem, frequency = curve.at(float(guess[-1]))
-        limit = np.zeros(len(slip))
-        if isinstance(constraint, Hyperplane):
-            normal, anchor = constraint.normal, constraint.anchor / scale
-        else:
-            assert isinstance(constraint, AtLimit)
-            normal, anchor = np.zeros(len(guess)), np.zeros(len(guess))
-            limit[constraint.contact] = 1.0
+        (problem, frequency), scale = curve.at(float(guess[-1])), constraint.scale
+        limit, (normal, anchor) = np.zeros(len(slip)), np.zeros((2, len(guess)))
+        constraint.write(normal, anchor, limit)
         first, slips = self.angles.start(problem, guess[:-1], slip | (limit > 0))
         coefficients, theta_0, rho = self.angles.split(first)
         rho = np.where(limit > 0, 1.0, rho)
         evaluation = curve.evaluate(guess[:-1], float(guess[-1]), slip)
-        magnitude = evaluation.magnitude or 1.0
-        _, rows, stiffness, _ = problem.contacts.sliders()
-        spring = stiffness * np.abs(problem.layout.relative(coefficients)[rows]).sum(axis=1)
         column = np.concatenate([scale[:-1], np.ones(len(rho)), rho, scale[-1:]])
-        row = np.concatenate(
-            [
-                np.full(len(coefficients), magnitude),
-                np.where(slips, spring, 1.0),
-                np.where(slips, spring * np.sqrt(rho), 1.0),
-            ]
-        )
+        row = row_scales(problem, coefficients, rho, slips, evaluation.magnitude or 1.0)
         named = self.angles.arguments(problem, first, frequency, slips, evaluation.states)
         data = [np.ravel(array, order="F") for array in [*named.values()][1:]]
         chosen = np.ones(1)
         if isinstance(curve, ParameterProblem):
             chosen = np.atleast_1d(curve.chosen(problem))
-        values = np.concatenate([*data, chosen, column, row, normal, anchor, limit])
+        values = np.concatenate([*data, chosen, column, row, normal, anchor / scale, limit])
         start = np.concatenate([coefficients, theta_0, rho, guess[-1:]])
         return Bordered(start / column, values, column)
 
     def evaluate(self, point: FloatArray, values: FloatArray) -> tuple[FloatArray, Any]:
         """Scaled equations, the constraint last, and their Jacobian."""
         residual, entries = self._scaled(point, values)
-        if self._dense:
-            return residual, entries.reshape(self._sparsity.shape, order="F")
-        return residual, self._assembled(entries)
-
-    def _assembled(self, entries: FloatArray) -> Any:
-        starts, rows = self._sparsity.get_ccs()
-        return sp.csc_array((entries, rows, starts), shape=self._sparsity.shape)
+        return residual, self._assemble(entries)
 
     def solve(self, solver: str, system: Bordered, precision: float) -> tuple[FloatArray, int]:
         """Scaled result of a solver, NaN where it fails, and the number of linear solves."""
         if solver == "newton":
             return self._newton(system, precision)
         if solver not in self._solvers:
-            self._solvers[solver] = self._casadi_solver(solver)
-        bounds = {}
-        if solver == "ipopt":
-            bounds = dict(lbg=0.0, ubg=0.0) | self._bounds(system)
-        function = self._solvers[solver]
-        try:
-            point = np.asarray(function(x0=system.start, p=system.values, **bounds)["x"].full())
-        except RuntimeError:
-            return np.full(len(system.start), np.nan), 1
-        return point[:, 0], max(int(function.stats()["iter_count"]), 1)
-
-    def _casadi_solver(self, solver: str) -> ca.Function:
-        if solver == "rootfinder":
-            return ca.rootfinder("bordered", "newton", self._program, ROOTFINDER | NO_WARNINGS)
-        return ca.nlpsol("bordered", "ipopt", self._program | {"f": ca.SX(0)}, IPOPT | NO_WARNINGS)
-
-    def _bounds(self, system: Bordered) -> dict[str, FloatArray]:
-        low = np.full(len(system.start), -np.inf)
-        high = -low
-        n, count = self.angles.n_coefficients, self.angles.n_contacts
-        angles, rho = slice(n, n + count), slice(n + count, n + 2 * count)
-        low[angles], high[angles] = (
-            system.start[angles] + turn for turn in (-np.pi / 2, np.pi / 2)
-        )
-        low[rho] = 0.0
-        return {"lbx": low, "ubx": high}
+            self._solvers[solver] = casadi_solver(solver, self._program)
+        given = self._solvers[solver], self.angles, system.start, system.values
+        point, iterations = by_casadi(solver, *given)
+        return point, max(iterations, 1)
 
     def _newton(self, system: Bordered, precision: float) -> tuple[FloatArray, int]:
         """Newton's method on all unknowns at once."""

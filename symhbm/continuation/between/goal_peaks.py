@@ -16,7 +16,7 @@ from symhbm.balance.goals import Goal
 from symhbm.continuation.between.slopes import Peak, PeakKind
 from symhbm.continuation.correctors import Corrector
 from symhbm.continuation.point import PathPoint
-from symhbm.continuation.segment import PathState, Segment
+from symhbm.continuation.segment import Segment
 from symhbm.numerics import FloatArray, bracketed_root
 
 _CUBIC = 1e-3
@@ -48,8 +48,7 @@ def goal_peaks(
     before: _At | None = None
     lost = 0
     for number, (left, right) in enumerate(pairwise(points)):
-        ends = PathState(left.state, left.after), PathState(right.state, right.before)
-        along = _Along(Segment(corrector, *ends, left.switches), goal)
+        along = _Along(Segment.of(corrector, left, right), goal)
         if not along.segment.length > 0:
             continue
         first, last = along.at(0.0), along.at(1.0)

@@ -202,18 +202,18 @@ def _solution_at_value(segment: Segment, share: float) -> tuple[PathState | None
     along, guess = segment.at_value(value)
     scale = curve.scale(guess)
     plane = Hyperplane(guess, scale, np.sign(width) * unit_parameter(len(scale)))
-    corrected = corrector.correct(guess, scale, plane, switches)
+    corrected = corrector.correct(guess, plane, switches)
     if corrected is None:
         # Where the path bends sharply over the parameter, the solution across it is close.
         near = segment.solve(along)
         if near is not None:
             start = near.state + (value - near.state[-1]) / near.direction[-1] * near.direction
-            corrected = corrector.correct(start, scale, plane, switches)
+            corrected = corrector.correct(start, plane, switches)
             if corrected is None and 0 < (near.state[-1] - left.state[-1]) / width < 1:
                 return near, False
     if corrected is not None and corrected.crosses:
         flipped = switches ^ crossed(corrected.margins, switches)
-        corrected = corrector.correct(corrected.point, scale, plane, flipped)
+        corrected = corrector.correct(corrected.point, plane, flipped)
     if corrected is not None and not corrected.crosses:
         leaves = is_beyond(corrected.margins, switches, ON_LIMIT)
         return PathState(corrected.point, corrected.direction * scale), leaves

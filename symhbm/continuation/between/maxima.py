@@ -189,24 +189,16 @@ class Maxima(Doubt):
         ]
         if not smooth:
             return []
-        number, smooth_maxima = zip(*smooth, strict=True)
-        share, dof = (
-            np.array(column)
-            for column in zip(
-                *((maximum.share, maximum.dofs[0]) for maximum in smooth_maxima), strict=True
-            )
-        )
-        at = PathState.stacked([maximum.at for maximum in smooth_maxima])
-        curve = self.corrector.curve
-        halves = batch.segments.take(list(number)).divided(curve, share, at)
+        number = np.array([k for k, _ in smooth])
+        share = np.array([maximum.share for _, maximum in smooth])
+        dof = np.array([maximum.dofs[0] for _, maximum in smooth])
+        at = PathState.stacked([maximum.at for _, maximum in smooth])
+        curve, rows = self.corrector.curve, np.arange(len(smooth))
+        halves = batch.segments.take(number).divided(curve, share, at)
         measured = measure(curve.single_valued, halves.left, halves.right, halves.scale)
         estimate = estimate_slopes(self._problem, halves, measured, self._per_dof)
-        rows = np.arange(len(smooth_maxima))
-        single = estimate.rises_to(rows, dof)
-        single &= estimate.falls_from(rows + len(smooth_maxima), dof)
-        return sorted(
-            {k for k, is_single in zip(number, single.tolist(), strict=True) if not is_single}
-        )
+        single = estimate.goes(1, rows, dof) & estimate.goes(-1, rows + len(smooth), dof)
+        return np.unique(number[~single]).tolist()
 
     def _locate(
         self, batch: Batch, estimate: SlopeEstimate, k: int

@@ -83,7 +83,8 @@ class Segments(NamedTuple):
 
     def segment(self, index: int, corrector: Corrector, measured: Measure) -> Segment:
         """One segment, with a corrector."""
-        given = self.switches[index], self.scale[index], measured.take(index)
+        own = Measure(*(values[index] for values in measured))
+        given = self.switches[index], self.scale[index], own
         return Segment(corrector, self.left[index], self.right[index], *given)
 
     def divided(self, curve: ContinuationProblem, share: FloatArray, middle: PathState) -> Self:

@@ -47,21 +47,11 @@ class SlopeEstimate(NamedTuple):
     right: Slopes
     of_states: FloatArray
 
-    def falls_from(self, segment: Any, dof: Any) -> NDArray[np.bool_]:
-        """Whether an amplitude surely falls all along from the left end of a segment."""
-        falls = (self._bound(segment, dof, 1.0) < 0) & (self.of_states[segment, :, dof] < 0)
-        return np.all(falls, axis=-1)
-
-    def rises_to(self, segment: Any, dof: Any) -> NDArray[np.bool_]:
-        """Whether an amplitude surely rises all along to the right end of a segment."""
-        rises = (self._bound(segment, dof, -1.0) > 0) & (self.of_states[segment, :, dof] > 0)
-        return np.all(rises, axis=-1)
-
-    def _bound(self, segment: Any, dof: Any, side: float) -> FloatArray:
-        """Bound of the slopes of one amplitude inside a segment, above or below it."""
-        profile = 4 * _SHARES * (1 - _SHARES)
-        error = side * profile * self.error[segment, dof][..., None]
-        return self.slopes[segment, :, dof][..., 1:-1] + error
+    def goes(self, sign: int, segment: Any, dof: Any) -> NDArray[np.bool_]:
+        """Whether an amplitude surely rises all along within a segment, or falls (``sign`` -1)."""
+        error = 4 * _SHARES * (1 - _SHARES) * self.error[segment, dof][..., None]
+        slopes = sign * self.slopes[segment, :, dof][..., 1:-1]
+        return np.all((slopes > error) & (sign * self.of_states[segment, :, dof] > 0), axis=-1)
 
 
 def estimate_slopes(

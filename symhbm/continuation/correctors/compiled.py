@@ -18,15 +18,13 @@ from numpy.typing import NDArray
 from symhbm.balance import DynamicStiffness, Equations
 from symhbm.continuation.correctors.bordered_system import SCALARS, located_system, point_system
 from symhbm.continuation.correctors.corrector import (
-    AtLimit,
     Constraint,
     Corrector,
     Hyperplane,
-    unit_parameter,
+    StepwiseCorrector,
 )
 from symhbm.continuation.correctors.newton_graph import DONE, correction, is_generated, tangent
 from symhbm.continuation.correctors.resonance_count import counted, resonances_below
-from symhbm.continuation.correctors.stepwise import StepwiseCorrector
 from symhbm.continuation.problem import ContinuationProblem, Corrected, FrequencyProblem
 from symhbm.numerics import (
     DENSE_LIMIT,
@@ -58,7 +56,6 @@ class LocatedCorrector(StepwiseCorrector):
         self,
         point: FloatArray,
         guess: FloatArray,
-        scale: FloatArray,
         constraint: Constraint,
         switches: NDArray[np.bool_],
     ) -> tuple[float, float, Any]:
@@ -66,13 +63,8 @@ class LocatedCorrector(StepwiseCorrector):
         states = self._contacts.locate(point[:-1], frequency, switches)
         _, at, start, normal, anchor, limit, imposed, sizes, *of_contacts = inputs
         at[:], start[:], imposed[:] = point, guess, switches
-        sizes[0], sizes[1] = scale[0], scale[-1]
-        limit[:] = 0.0
-        if isinstance(constraint, Hyperplane):
-            normal[:], anchor[:] = constraint.normal, constraint.anchor
-        else:
-            assert isinstance(constraint, AtLimit)
-            normal[:], limit[constraint.contact] = 0.0, 1.0
+        sizes[0], sizes[1] = constraint.scale[0], constraint.scale[-1]
+        constraint.write(normal, anchor, limit)
         events, margins, gradients, by_frequency = of_contacts
         _fill(events, [states.groups[group.name].events for group in self._located])
         _fill(gradients, [located.margins_by_motion for located in states.groups.values()])
@@ -144,7 +136,6 @@ class CompiledCorrector(Corrector):
     def correct(
         self,
         guess: FloatArray,
-        scale: FloatArray,
         constraint: Constraint,
         switches: NDArray[np.bool_],
         precision: float = 1e-6,
@@ -152,14 +143,9 @@ class CompiledCorrector(Corrector):
     ) -> Corrected | None:
         """As `Corrector.correct`."""
         _, start, normal, anchor, limit, imposed, settings = self._correct.inputs
-        start[:], imposed[:] = guess, switches
+        start[:], imposed[:], scale = guess, switches, constraint.scale
         settings[0], settings[1], settings[2], settings[3] = scale[0], scale[-1], precision, radius
-        limit[:] = 0.0
-        if isinstance(constraint, Hyperplane):
-            normal[:], anchor[:] = constraint.normal, constraint.anchor
-        else:
-            assert isinstance(constraint, AtLimit)
-            normal[:], limit[constraint.contact] = 0.0, 1.0
+        constraint.write(normal, anchor, limit)
         try:
             self._correct.run()
         except RuntimeError:
@@ -172,22 +158,14 @@ class CompiledCorrector(Corrector):
             return None
         return self._corrected(point.copy(), direction.copy(), values)
 
-    def tangent(
-        self, point: FloatArray, scale: FloatArray, row: FloatArray, switches: NDArray[np.bool_]
+    def tangent_along(
+        self, point: FloatArray, plane: Hyperplane, switches: NDArray[np.bool_]
     ) -> Corrected | None:
-        """As `Corrector.tangent`."""
+        """As `Corrector.tangent_along`."""
         self.solves += 1
-        borders = row, unit_parameter(len(row))
-        tangents = (self._tangent_along(point, scale, border, switches) for border in borders)
-        return next((tangent for tangent in tangents if tangent is not None), None)
-
-    def _tangent_along(
-        self, point: FloatArray, scale: FloatArray, row: FloatArray, switches: NDArray[np.bool_]
-    ) -> Corrected | None:
-        """Tangent along a row; None where the system is singular."""
         _, at_point, normal, imposed, settings = self._tangent.inputs
-        at_point[:], normal[:], imposed[:] = point, row, switches
-        settings[:2] = scale[0], scale[-1]
+        at_point[:], normal[:], imposed[:] = point, plane.normal, switches
+        settings[:2] = plane.scale[0], plane.scale[-1]
         try:
             self._tangent.run()
         except RuntimeError:

@@ -1,18 +1,20 @@
-"""What a corrector is: from a guess to a point of a path, closed by a hyperplane or a limit."""
+"""What a corrector is: from a guess to a point of a path, closed by a plane or a limit."""
 
 import math
 from abc import ABC, abstractmethod
 from contextlib import suppress
 from dataclasses import replace
-from typing import Any, NamedTuple, Protocol
+from typing import Any, NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.balance import Evaluation
-from symhbm.continuation.newton import NewtonResult, newton
+from symhbm.continuation.correctors.newton_graph import MAX_CORRECTIONS, STAGNATION
+from symhbm.continuation.correctors.resonance_count import counted
+from symhbm.continuation.newton import TOLERANCE, NewtonResult, newton
 from symhbm.continuation.problem import ContinuationProblem, Corrected
-from symhbm.numerics import FloatArray, bordered, length_of
+from symhbm.numerics import Factorisation, FloatArray, bordered, length_of
 from symhbm.numerics.loops import Loop
 
 ON_LIMIT = 1e-9
@@ -26,14 +28,6 @@ _FARTHEST = 0.5
 """Scaled distance from a guess beyond which a solution is another one."""
 
 
-class Constraint(Protocol):
-    """One equation in addition to those of the curve."""
-
-    def __call__(self, point: FloatArray, evaluation: Evaluation) -> tuple[float, FloatArray]:
-        """Value at (unknowns, parameter) and its gradient by these scaled, (n_unknowns + 1,)."""
-        ...
-
-
 class Hyperplane(NamedTuple):
     """The plane through ``anchor`` with the scaled ``normal``, all (n_unknowns + 1,)."""
 
@@ -44,6 +38,10 @@ class Hyperplane(NamedTuple):
     def __call__(self, point: FloatArray, evaluation: Evaluation) -> tuple[float, FloatArray]:
         """Scaled distance from the plane, and its normal."""
         return float(np.dot(self.normal, (point - self.anchor) / self.scale)), self.normal
+
+    def write(self, normal: FloatArray, anchor: FloatArray, limit: FloatArray) -> None:
+        """Write the plane."""
+        normal[:], anchor[:], limit[:] = self.normal, self.anchor, 0.0
 
 
 class AtLimit(NamedTuple):
@@ -59,6 +57,15 @@ class AtLimit(NamedTuple):
         margin = float(evaluation.states.margins[self.contact])
         known = abs(margin) > ROUND_OFF * float(np.dot(np.abs(row), np.abs(point)))
         return margin if known else 0.0, row * self.scale
+
+    def write(self, normal: FloatArray, anchor: FloatArray, limit: FloatArray) -> None:
+        """Write the switch."""
+        normal[:], limit[:] = 0.0, 0.0
+        limit[self.contact] = 1.0
+
+
+Constraint = Hyperplane | AtLimit
+"""One equation in addition to those of the curve, with the ``scale`` that steps are in."""
 
 
 @Loop
@@ -93,7 +100,6 @@ class Corrector(ABC):
     def correct(
         self,
         guess: FloatArray,
-        scale: FloatArray,
         constraint: Constraint,
         switches: NDArray,
         precision: float = 1e-6,
@@ -101,29 +107,32 @@ class Corrector(ABC):
     ) -> Corrected | None:
         """Solve from ``guess`` (n_unknowns + 1,), the states ``switches`` of switches held.
 
-        Steps are relative to ``scale`` (n_unknowns + 1,). The tangent is that of a point within
+        Steps are relative to the scale of the constraint. The tangent is that of a point within
         ``precision`` of the solution. None if a step exceeds ``radius`` or nothing converges.
         """
 
     @abstractmethod
+    def tangent_along(
+        self, point: FloatArray, plane: Hyperplane, switches: NDArray
+    ) -> Corrected | None:
+        """Tangent at a solution, along the normal of a plane; None where there is none."""
+
     def tangent(
         self, point: FloatArray, scale: FloatArray, row: FloatArray, switches: NDArray
     ) -> Corrected | None:
         """Tangent at a solution in the states ``switches``, along ``row`` or else the parameter."""
+        planes = (Hyperplane(point, scale, normal) for normal in (row, unit_parameter(len(row))))
+        tangents = (self.tangent_along(point, plane, switches) for plane in planes)
+        return next((tangent for tangent in tangents if tangent is not None), None)
 
     def reach(
-        self,
-        guess: FloatArray,
-        scale: FloatArray,
-        plane: Constraint,
-        switches: NDArray,
-        precision: float,
+        self, guess: FloatArray, plane: Constraint, switches: NDArray, precision: float
     ) -> Corrected | None:
         """As `correct`; where full steps fail, from where those lead that lower the residual.
 
         Beside a sharp bend the derivatives at the guess are those of another side.
         """
-        found = self.correct(guess, scale, plane, switches, precision)
+        found, scale = self.correct(guess, plane, switches, precision), plane.scale
         if found is not None:
             return found
         start = guess / scale
@@ -142,7 +151,7 @@ class Corrector(ABC):
             result = newton(equations, start)
             self.solves += result.iterations
             if result.converged and length_of(result.unknowns - start) <= _FARTHEST:
-                found = self.correct(result.unknowns * scale, scale, plane, switches, precision)
+                found = self.correct(result.unknowns * scale, plane, switches, precision)
         return found
 
     def free(self, unknowns: FloatArray, value: float) -> NewtonResult:
@@ -150,3 +159,107 @@ class Corrector(ABC):
         result = newton(lambda trial: self.curve.evaluate(trial, value), unknowns)
         self.solves += result.iterations
         return result
+
+
+class StepwiseCorrector(Corrector):
+    """A `Corrector` of any curve: each step evaluates the equations and factorises a matrix."""
+
+    def correct(
+        self,
+        guess: FloatArray,
+        constraint: Constraint,
+        switches: NDArray[np.bool_],
+        precision: float = 1e-6,
+        radius: float = 0.5,
+    ) -> Corrected | None:
+        """As `Corrector.correct`."""
+        point, direction, sign, scale = guess, None, 0, constraint.scale
+        last_step, correction = np.inf, 0
+        while True:
+            try:
+                norm, value, at = self._linearised(point, guess, constraint, switches)
+            except ArithmeticError:
+                return None
+            if np.isnan(norm):
+                self.defined = False
+                return None
+            on_curve = norm <= TOLERANCE and abs(value) <= TOLERANCE
+            if on_curve and direction is not None and last_step <= precision:
+                break
+            if correction == MAX_CORRECTIONS or not np.isfinite(value):
+                if direction is None or not on_curve or last_step > STAGNATION:
+                    return None
+                break
+            columns, sign = self._step(at, scale)
+            if columns is None:
+                return None
+            step, direction = columns[:, 0], columns[:, 1] / length_of(columns[:, 1])
+            previous, last_step = last_step, length_of(step)
+            if correction > 2 and last_step > previous:
+                if not on_curve:
+                    return None
+                break
+            if last_step > radius:
+                return None
+            point, correction = point + step * scale, correction + 1
+        return self._corrected(point, at, scale, direction, sign, guess, switches)
+
+    def tangent_along(
+        self, point: FloatArray, plane: Hyperplane, switches: NDArray[np.bool_]
+    ) -> Corrected | None:
+        """As `Corrector.tangent_along`."""
+        try:
+            _, _, at = self._linearised(point, point, plane, switches)
+        except ArithmeticError:
+            return None
+        columns, sign = self._step(at, plane.scale)
+        if columns is None:
+            return None
+        direction = columns[:, 1] / length_of(columns[:, 1])
+        return self._corrected(point, at, plane.scale, direction, sign, point, switches)
+
+    def _linearised(
+        self,
+        point: FloatArray,
+        guess: FloatArray,
+        constraint: Constraint,
+        switches: NDArray[np.bool_],
+    ) -> tuple[float, float, Any]:
+        """Norm of the equations, value of the constraint, and what a step is made of.
+
+        Raises ArithmeticError where a force cannot be computed.
+        """
+        evaluation = self.curve.evaluate(point[:-1], point[-1], switches)
+        value, row = constraint(point, evaluation)
+        return evaluation.norm, value, (evaluation, value, row)
+
+    def _corrected(self, point, at, scale, direction, sign, guess, switches) -> Corrected:
+        evaluation, _, _ = at
+        return Corrected(
+            point,
+            direction,
+            sign,
+            evaluation.norm,
+            self.curve.amplification(point[:-1], point[-1]),
+            self.curve.distance(point, guess, scale),
+            evaluation.states.margins,
+            self.curve.margin_rate(evaluation, direction * scale),
+            bool(crossed(evaluation.states.margins, switches).any()),
+            *counted(self.curve, point, evaluation.states),
+        )
+
+    def _step(self, at: Any, scale: FloatArray) -> tuple[FloatArray | None, int]:
+        """Newton step and unnormalised tangent as two columns, and the sign of the determinant."""
+        evaluation, value, row = at
+        force = evaluation.magnitude or 1.0
+        matrix = bordered(
+            evaluation.jacobian * (scale[:-1] / force),
+            evaluation.by_parameter * (scale[-1] / force),
+            row,
+        )
+        right = np.zeros((len(row), 2), order="F")
+        right[:-1, 0] = -evaluation.residual / force
+        right[-1] = -value, 1.0
+        self.solves += 1
+        factors = Factorisation(matrix)
+        return factors.solve(right), factors.sign

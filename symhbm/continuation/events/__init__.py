@@ -18,7 +18,7 @@ from symhbm.continuation.events.crossing import (
     several_meet,
     solve_crossing,
 )
-from symhbm.continuation.events.folds import find_folds, goes_between
+from symhbm.continuation.events.folds import find_folds
 from symhbm.continuation.events.modes import Reduced, ResonanceFinder, reduced
 from symhbm.continuation.events.passed_pairs import passed_pairs
 from symhbm.continuation.events.sharp_onsets import after_onset, beside_limit, end_of_slip
@@ -41,7 +41,6 @@ __all__ = [
     "find_branch_point",
     "find_folds",
     "first_limit",
-    "goes_between",
     "is_crossing",
     "leaves",
     "passed_pairs",

@@ -67,7 +67,7 @@ def find_branch_point(
             continue
         given = corrector, curvature, solution.state, segment.scale, base.switches
         crossing = solve_crossing(*given)
-        if crossing is None or not low <= _share(segment, crossing.state) <= high:
+        if crossing is None or not low <= segment.share_of(crossing.state) <= high:
             continue
         if not crossing.meets:
             return None
@@ -78,17 +78,11 @@ def find_branch_point(
     return None
 
 
-def _share(segment: Segment, state: FloatArray) -> float:
-    """Share of a segment at which a state lies."""
-    offset = (state - segment.left.state) / segment.scale
-    return float(np.dot(segment.normal, offset)) / segment.length
-
-
 def _direction(segment: Segment, crossing: Crossing) -> FloatArray | None:
     """The tangent along a segment at a crossing; None where that is on no branch of its."""
     if crossing.tangents is None:
         return None
-    [state], [slope] = segment.interpolate(np.array([_share(segment, crossing.state)]))
+    [state], [slope] = segment.interpolate(np.array([segment.share_of(crossing.state)]))
     beside = np.linalg.norm((crossing.state - state) / segment.scale)
     slope = slope / segment.scale
     cosines = crossing.tangents @ slope / np.linalg.norm(slope)

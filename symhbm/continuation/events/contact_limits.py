@@ -16,7 +16,7 @@ from symhbm.continuation.correctors import (
 )
 from symhbm.continuation.point import PathPoint
 from symhbm.continuation.problem import Corrected
-from symhbm.numerics import FloatArray, cubic_top, first_zero
+from symhbm.numerics import FloatArray
 from symhbm.numerics.loops import Loop, interpolation
 
 _MAX_REFINEMENTS = 8
@@ -48,14 +48,14 @@ def first_limit(
     single_valued = corrector.curve.single_valued
     of_base = base.state, base.after, base.switches, base.margins, base.rate
     for _ in range(1 + len(base.margins)):
-        ahead = past_limit if past_limit.sign == orientation else past_limit.turned()
+        ahead = past_limit.oriented(orientation)
         of_ahead = ahead.point, ahead.direction, ahead.margins, ahead.rate
         normal, guess = np.empty((2, len(scale)))
         contact, length = _first_limit(of_base, of_ahead, scale, single_valued, normal, guess)
         if contact < 0:
             return None
         limit = AtLimit(corrector.curve, contact, scale)
-        solution = corrector.correct(guess, scale, limit, base.switches, _PRECISION)
+        solution = corrector.correct(guess, limit, base.switches, _PRECISION)
         if solution is None:
             return None
         share = normal.dot((solution.point - base.state) / scale) / length
@@ -68,7 +68,7 @@ def first_limit(
         if not solution.crosses:
             # Those that were at their limits at the start of the step come from it.
             limits = (np.abs(solution.margins) <= ON_LIMIT) & (np.abs(base.margins) > ON_LIMIT)
-            near_side = solution if solution.sign == orientation else solution.turned()
+            near_side = solution.oriented(orientation)
             outward = np.where(base.switches, -near_side.rate, near_side.rate)
             return None if (limits & (outward < -_LEVEL)).any() else (solution, limits)
         past_limit = solution
@@ -98,7 +98,7 @@ def beyond_limits(
         tangent = corrector.tangent(solution.point, scale, row, switches)
         if tangent is None:
             break
-        tangent = tangent if tangent.sign == orientation else tangent.turned()
+        tangent = tangent.oriented(orientation)
         first = first or (tangent, switches)
         inward = np.where(switches, -tangent.rate, tangent.rate)[places]
         wrong = places[inward > _LEVEL]
@@ -151,7 +151,7 @@ def _first_limit(
         slopes = end - start, end - start
         if bends:
             slopes = from_base * rate[contact], to_ahead * rate_ahead[contact]
-        reached = first_zero(start, end, slopes)
+        reached = interpolation.first_zero(start, end, slopes)
         if reached < share:
             first, share = contact, reached
     for i in range(last + 1):
@@ -173,7 +173,7 @@ def brief_crossing(
     turning = np.empty(len(base.switches), dtype=np.int64)
     of_base = base.state, base.after, base.switches, base.margins, base.rate
     of_ahead = ahead.point, ahead.direction, ahead.margins, ahead.rate
-    count, length, advance = _turning(*of_base, *of_ahead, scale, turning)
+    count, length, advance = _turning(of_base, of_ahead, scale, turning)
     if not count:
         return None
     normal, start = base.after / scale, base.state
@@ -186,14 +186,14 @@ def brief_crossing(
         for _ in range(_MAX_REFINEMENTS):
             width = right[0] - left[0]
             slopes = width * length * left[2], width * length * right[2]
-            share, maximum = cubic_top(left[1], right[1], slopes)
+            share, maximum = interpolation.cubic_top(left[1], right[1], slopes)
             share = left[0] + width * share
             rise = maximum - max(left[1], right[1])
             if maximum < -0.5 * rise - BEYOND or rise <= 0:
                 break
             guess = start + share * (ahead.point - start)
             plane = Hyperplane(start + share * length * base.after, scale, normal)
-            solution = corrector.correct(guess, scale, plane, base.switches)
+            solution = corrector.correct(guess, plane, base.switches)
             if solution is None:
                 break
             if crossed(solution.margins, base.switches)[contact]:
@@ -208,24 +208,14 @@ def brief_crossing(
 
 
 @Loop
-def _turning(
-    start: Any,
-    after: Any,
-    switches: Any,
-    margins: Any,
-    rate: Any,
-    end: Any,
-    direction: Any,
-    margins_ahead: Any,
-    rate_ahead: Any,
-    scale: Any,
-    turning: Any,
-) -> Any:
-    """Contacts whose margins may pass their limits within a step from ``start`` to ``end``.
+def _turning(base: Any, ahead: Any, scale: Any, turning: Any) -> Any:
+    """Contacts whose margins may pass their limits within a step between ends as of `_first_limit`.
 
     Their numbers are written into ``turning``. Returns how many they are, the length of the step
     and how far the path at its end goes along it.
     """
+    start, after, switches, margins, rate = base
+    end, direction, margins_ahead, rate_ahead = ahead
     length = advance = 0.0
     for i in range(len(start)):
         length += after[i] / scale[i] * ((end[i] - start[i]) / scale[i])

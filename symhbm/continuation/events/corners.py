@@ -43,7 +43,7 @@ def turns_back(
     ahead = corrector.tangent(base.state + step * base.after, base.scale, row, base.switches)
     if ahead is None:
         return None
-    ahead = ahead if ahead.sign == orientation else ahead.turned()
+    ahead = ahead.oriented(orientation)
     return ahead if -NO_TURN < np.dot(ahead.direction, row) < 0 else None
 
 

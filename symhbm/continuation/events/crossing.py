@@ -170,19 +170,24 @@ def leaves(corrector: Corrector, base: PathPoint, ahead: Corrected) -> bool:
     crossing = _crossing_between(corrector, guess, base, ahead.point)
     if crossing is None:
         return False
-    share = np.dot(segment.normal, (crossing - base.state) / base.scale) / segment.length
-    [near], _ = segment.interpolate(np.array([share]))
+    [near], _ = segment.interpolate(np.array([segment.share_of(crossing)]))
     return length_of((near - crossing) / base.scale) <= _BESIDE * segment.length
 
 
 def _regularity(corrector: Corrector, at: PathState, base: PathPoint) -> tuple[float, float]:
     """The smallest singular value of derivatives and tangent over the next one, and itself."""
-    state, scale = at.state, base.scale
-    evaluation = corrector.curve.evaluate(state[:-1], state[-1], base.switches)
-    tangent = at.direction / scale
-    rows = _slope(evaluation) * scale / (evaluation.magnitude or 1.0), tangent / length_of(tangent)
-    sizes = np.linalg.svd(np.vstack(rows), compute_uv=False)
+    matrix = with_tangent(corrector, at, base.scale, base.switches)
+    sizes = np.linalg.svd(matrix, compute_uv=False)
     return float(sizes[-1] / sizes[-2]), float(sizes[-1])
+
+
+def with_tangent(
+    corrector: Corrector, at: PathState, scale: FloatArray, switches: NDArray[np.bool_]
+) -> FloatArray:
+    """Scaled derivatives and unit tangent at a solution, (n_unknowns + 1, n_unknowns + 1)."""
+    evaluation = corrector.curve.evaluate(at.state[:-1], at.state[-1], switches)
+    slope, tangent = _slope(evaluation) * scale, at.direction / scale
+    return np.vstack([slope / (evaluation.magnitude or 1.0), tangent / length_of(tangent)])
 
 
 def _crossing_between(

@@ -49,16 +49,6 @@ def find_folds(
         return None
 
 
-def goes_between(corrector: Corrector, left: PathPoint, right: PathPoint, error: float) -> bool:
-    """Whether the path goes halfway between two neighbouring points where they expect it.
-
-    It need not where the right one lies beyond two folds that neither of them shows. ``error`` is
-    the largest distance, as of `Corrected.error`.
-    """
-    middle = Segment.of(corrector, left, right).corrected(0.5)
-    return middle is not None and middle.error <= error
-
-
 def _may_hide(segment: Segment, component: int) -> bool:
     """Whether more folds may lie in a segment than the one that slopes at its ends tell."""
     advance = segment.interpolate(_SHARES)[1][:, component]

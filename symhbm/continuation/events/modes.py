@@ -5,7 +5,6 @@ neither point shows. The modes of the structure with its contacts at their prese
 such resonances.
 """
 
-import math
 from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cached_property, lru_cache
@@ -21,7 +20,6 @@ from symhbm.continuation.point import PathPoint
 from symhbm.continuation.problem import ContinuationProblem, Corrected
 from symhbm.model import weighted
 from symhbm.numerics import FloatArray, length_of
-from symhbm.numerics.loops import Loop
 
 _NOT_EXCITED = 1e-9
 """Resonant response, relative to the response, up to which a mode counts as not excited."""
@@ -88,8 +86,6 @@ def modes(
         by_harmonic.append((np.full(len(found[0]), n * frequency), *found))
     if not by_harmonic:
         return None
-    if len(by_harmonic) == 1:
-        return Modes(*by_harmonic[0])
     return Modes(*map(np.concatenate, zip(*by_harmonic, strict=True)))
 
 
@@ -238,44 +234,12 @@ def _with_matrices(
     forces = seen[2 * n + m :]
     cosine, sine = (factors @ forces[columns] for columns, factors in of_force)
     lossy = weighted(contacts.T, loss / frequency).T
-    detuning, width = np.empty((2, len(squares)))
-    excited = np.empty(len(squares), dtype=np.bool_)
-    parts = shapes, damped, contacts, lossy, whole
-    seen_at = *map(np.ascontiguousarray, parts), cosine, sine
-    _write_modes(squares, seen_at, frequency, size, limit, detuning, width, excited)
-    return detuning, width, excited, np.ones(len(squares), dtype=bool)
-
-
-@Loop
-def _write_modes(
-    squares: Any,
-    seen: Any,
-    frequency: float,
-    size: float,
-    limit: Any,
-    detuning: Any,
-    width: Any,
-    excited: Any,
-) -> None:
-    """Write what `_with_matrices` returns, from what all modes look like in each matrix."""
-    shapes, damped, contacts, lossy, whole, cosine, sine = seen
-    driven = False
-    for j in range(len(squares)):
-        driven = driven or cosine[j] != 0 or sine[j] != 0
-    for j in range(len(squares)):
-        natural = math.sqrt(max(squares[j], 1e-300))
-        loss = motion = pushed = 0.0
-        for i in range(len(shapes)):
-            loss += (np.conj(shapes[i, j]) * damped[i, j]).real
-            motion += abs(whole[i, j]) ** 2
-        for i in range(len(contacts)):
-            loss += (np.conj(contacts[i, j]) * lossy[i, j]).real
-            pushed += limit[i] * abs(contacts[i, j])
-        force = abs(cosine[j] + 1j * sine[j]) if driven else pushed
-        detuning[j], width[j] = natural - frequency, loss / 2
-        resonant = force * math.sqrt(motion)
-        least = _NOT_EXCITED * size * natural * max(width[j], 1e-12 * natural)
-        excited[j] = resonant > least
+    natural = np.sqrt(np.maximum(squares, 1e-300))
+    moving, lost = np.vstack([shapes, contacts]), np.vstack([damped, lossy])
+    width = np.einsum("ij,ij->j", moving.conj(), lost).real / 2
+    modal_force = _modal_force(cosine + 1j * sine, contacts, limit)
+    excited = _excited(modal_force * np.linalg.norm(whole, axis=0), natural, width, size)
+    return natural - frequency, width, excited, np.ones(len(squares), dtype=bool)
 
 
 _FELT = 2.0

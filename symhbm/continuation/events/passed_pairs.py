@@ -11,9 +11,9 @@ import numpy as np
 import scipy
 
 from symhbm.continuation.correctors import Corrector
+from symhbm.continuation.events.crossing import with_tangent
 from symhbm.continuation.point import UNBOUNDED_AMPLIFICATION, PathPoint
 from symhbm.continuation.segment import Segment
-from symhbm.numerics import full
 
 _SHARES = (0.02, 0.25, 0.5, 0.75, 0.98)
 """Shares of a segment at which the singular value is known at first."""
@@ -67,11 +67,7 @@ def _signed(segment: Segment, share: float) -> tuple[float, float]:
     Of the derivatives and the unit tangent. Raises ArithmeticError where there is no solution.
     """
     solution = segment.at(share)
-    state, scale = solution.state, segment.scale
-    evaluation = segment.curve.evaluate(state[:-1], state[-1], segment.switches)
-    slope = np.column_stack([full(evaluation.jacobian), evaluation.by_parameter])
-    tangent = solution.direction / scale
-    tangent *= np.sign(tangent @ segment.normal) / np.linalg.norm(tangent)
-    matrix = np.vstack([slope * scale / (evaluation.magnitude or 1.0), tangent])
+    matrix = with_tangent(segment.corrector, solution, segment.scale, segment.switches)
+    matrix[-1] *= np.sign(matrix[-1] @ segment.normal)
     smallest = np.linalg.svd(matrix, compute_uv=False)[-1]
-    return float(state[-1]), float(np.linalg.slogdet(matrix)[0] * smallest)
+    return float(solution.state[-1]), float(np.linalg.slogdet(matrix)[0] * smallest)

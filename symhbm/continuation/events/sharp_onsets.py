@@ -80,7 +80,7 @@ def _beside(
     row = curve.margin_gradient(evaluation, contact) * scale
     size = length_of(row)
     anchor = point + scale * row * (_MARGIN / size**2)
-    found = corrector.correct(anchor, scale, Hyperplane(anchor, scale, row / size), slips)
+    found = corrector.correct(anchor, Hyperplane(anchor, scale, row / size), slips)
     if found is None or found.crosses or not found.margins[contact] > 0.1 * _MARGIN:
         return None
     return found
@@ -106,7 +106,7 @@ def end_of_slip(
     switches[contact] = False
     guess = base.state + distances[contact] * base.after
     at_limit = AtLimit(corrector.curve, contact, base.scale)
-    limit = corrector.correct(guess, base.scale, at_limit, switches, _PRECISION)
+    limit = corrector.correct(guess, at_limit, switches, _PRECISION)
     if limit is None or limit.crosses:
         return None
     limit.margins[contact] = 0.0
@@ -114,7 +114,7 @@ def end_of_slip(
     length = length_of(way)
     if length > _FARTHEST * distances[contact] or np.dot(way, tangent) < _AHEAD * length:
         return None
-    far_side = limit if limit.sign == orientation else limit.turned()
+    far_side = limit.oriented(orientation)
     if far_side.rate[contact] > 0:
         return None
     near_side = limit._replace(direction=tangent, rate=base.rate)

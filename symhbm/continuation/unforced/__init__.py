@@ -13,15 +13,12 @@ from symhbm.continuation.unforced.linear_modes import (
     LinearMode,
     NoModeError,
     linear_mode,
-    mode_start,
 )
 from symhbm.continuation.unforced.nonlinear_mode import (
     ModeOverParameterProblem,
     NonlinearModeProblem,
 )
 from symhbm.continuation.unforced.problem import (
-    Balanced,
-    Condition,
     LimitCycleProblem,
     UnforcedProblem,
     first_harmonic,
@@ -29,8 +26,6 @@ from symhbm.continuation.unforced.problem import (
 )
 
 __all__ = [
-    "Balanced",
-    "Condition",
     "Cycle",
     "Cycles",
     "LimitCycleProblem",
@@ -46,7 +41,6 @@ __all__ = [
     "follow_mode_over",
     "last_fold",
     "linear_mode",
-    "mode_start",
     "phase_of",
     "settled",
 ]

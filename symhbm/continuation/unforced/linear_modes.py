@@ -160,33 +160,20 @@ def mode_start(curve: NonlinearModeProblem, linear: LinearMode, amplitude: float
             evaluation = curve.evaluate(guess, value)
             return NewtonResult(guess, evaluation, 0, Status.NOT_HELD)
         before, result = result, newton(partial(curve.evaluate, value=value), guess)
-        if result.converged and _is_near(curve, linear, result.unknowns, start):
+        if result.converged and _distance(curve, result.unknowns, guess) <= _NEARLY_LINEAR:
             break
         if before is not None and _are_similar(curve, before, result):
             break  # other damping than modal, or contacts that just touch: alike at all amplitudes
         start /= _FEWER
     else:
         assert result is not None
-        return _failed(result)
+        return replace(result, status=Status.NO_MODE)
     if start == amplitude:
         return result
-    path = Path(curve, result.unknowns, value, float(np.log10(amplitude)))
-    points = list(path)
-    if path.status != Status.REACHED_END:
-        return _failed(result)
-    return newton(partial(curve.evaluate, value=points[-1].value), points[-1].unknowns)
-
-
-def _failed(result: NewtonResult) -> NewtonResult:
-    return replace(result, status=Status.NO_MODE)
-
-
-def _is_near(
-    curve: NonlinearModeProblem, linear: LinearMode, unknowns: FloatArray, amplitude: float
-) -> bool:
-    """Whether a solution has the frequency and the shape of the linear mode, but for little."""
-    expected = linear.unknowns(curve.problem, amplitude)
-    return _distance(curve, unknowns, expected) <= _NEARLY_LINEAR
+    end = Path(curve, result.unknowns, value, float(np.log10(amplitude))).end()
+    if end is None:
+        return replace(result, status=Status.NO_MODE)
+    return newton(partial(curve.evaluate, value=end.value), end.unknowns)
 
 
 def _are_similar(curve: NonlinearModeProblem, larger: NewtonResult, result: NewtonResult) -> bool:

@@ -11,7 +11,6 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.balance import HarmonicBalance, SustainedMotion
-from symhbm.continuation.problem import ParameterProblem
 from symhbm.continuation.unforced.problem import (
     Balanced,
     Condition,
@@ -32,15 +31,18 @@ class NonlinearModeProblem(UnforcedProblem):
     more = (1.0,)
     """A damping ratio is as much as the same relative change of the frequency."""
 
-    def __init__(self, problem: HarmonicBalance, dof: int):
+    def __init__(
+        self,
+        problem: HarmonicBalance,
+        dof: int,
+        name: str | None = None,
+        index: int | None = None,
+        smallest: float = 0.0,
+    ):
         self.dof = dof
         self._cosine, phase = first_harmonic(problem, dof)
-        super().__init__(problem, phase)
+        super().__init__(problem, phase, name, index, smallest)
         self._sustained = SustainedMotion(problem)
-
-    def problem_at(self, value: float) -> HarmonicBalance:
-        """The same problem at all amplitudes."""
-        return self.problem
 
     @property
     def damping_place(self) -> int:
@@ -63,11 +65,11 @@ class NonlinearModeProblem(UnforcedProblem):
         self, unknowns: FloatArray, value: float, switches: NDArray[np.bool_] | None
     ) -> Balanced:
         """The balance of the motion with the force that sustains it; the amplitude is not in it."""
+        free = super().balance(unknowns, value, switches)
         motion, frequency = unknowns[: self.problem.n_unknowns], self.frequency(unknowns)
-        free = self.problem.evaluate(motion, frequency, switches)
         at = motion, frequency, self.damping_ratio(unknowns)
-        evaluation, by_damping = self._sustained(free, *at)
-        return Balanced(evaluation, (by_damping,), np.zeros(len(motion)))
+        evaluation, by_damping = self._sustained(free.evaluation, *at)
+        return free._replace(evaluation=evaluation, by_more=(by_damping,))
 
     def conditions(self, unknowns: FloatArray, value: float) -> list[Condition]:
         """The phase, and the amplitude of the cosine."""
@@ -90,9 +92,8 @@ class NonlinearModeProblem(UnforcedProblem):
 class ModeOverParameterProblem(NonlinearModeProblem):
     """A nonlinear mode of a constant ``level`` [m] of its amplitude over one named parameter.
 
-    Unknown are the coefficients, the angular frequency and the damping ratio. The parameter is set
-    for all blades or contacts at once, or for that at ``index`` alone; lengths along it are
-    relative to no less than ``smallest``. It must not change the mass matrix.
+    Unknown are the coefficients, the angular frequency and the damping ratio. ``index`` and
+    ``smallest`` as of `UnforcedProblem`. The parameter must not change the mass matrix.
     """
 
     def __init__(
@@ -104,33 +105,14 @@ class ModeOverParameterProblem(NonlinearModeProblem):
         index: int | None = None,
         smallest: float = 0.0,
     ):
-        super().__init__(problem, dof)
-        self._parameter = ParameterProblem(problem, name, np.nan, index)
-        self.name, self.level, self.smallest = self._parameter.name, level, smallest
+        super().__init__(problem, dof, name, index, smallest)
+        self.level = level
 
     def with_level(self, level: float) -> Self:
         """The same equations at another amplitude [m]."""
         result = copy(self)
         result.level = level
         return result
-
-    def problem_at(self, value: float) -> HarmonicBalance:
-        """The problem with the parameter at ``value``."""
-        return self._parameter.at(value)[0]
-
-    def balance(
-        self, unknowns: FloatArray, value: float, switches: NDArray[np.bool_] | None
-    ) -> Balanced:
-        """As over the amplitude, with the derivative by the parameter."""
-        problem, frequency = self.problem_at(value), self.frequency(unknowns)
-        motion = unknowns[: problem.n_unknowns]
-        free = problem.evaluate(motion, frequency, switches)
-        along = self._parameter.along(problem, motion, frequency, free)
-        evaluation, by_damping = self._sustained(
-            free, motion, frequency, self.damping_ratio(unknowns)
-        )
-        by_value, margins = along.by_parameter, along.margins_by_parameter
-        return Balanced(evaluation, (by_damping,), by_value, margins)
 
     def conditions(self, unknowns: FloatArray, value: float) -> list[Condition]:
         """The phase, and the amplitude of the cosine, which does not change."""

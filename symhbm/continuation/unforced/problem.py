@@ -1,8 +1,8 @@
 """Continuation of periodic motions that no force drives: their frequency is unknown as well.
 
 A free motion may begin at any instant of its period, so that one equation, its phase, is added with
-the one unknown. How to use it: derive from `UnforcedProblem`, tell in `balance` the equations at a
-point, by how many more unknowns and with which `conditions` they are closed, and follow it with
+the one unknown. How to use it: derive from `UnforcedProblem`, add to its `balance` what acts beside
+it, tell by how many more unknowns and with which `conditions` it is closed, and follow it with
 `symhbm.continuation.path.Path`, or with `follow_with`, from any solution; onsets and ends of slip,
 openings and folds become events of the path as they do on a frequency response. `LimitCycleProblem`
 needs nothing but the balance, `NonlinearModeProblem` adds a damping ratio and an amplitude.
@@ -10,7 +10,6 @@ needs nothing but the balance, `NonlinearModeProblem` adds a damping ratio and a
 Limit cycles take as much energy from the structure as they give to it.
 """
 
-from abc import abstractmethod
 from dataclasses import dataclass
 from typing import NamedTuple
 
@@ -60,8 +59,10 @@ class UnforcedProblem(ContinuationProblem):
     """Free motions over one parameter: unknown are coefficients [m], frequency [rad/s], and more.
 
     ``phase`` (n_coefficients,) tells when the period begins: where ``phase @ coefficients`` is 0.
-    It must not vanish along the motion's own shift in time. ``more`` are the units of length of the
-    further unknowns; as many `conditions` are added. Motions of frequencies up to ``lowest``
+    It must not vanish along the motion's own shift in time. ``name`` is the named parameter that
+    moves, for all blades or contacts at once or for that at ``index`` alone, None where none does;
+    lengths along it are relative to no less than ``smallest``. ``more`` are the units of length of
+    the further unknowns; as many `conditions` are added. Motions of frequencies up to ``lowest``
     [rad/s] are not looked for.
     """
 
@@ -70,20 +71,36 @@ class UnforcedProblem(ContinuationProblem):
     more: tuple[float, ...] = ()
     lowest: float = 0.0
 
-    def __init__(self, problem: HarmonicBalance, phase: FloatArray):
+    def __init__(
+        self,
+        problem: HarmonicBalance,
+        phase: FloatArray,
+        name: str | None = None,
+        index: int | None = None,
+        smallest: float = 0.0,
+    ):
         self.problem = problem
         self.phase = phase
+        self._parameter = None if name is None else ParameterProblem(problem, name, np.nan, index)
+        self.name = None if self._parameter is None else self._parameter.name
+        self.smallest = smallest
         self._margins_move = problem.contacts.margins_move
 
-    @abstractmethod
     def problem_at(self, value: float) -> HarmonicBalance:
         """The problem at a value of the parameter; ArithmeticError where it has none."""
+        return self.problem if self._parameter is None else self._parameter.at(value)[0]
 
-    @abstractmethod
     def balance(
         self, unknowns: FloatArray, value: float, switches: NDArray[np.bool_] | None
     ) -> Balanced:
         """The balance at unknowns (n_unknowns,); ``switches`` (n_switches,) imposes states."""
+        problem, frequency = self.problem_at(value), self.frequency(unknowns)
+        motion = unknowns[: problem.n_unknowns]
+        evaluation = problem.evaluate(motion, frequency, switches)
+        if self._parameter is None:
+            return Balanced(evaluation, (), np.zeros(len(motion)))
+        along = self._parameter.along(problem, motion, frequency, evaluation)
+        return Balanced(evaluation, (), along.by_parameter, along.margins_by_parameter)
 
     def conditions(self, unknowns: FloatArray, value: float) -> list[Condition]:
         """Equations beside the balance, the phase first."""
@@ -144,17 +161,17 @@ class UnforcedProblem(ContinuationProblem):
 
     def margin_gradient(self, evaluation: Evaluation, switch: int) -> FloatArray:
         """As of any problem, and by the frequency."""
-        row = super().margin_gradient(evaluation, switch)
-        by_frequency = getattr(evaluation, "margins_by_frequency", 0.0)
-        shape = evaluation.states.margins.shape
-        row[self.problem.n_unknowns] = np.broadcast_to(by_frequency, shape)[switch]
+        assert isinstance(evaluation, UnforcedEvaluation)
+        row, shape = super().margin_gradient(evaluation, switch), evaluation.states.margins.shape
+        by_frequency = np.broadcast_to(evaluation.margins_by_frequency, shape)
+        row[self.problem.n_unknowns] = by_frequency[switch]
         return row
 
     def margin_rate(self, evaluation: Evaluation, direction: FloatArray) -> FloatArray:
         """As of any problem, and by the frequency."""
-        by_frequency = getattr(evaluation, "margins_by_frequency", 0.0)
-        rate = super().margin_rate(evaluation, direction)
-        return rate + by_frequency * direction[self.problem.n_unknowns]
+        assert isinstance(evaluation, UnforcedEvaluation)
+        by_frequency = evaluation.margins_by_frequency * direction[self.problem.n_unknowns]
+        return super().margin_rate(evaluation, direction) + by_frequency
 
     def amplification(self, unknowns: FloatArray, value: float) -> float:
         """0: there is no exciting force."""
@@ -200,9 +217,8 @@ def phase_of(problem: HarmonicBalance, motion: FloatArray) -> FloatArray:
 class LimitCycleProblem(UnforcedProblem):
     """Limit cycles over one named parameter: coefficients and frequency are unknown.
 
-    The parameter is set for all blades or contacts at once, or for that at ``index`` alone, None
-    where none moves; lengths along it are relative to no less than ``smallest``. ``phase`` as of
-    `UnforcedProblem`, for example `phase_of` the first cycle. Cycles are looked for where ``size``
+    ``phase``, ``index`` and ``smallest`` as of `UnforcedProblem`, for example `phase_of` the first
+    cycle. Cycles are looked for where ``size``
     (n_coefficients,) times the coefficients, an amplitude [m], is in a band of ``amplitudes``.
     ``problem`` has no force that oscillates, as `symhbm.balance.unforced` gives it.
     """
@@ -219,15 +235,8 @@ class LimitCycleProblem(UnforcedProblem):
         size: FloatArray | None = None,
         amplitudes: tuple[float, float] = (0.0, np.inf),
     ):
-        super().__init__(problem, phase)
-        self._parameter = None if name is None else ParameterProblem(problem, name, np.nan, index)
-        self.name = None if self._parameter is None else self._parameter.name
-        self.smallest = smallest
+        super().__init__(problem, phase, name, index, smallest)
         self._size, self.amplitudes = size, amplitudes
-
-    def problem_at(self, value: float) -> HarmonicBalance:
-        """The problem with the parameter at ``value``."""
-        return self.problem if self._parameter is None else self._parameter.at(value)[0]
 
     def amplitude(self, unknowns: FloatArray) -> float:
         """The amplitude [m] that unknowns tell; 0 where nothing tells it."""
@@ -237,14 +246,8 @@ class LimitCycleProblem(UnforcedProblem):
     def balance(
         self, unknowns: FloatArray, value: float, switches: NDArray[np.bool_] | None
     ) -> Balanced:
-        """The balance of the motion, and its derivative by the parameter."""
+        """As of any unforced motion; ArithmeticError at other amplitudes."""
         low, high = self.amplitudes
         if not low <= (amplitude := self.amplitude(unknowns)) <= high:
             raise ArithmeticError(f"no cycle of {amplitude:g} m is looked for")
-        problem, frequency = self.problem_at(value), self.frequency(unknowns)
-        motion = unknowns[: problem.n_unknowns]
-        evaluation = problem.evaluate(motion, frequency, switches)
-        if self._parameter is None:
-            return Balanced(evaluation, (), np.zeros(len(motion)))
-        along = self._parameter.along(problem, motion, frequency, evaluation)
-        return Balanced(evaluation, (), along.by_parameter, along.margins_by_parameter)
+        return super().balance(unknowns, value, switches)

@@ -3,6 +3,10 @@
 import math
 from typing import Any
 
+import numpy as np
+from numpy.typing import ArrayLike
+
+from symhbm.numerics.arrays import FloatArray
 from symhbm.numerics.machine_code import Loop
 
 _CLOSE = 1e-9
@@ -114,6 +118,28 @@ def differentiate(left: Any, right: Any, first: Any, last: Any, shares: Any, rat
             for k in range(rates.shape[2]):
                 slopes = first[i, k], last[i, k]
                 rates[i, h, k] = cubic_slope_at(left[i, k], right[i, k], slopes, shares[h])
+
+
+def amplitude_between(
+    left: ArrayLike, right: ArrayLike, slopes: tuple[ArrayLike, ArrayLike], share: ArrayLike
+) -> FloatArray:
+    """Amplitude at a ``share`` of the way from one point to the next; all arguments broadcast.
+
+    ``slopes`` are the derivatives by the share at both ends, infinite at a fold. The logarithm is
+    cubic, which suits a resonance and its flanks. Between a fall and a rise the square is cubic, as
+    for a motion that passes close to zero; next to a fold the amplitude follows the root. Pictures
+    draw it, and points of a path are dense enough for it.
+    """
+    each = np.broadcast_arrays(left, right, *slopes, share)
+    result = np.empty(each[0].shape)
+    _amplitudes(*(np.array(values, dtype=float).ravel() for values in each), result.reshape(-1))
+    return result
+
+
+@Loop
+def _amplitudes(left: Any, right: Any, first: Any, last: Any, share: Any, result: Any) -> None:
+    for i in range(len(result)):
+        result[i] = amplitude_at(left[i], right[i], first[i], last[i], share[i])
 
 
 @Loop

@@ -97,7 +97,7 @@ def distance(
     )
     scale = larger.scale(start)
     states = larger.evaluate(start[:-1], value).states.switches
-    corrected = corrector.correct(start, scale, Hyperplane(start, scale, normal), states)
+    corrected = corrector.correct(start, Hyperplane(start, scale, normal), states)
     if corrected is None:
         return Truncation(np.inf, np.zeros(0), corrector.solves + 1)
     frequency = larger.at(value)[1]
