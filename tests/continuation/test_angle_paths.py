@@ -11,11 +11,8 @@ import symhbm as sh
 from studies import fig03_single_blade, fig08_engine_orders
 from symhbm.continuation.angles.corrector import AngleCorrector
 from symhbm.continuation.angles.system import angle_system
-from symhbm.continuation.correctors.corrector import (
-    Hyperplane,
-    StepwiseCorrector,
-    unit_parameter,
-)
+from symhbm.continuation.correctors.corrector import Hyperplane, unit_parameter
+from symhbm.continuation.correctors.stepwise import StepwiseCorrector
 from symhbm.continuation.newton import ACCEPTED
 from symhbm.continuation.problem import FrequencyProblem, ParameterProblem
 from symhbm.continuation.start import solve_point

@@ -6,7 +6,7 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from symhbm.continuation.between import intermediate_solutions, missed_events, slope_estimate
-from symhbm.continuation.between.interpolation_error import OF_SLOPE, write_errors
+from symhbm.continuation.between.segments import OF_SLOPE, write_errors
 from symhbm.continuation.between.slopes import FLAT_SLOPE, TIE, _of_one_harmonic
 from symhbm.continuation.segment import PathState, _measure, measure
 from symhbm.numerics.loops.interpolation import amplitude_between, cubic_slope

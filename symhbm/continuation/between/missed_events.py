@@ -11,8 +11,7 @@ from typing import Any, NamedTuple
 import numpy as np
 
 from symhbm.balance import BalancedContacts, HarmonicBalance
-from symhbm.continuation.between.interpolation_error import OF_VALUE, errors_within
-from symhbm.continuation.between.segments import Batch, Doubt, Segments
+from symhbm.continuation.between.segments import OF_VALUE, Batch, Doubt, Segments, errors_within
 from symhbm.continuation.correctors import BEYOND, Corrector
 from symhbm.continuation.point import PathPoint
 from symhbm.continuation.problem import ContinuationProblem

@@ -10,8 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.balance import HarmonicBalance
-from symhbm.continuation.between.interpolation_error import OF_SLOPE, errors_within
-from symhbm.continuation.between.segments import Segments
+from symhbm.continuation.between.segments import OF_SLOPE, Segments, errors_within
 from symhbm.continuation.between.slopes import FLAT_SLOPE, TIE, Slopes, amplitude_and_slope
 from symhbm.continuation.segment import Measure, ahead
 from symhbm.numerics import FloatArray

@@ -8,12 +8,12 @@ from symhbm.continuation.correctors.corrector import (
     Constraint,
     Corrector,
     Hyperplane,
-    StepwiseCorrector,
     crossed,
     unit_parameter,
 )
 from symhbm.continuation.correctors.newton_graph import MAX_CORRECTIONS, STAGNATION
 from symhbm.continuation.correctors.resonance_count import LARGEST_SIZE, structure_matrices
+from symhbm.continuation.correctors.stepwise import StepwiseCorrector
 
 __all__ = [
     "BEYOND",

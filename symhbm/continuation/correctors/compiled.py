@@ -17,14 +17,10 @@ from numpy.typing import NDArray
 
 from symhbm.balance import DynamicStiffness, Equations
 from symhbm.continuation.correctors.bordered_system import SCALARS, located_system, point_system
-from symhbm.continuation.correctors.corrector import (
-    Constraint,
-    Corrector,
-    Hyperplane,
-    StepwiseCorrector,
-)
+from symhbm.continuation.correctors.corrector import Constraint, Corrector, Hyperplane
 from symhbm.continuation.correctors.newton_graph import DONE, correction, is_generated, tangent
 from symhbm.continuation.correctors.resonance_count import counted, resonances_below
+from symhbm.continuation.correctors.stepwise import StepwiseCorrector
 from symhbm.continuation.problem import ContinuationProblem, Corrected, FrequencyProblem
 from symhbm.numerics import (
     DENSE_LIMIT,
