@@ -48,7 +48,7 @@ def travelling_wave(problem: sh.HarmonicBalance, frequency: float, *starts: np.n
 
     def attempt(state: np.ndarray) -> tuple[np.ndarray, March, np.ndarray, float]:
         state = state.copy()
-        state[2 * n :] = np.clip(state[2 * n :], -pieces.limit, pieces.limit)
+        state[2 * n :] = np.clip(state[2 * n :], -pieces.friction, pieces.friction)
         stretch = march(pieces, state, np.pi / n)
         residual = -stretch.end[moved] - state
         size = np.linalg.norm(scale * state)

@@ -1,7 +1,5 @@
 """Contacts that are springs and sliders, and what they do to the motion in each of their states."""
 
-from dataclasses import dataclass
-
 import numpy as np
 
 from symhbm.model import Structure
@@ -11,60 +9,6 @@ STICK = 0.0
 """State of a contact that sticks; slip is 1.0 or -1.0, its direction."""
 APART = 2.0
 """State of a contact that is open."""
-
-
-@dataclass(frozen=True)
-class NormalSprings:
-    """The contacts whose normal force acts or moves, arrays over the ``n`` of them.
-
-    Attributes
-    ----------
-    contact : (n,)
-        Their numbers among the active contacts.
-    row : (n,)
-        The rows of ``v`` among all directions of contacts.
-    directions : (n, n_dof)
-        Those of ``v``.
-    stiffness, load, offset, friction : (n,)
-        ``k_n`` [N/m], ``N0`` [N], the normal force [N] that is balanced, and ``mu``.
-    ratio : (n,)
-        ``mu k_n / k_t``: the walls of the slider move as ``u`` less and plus this times ``v``.
-    push : (n_dof, n)
-        Acceleration, by ``tau`` twice, that a unit of normal force takes away.
-    """
-
-    contact: np.ndarray
-    row: np.ndarray
-    directions: FloatArray
-    stiffness: FloatArray
-    load: FloatArray
-    offset: FloatArray
-    friction: FloatArray
-    ratio: FloatArray
-    push: FloatArray
-
-    def __len__(self) -> int:
-        return len(self.contact)
-
-    def pressure(self, x: FloatArray) -> FloatArray:
-        """``p = N0 + k_n v`` (..., n) [N] of displacements (..., n_dof) [m]."""
-        return self.load + self.stiffness * (x @ self.directions.T)
-
-    def closed(self, state: FloatArray) -> np.ndarray:
-        """Which of the contacts (..., n) are closed in states (..., n_active)."""
-        return state[..., self.contact] != APART
-
-    def force(self, x: FloatArray, state: FloatArray) -> FloatArray:
-        """``N`` (..., n) [N] of displacements and states (..., n_active)."""
-        return np.where(self.closed(state), self.pressure(x), 0.0)
-
-    def by_displacement(self, state: FloatArray) -> FloatArray:
-        """Derivative of ``N`` by displacement, (n, n_dof) [N/m]."""
-        return np.where(self.closed(state), self.stiffness, 0.0)[:, None] * self.directions
-
-    def along_wall(self, state: FloatArray) -> FloatArray:
-        """``T / N`` of the contacts that slip, 0 of the others, (..., n)."""
-        return slip(state)[..., self.contact] * self.friction
 
 
 def slip(state: FloatArray) -> FloatArray:
@@ -82,16 +26,23 @@ class ActiveContacts:
     ----------
     active : (n_active,)
         Contacts that can carry a force.
-    rubs : (n_active,)
-        Which of them have friction.
-    tangential : (n_active,)
-        Their rows among all directions of contacts.
-    directions, across : (n_active, n_dof)
-        Their directions ``w_j``, 0 without friction, and those at a right angle of planar friction.
-    contact_stiffness, limit : (n_active,)
-        Their ``k_d`` [N/m] and ``mu F_n`` [N] at rest, 0 without friction.
-    normal
-        Those of them whose normal force acts or moves.
+    rubs, presses : (n_active,)
+        Which of them have friction, and whose normal force acts or moves.
+    tangential_rows, normal_rows : (n_active,)
+        Rows of ``u`` and ``v`` among all directions of contacts, -1 without one.
+    moves : bool
+        Whether any normal force acts or moves.
+    directions, across, normal : (n_active, n_dof)
+        Their directions ``w_j``, 0 without friction, those at a right angle of planar friction, and
+        those of ``v``, 0 of contacts that do not press.
+    contact_stiffness, normal_stiffness : (n_active,)
+        Their ``k_d``, 0 without friction, and ``k_n`` [N/m], 0 of contacts that do not press.
+    friction : (n_active,)
+        Their ``mu``, 0 without friction; ``mu F_n`` [N] of a constant load.
+    loads, offset : (n_active,)
+        Their ``N0`` [N], 1 of a constant load, and the normal force [N] that is balanced.
+    pressing : (n_active, n_dof)
+        Derivative of the normal force of closed contacts by displacement [N/m].
     sprung, load : (n_contacts,)
         Whether contacts have a tangential spring, and their ``N0`` [N], NaN without a normal
         direction.
@@ -112,58 +63,55 @@ class ActiveContacts:
         self.load = np.full(self.n_contacts, np.nan)
         self.sprung[contact] = stiffness > 0
         self.load[contact] = np.where((normal >= 0) | (across >= 0), load, np.nan)
-        self.active, self.rubs = contact[carries], rubs[carries]
-        self.tangential = tangential[carries]
-        self.directions = np.where(self.rubs[:, None], rows[self.tangential], 0.0)
+        self.active, self.rubs, self.presses = contact[carries], rubs[carries], presses[carries]
+        self.moves = bool(presses.any())
+        self.tangential_rows, self.normal_rows = tangential[carries], normal[carries]
+        self.directions = np.where(self.rubs[:, None], rows[self.tangential_rows], 0.0)
         in_plane = self.rubs & (across[carries] >= 0)
         self.across = np.where(in_plane[:, None], rows[across[carries]], 0.0)
+        self.normal = np.where(self.presses[:, None], rows[self.normal_rows], 0.0)
         self.contact_stiffness = np.where(rubs, stiffness, 0.0)[carries]
-        self.limit = np.where(rubs, friction * np.maximum(load, 0.0), 0.0)[carries]
-        friction = np.where(rubs, friction, 0.0)
-        spring = np.where(rubs, stiffness, 1.0)
-        self.normal = NormalSprings(
-            np.flatnonzero(presses[carries]),
-            normal[presses],
-            rows[normal[presses]],
-            normal_stiffness[presses],
-            load[presses],
-            offset[presses],
-            friction[presses],
-            (friction * normal_stiffness / spring)[presses],
-            np.zeros((self.n_dof, 0)),
-        )
+        self._sticking = self.contact_stiffness[:, None] * self.directions
+        self.normal_stiffness = np.where(presses, normal_stiffness, 0.0)[carries]
+        self.pressing = self.normal_stiffness[:, None] * self.normal
+        limit = friction * np.where(presses, 1.0, np.maximum(load, 0.0))
+        self.friction = np.where(rubs, limit, 0.0)[carries]
+        self.loads = np.where(presses, load, 1.0)[carries]
+        self.offset = np.where(presses, offset, 0.0)[carries]
+
+    def pressure(self, x: FloatArray) -> FloatArray:
+        """Normal forces ``p = N0 + k_n v`` (..., n_active) [N] of closed contacts.
+
+        Of displacements (..., n_dof); 1 of constant loads.
+        """
+        return self.loads + x @ self.pressing.T
 
     def limits(self, x: FloatArray) -> FloatArray:
-        """Largest friction forces (n_active,) [N] at a displacement."""
-        if not len(self.normal):
-            return self.limit
-        limit, normal = self.limit.copy(), self.normal
-        limit[normal.contact] = normal.friction * np.maximum(normal.pressure(x), 0.0)
-        return limit
+        """Largest friction forces (..., n_active) [N] at displacements (..., n_dof)."""
+        return self.friction * np.maximum(self.pressure(x), 0.0)
 
-    def springs(self, state: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Springs of the contacts in a ``state`` (n_active,).
+    def normal_force(self, x: FloatArray, state: FloatArray) -> FloatArray:
+        """``N`` (..., n_active) [N] of displacements and states, 1 of constant loads."""
+        return np.where(state == APART, 0.0, self.pressure(x))
 
-        Directions (n, n_dof) of their forces, and their stiffness times the directions of what
-        moves them, (n, n_dof).
-        """
-        stick, normal = state == STICK, self.normal
-        directions = self.directions[stick]
-        springs = directions * self.contact_stiffness[stick, None]
-        # The friction of a contact that slips acts with its normal force.
-        share, closed = normal.along_wall(state), normal.closed(state)
-        pressed = normal.directions + share[:, None] * self.directions[normal.contact]
-        return (
-            np.concatenate([directions, pressed[closed]]),
-            np.concatenate([springs, normal.by_displacement(state)[closed]]),
-        )
+    def normal_slopes(self, state: FloatArray) -> FloatArray:
+        """Derivative of the normal forces by displacement in a ``state``, (n_active, n_dof)."""
+        return np.where(state == APART, 0.0, 1.0)[:, None] * self.pressing
 
     def friction_slopes(self, state: FloatArray) -> FloatArray:
-        """Derivative of the friction forces by displacement in a ``state``, (n_active, n_dof)."""
-        stick, normal = state == STICK, self.normal
-        slopes = np.where(stick[:, None], self.contact_stiffness[:, None] * self.directions, 0.0)
-        slopes[normal.contact] += normal.along_wall(state)[:, None] * normal.by_displacement(state)
+        """Derivative of the friction forces by displacement in a ``state``, (n_active, n_dof).
+
+        That of contacts that slip is one of their limits.
+        """
+        slopes = np.where((state == STICK)[:, None], self._sticking, 0.0)
+        if self.moves:
+            slopes += (slip(state) * self.friction)[:, None] * self.pressing
         return slopes
+
+    def springs(self, state: FloatArray) -> FloatArray:
+        """Stiffness (n_dof, n_dof) [N/m] of the contacts in a ``state`` (n_active,)."""
+        pressed = self.normal.T @ self.normal_slopes(state)
+        return self.directions.T @ self.friction_slopes(state) + pressed
 
     def friction_since_closing(self, slope: FloatArray, contact: int) -> FloatArray:
         """Derivative by displacement (n_dof,) of the friction of a contact that closed and sticks.
@@ -171,8 +119,6 @@ class ActiveContacts:
         ``slope`` (n_dof,) is that of the motion. Closing earlier by ``k_n dv / p'`` adds
         ``k_t u'`` times that: a spring beside the normal one.
         """
-        direction = self.normal.directions[np.searchsorted(self.normal.contact, contact)]
-        outward, closes = self.directions[contact] @ slope, direction @ slope
-        return direction * (
-            self.contact_stiffness[contact] * outward / closes if closes > 0 else 0.0
-        )
+        outward = self.contact_stiffness[contact] * (self.directions[contact] @ slope)
+        closes = self.pressing[contact] @ slope
+        return self.pressing[contact] * (outward / closes if closes > 0 else 0.0)

@@ -7,7 +7,7 @@ from numpy.polynomial.polynomial import polyval
 
 from symhbm.numerics import FloatArray
 from symhbm.numerics.loops import polynomials
-from symhbm.time_domain.active_contacts import STICK
+from symhbm.time_domain.active_contacts import APART, STICK, slip
 from symhbm.time_domain.linear_motion import DEGREE, LinearMotion, alternates
 
 _POWER = np.arange(DEGREE + 1)
@@ -55,12 +55,10 @@ class Cells:
     ) -> tuple[FloatArray, FloatArray, FloatArray]:
         """As `evaluate`, at shares (n,) of given cells (n,)."""
         travel, slope = self.travel(cell, share)
-        state, normal = self.state[cell], linear.normal
+        state = self.state[cell]
         spring = np.where(state == STICK, linear.contact_stiffness, 0.0)
         friction = self.friction[cell] + spring * (travel @ linear.directions.T)
-        if len(normal):
-            moved = normal.stiffness * (travel @ normal.directions.T)
-            friction[:, normal.contact] += normal.along_wall(state) * moved
+        friction += slip(state) * linear.friction * (travel @ linear.pressing.T)
         return self.displacement[cell, 0] + travel, slope, friction
 
     def travel(self, cell: np.ndarray, share: FloatArray) -> tuple[FloatArray, FloatArray]:
@@ -74,29 +72,22 @@ class Cells:
 
     def friction_loss(self, linear: LinearMotion) -> FloatArray:
         """What contacts dissipate by friction, (n_active,) [J]."""
-        travel = self.displacement[:, 1:].sum(axis=1) @ linear.directions.T
-        result = np.where(np.abs(self.state) == 1, self.friction * travel, 0.0).sum(axis=0)
-        result[linear.normal.contact] += self._pressed_loss(linear)
-        return result
-
-    def _pressed_loss(self, linear: LinearMotion) -> FloatArray:
-        """What (n_normal,) [J] contacts dissipate beyond the friction at the start of each slip."""
-        normal, state = linear.normal, self.state
-        contact, share = normal.contact, normal.along_wall(state)
-        moved = self.displacement @ linear.directions[contact].T
-        friction = share[:, None] * self.pressure(linear)
+        moved = self.displacement @ linear.directions.T
+        friction = (slip(self.state) * linear.friction)[:, None] * self.pressure(linear)
         # Work along the displacement of the contact, less what its spring stores.
-        work = np.einsum("cin,ij,cjn->cn", friction[:, 1:], _PRODUCTS[1:], moved)
-        ends = friction[:, 0], friction.sum(axis=1)
-        spring = np.where(linear.rubs, linear.contact_stiffness, 1.0)[contact]
-        return (work - (ends[1] ** 2 - ends[0] ** 2) / (2 * spring)).sum(axis=0)
+        work = np.einsum("cin,ij,cjn->cn", friction, _PRODUCTS, moved, optimize=True)
+        stored = (friction.sum(axis=1) ** 2 - friction[:, 0] ** 2) / 2
+        spring = np.where(linear.rubs, linear.contact_stiffness, 1.0)
+        return (work - stored / spring).sum(axis=0)
 
     def pressure(self, linear: LinearMotion) -> FloatArray:
-        """Normal forces as powers of the share of a cell, (n_cells, DEGREE + 1, n_normal) [N]."""
-        normal = linear.normal
-        powers = normal.stiffness * (self.displacement @ normal.directions.T)
-        powers[:, 0] += normal.load
-        return np.where(normal.closed(self.state)[:, None], powers, 0.0)
+        """Normal forces as powers of the share of a cell, (n_cells, DEGREE + 1, n_active) [N].
+
+        They are 1 of constant loads.
+        """
+        powers = self.displacement @ linear.pressing.T
+        powers[:, 0] += linear.loads
+        return np.where((self.state == APART)[:, None], 0.0, powers)
 
     def quadrature(self, linear: LinearMotion, highest: int):
         """Gauss quadrature over all cells, exact to round-off up to the harmonic ``highest``.

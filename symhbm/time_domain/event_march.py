@@ -65,14 +65,16 @@ class March:
 
         Static forces of contacts that never slip do not change: each has one more eigenvalue, 1.
         """
-        n = linear.n_dof
-        stuck = 2 * n + np.flatnonzero(~self.slipped)
-        slipped = 2 * n + np.flatnonzero(self.slipped & linear.rubs)
-        kept = np.concatenate([np.arange(2 * n), slipped])
+        n, size = linear.n_dof, linear.n_tangential
+        directions = np.concatenate([linear.directions, linear.across][:size])
+        slipped = np.tile(self.slipped, size)
+        stuck = 2 * n + np.flatnonzero(~slipped)
+        moves = 2 * n + np.flatnonzero(slipped & directions.any(axis=1))
+        kept = np.concatenate([np.arange(2 * n), moves])
         matrix = self.jacobian[np.ix_(kept, kept)]
         # The forces of stuck contacts follow the displacement through their springs alone.
-        spring = (linear.contact_stiffness[:, None] * linear.directions)[~self.slipped]
-        matrix[:, :n] += self.jacobian[np.ix_(kept, stuck)] @ spring
+        springs = np.tile(linear.contact_stiffness, size)[:, None] * directions
+        matrix[:, :n] += self.jacobian[np.ix_(kept, stuck)] @ springs[~slipped]
         return kept, matrix
 
 
@@ -84,9 +86,8 @@ def march(linear: LinearMotion, state: FloatArray, length: float) -> March:
     finite, or where events follow each other without end.
     """
     n, count = linear.n_dof, len(linear.active)
-    x, slope = state[:n].copy(), state[n : 2 * n].copy()
+    x, slope, friction = np.split(linear.within_limits(state), [n, 2 * n])
     limit = linear.limits(x)
-    friction = np.clip(state[2 * n :], -limit, limit)
     of_contact, touching = _states_at(linear, x, slope, friction, limit)
     friction = np.where(of_contact == STICK, friction, slip(of_contact) * limit)
     slipped = (of_contact != STICK) | ~linear.rubs
@@ -95,8 +96,7 @@ def march(linear: LinearMotion, state: FloatArray, length: float) -> March:
     ended_slip = np.zeros(count)
     tau, cells, events = 0.0, [], []
     while length - tau > SHORTEST:
-        flow = linear.flow(of_contact)
-        powers = linear.expand(flow, tau, x, slope, linear.constant(x, friction, of_contact))
+        flow, powers = linear.cell(tau, x, slope, friction, of_contact)
         if not np.all(np.isfinite(powers)):
             raise ArithmeticError("the motion is not finite")
         share = min(1.0, (length - tau) / flow.width)
@@ -113,7 +113,7 @@ def march(linear: LinearMotion, state: FloatArray, length: float) -> March:
             slope = _POWER @ powers / width
             travel = linear.directions @ powers[1:].sum(axis=0)
             friction = friction + np.where(stick, linear.contact_stiffness * travel, 0.0)
-            if len(linear.normal):
+            if linear.moves:
                 limit = linear.limits(x)
                 friction = np.where(stick, friction, slip(of_contact) * limit)
             tau = length if at == 1.0 and share < 1.0 else tau + width
@@ -155,29 +155,23 @@ def _states_at(
     linear: LinearMotion, x: FloatArray, slope: FloatArray, friction: FloatArray, limit: FloatArray
 ) -> tuple[FloatArray, np.ndarray]:
     """States of the contacts (n_active,), and which of them just touch."""
-    normal, pushes = linear.normal, np.sign(friction) * (linear.directions @ slope)
-    closes, least = normal.directions @ slope, limit.copy()
-    pushes[normal.contact] -= normal.ratio * closes
+    pressure, closes = linear.pressure(x), linear.pressing @ slope
+    pushes = np.sign(friction) * linear.contact_stiffness * (linear.directions @ slope)
+    pushes -= linear.friction * closes
     # A limit that moves is that of the state but for round-off.
-    least[normal.contact] -= _NOISE * (
-        limit[normal.contact] + normal.friction * np.abs(normal.load)
-    )
+    least = limit - _NOISE * (limit + linear.friction * np.abs(linear.loads))
     state = np.where((np.abs(friction) >= least) & (pushes > 0), np.sign(friction), STICK)
-    touching = np.zeros(len(limit), dtype=bool)
-    if len(normal):
-        pressure = normal.pressure(x)
-        touching[normal.contact] = pressure == 0
-        state[normal.contact[(pressure < 0) | (pressure == 0) & (closes <= 0)]] = APART
-        for j in normal.contact[(pressure == 0) & (closes > 0)].tolist():
-            state[j] = _closing(linear, slope, j)
+    touching = pressure == 0
+    state[(pressure < 0) | touching & (closes <= 0)] = APART
+    for j in np.flatnonzero(touching & (closes > 0)).tolist():
+        state[j] = _closing(linear, slope, j)
     return state, touching
 
 
 def _closing(linear: LinearMotion, slope: FloatArray, contact: int) -> float:
     """State of an active contact that closes: it slips if it moves faster than the wall."""
-    normal, outward = linear.normal, float(linear.directions[contact] @ slope)
-    k = np.searchsorted(normal.contact, contact)
-    wall = float(normal.ratio[k] * (normal.directions[k] @ slope))
+    outward = linear.contact_stiffness[contact] * (linear.directions[contact] @ slope)
+    wall = linear.friction[contact] * (linear.pressing[contact] @ slope)
     return float(np.sign(outward)) if abs(outward) * (1 - _NOISE) > wall else STICK
 
 
@@ -185,21 +179,22 @@ def _follow_walls(
     linear: LinearMotion, state: FloatArray, contacts: np.ndarray, variation: FloatArray
 ) -> None:
     """Make the friction of contacts that slip vary as their limit does, of open ones not at all."""
-    n = linear.n_dof
-    variation[2 * n + contacts] = linear.friction_slopes(state)[contacts] @ variation[:n]
+    walls = linear.friction_slopes(state)[contacts]
+    variation[2 * linear.n_dof + contacts] = walls @ variation[: linear.n_dof]
 
 
 def _carry(
     linear: LinearMotion, transition: FloatArray, state: FloatArray, variation: FloatArray
 ) -> FloatArray:
     """Derivative by the initial state after one more cell."""
-    n, normal, friction = linear.n_dof, linear.normal, variation[2 * linear.n_dof :]
-    constant = -linear.push @ friction
-    if len(normal):
-        constant -= normal.push @ (normal.by_displacement(state) @ variation[:n])
+    n = linear.n_dof
+    constant = -linear.push @ variation[2 * n :]
+    if linear.moves:
+        pressing = linear.normal_slopes(state) @ variation[:n]
+        constant -= linear.push_normal @ pressing
     moved = transition @ np.concatenate([variation[: 2 * n], constant])
-    travel = moved[:n] - variation[:n]
-    return np.concatenate([moved, friction + linear.friction_slopes(state) @ travel])
+    rubbed = linear.friction_slopes(state) @ (moved[:n] - variation[:n])
+    return np.concatenate([moved, variation[2 * n :] + rubbed])
 
 
 def _margins(
@@ -217,89 +212,60 @@ def _margins(
     that of the limit, and the normal force; minus that where it is open. Zeros at the start of the
     cell that belong to the last event are divided out.
     """
-    normal, margin = linear.normal, np.empty((len(state), 2, DEGREE + 1))
-    motion, pressing = linear.directions @ powers.T, normal.directions @ powers.T
-    contact = friction, limit, state, ended_slip, touching, linear.contact_stiffness, linear.rubs
-    springs = normal.contact, normal.stiffness, normal.load, normal.friction, normal.ratio
-    _write_margins(motion, *contact, pressing, *springs, margin)
+    margin = np.empty((len(state), 2, DEGREE + 1))
+    force = linear.contact_stiffness[:, None] * (linear.directions @ powers.T)
+    pressure = linear.pressing @ powers.T
+    pressure[:, 0] += linear.loads
+    wall = linear.friction[:, None] * pressure
+    force[:, 0], wall[:, 0] = friction, limit
+    _write_margins(force, wall, pressure, state, ended_slip, touching, linear.rubs, margin)
     return margin
 
 
 @Loop
 def _write_margins(
-    motion: Any,
-    friction: Any,
-    limit: Any,
+    force: Any,
+    wall: Any,
+    pressure: Any,
     state: Any,
     ended_slip: Any,
     touching: Any,
-    stiffness: Any,
     rubs: Any,
-    pressing: Any,
-    of_normal: Any,
-    normal_stiffness: Any,
-    load: Any,
-    coefficient: Any,
-    ratio: Any,
     margin: Any,
 ) -> None:
     size = margin.shape[2]
     for j in range(len(state)):
-        slides = abs(state[j]) == 1
-        for k in range(size):
-            force = stiffness[j] * motion[j, k] if k else friction[j]
-            margin[j, 0, k], margin[j, 1, k] = -force, force
-            if slides:
-                margin[j, 0, k] = state[j] * (k + 1) * motion[j, k + 1] if k + 1 < size else 0.0
-        margin[j, 0, 0] += 0.0 if slides else limit[j]
-        margin[j, 1, 0] += limit[j]
-        if slides:
+        apart, slides = state[j] == APART, abs(state[j]) == 1
+        if apart or not rubs[j]:
+            for k in range(size):
+                margin[j, 0, k] = -pressure[j, k] if apart else pressure[j, k]
             _make_positive(margin[j, 1])
-    for i in range(len(of_normal)):
-        j = of_normal[i]
-        if state[j] == APART or not rubs[j]:
-            _write_pressure(normal_stiffness[i], load[i], pressing[i], touching[j], margin[j, 0])
-            for k in range(size if state[j] == APART else 0):
-                margin[j, 0, k] = -margin[j, 0, k]
-            _make_positive(margin[j, 1])
+            if touching[j]:
+                _divide(margin[j, 0])
             continue
-        # The limits of a contact that sticks, and the wall of one that slips, move with the load.
-        moves = coefficient[i] * normal_stiffness[i] if state[j] == STICK else -ratio[i]
-        terms = _largest(margin[j, 0])
-        wall = 0.0
+        terms = 0.0
         for k in range(size):
-            order = 1 if state[j] == STICK else k
-            wall = max(wall, abs(moves * order * pressing[i, k]))
-        for k in range(1, size):
-            if state[j] == STICK:
-                margin[j, 0, k] += moves * pressing[i, k]
-                margin[j, 1, k] += moves * pressing[i, k]
-            else:
-                margin[j, 0, k - 1] += moves * k * pressing[i, k]
+            order = k if slides else 1
+            terms = max(terms, order * abs(force[j, k]), order * abs(wall[j, k]))
+            if not slides:
+                margin[j, 0, k] = wall[j, k] - force[j, k]
+                margin[j, 1, k] = wall[j, k] + force[j, k]
+                continue
+            margin[j, 1, k] = pressure[j, k]
+            margin[j, 0, k] = 0.0
+            if k:
+                margin[j, 0, k - 1] = k * (state[j] * force[j, k] - wall[j, k])
         # Differences of equal terms never change their sign: their digits are round-off.
-        for side in range(2 if state[j] == STICK else 1):
-            if _largest(margin[j, side]) <= _NOISE * (terms + wall):
+        for side in range(1 if slides else 2):
+            if _largest(margin[j, side]) <= _NOISE * terms:
                 _make_positive(margin[j, side])
-            if state[j] == STICK and touching[j]:
+        if touching[j]:
+            for side in range(1 if slides else 0, 2):
                 _divide(margin[j, side])
-        if state[j] != STICK:
-            _write_pressure(normal_stiffness[i], load[i], pressing[i], touching[j], margin[j, 1])
-    # A contact that sticks since this instant is on its limit, at zero velocity: a double zero.
-    for j in range(len(state)):
-        if ended_slip[j] != 0 and abs(state[j]) != 1:
+        # A contact that sticks since this instant is on its limit, at zero velocity: a double zero.
+        if ended_slip[j] != 0 and not slides:
             for _ in range(2):
                 _divide(margin[j, 0 if ended_slip[j] > 0 else 1])
-
-
-@Loop
-def _write_pressure(
-    stiffness: float, load: float, pressing: Any, touches: bool, powers: Any
-) -> None:
-    """Write a normal force; of a contact that ``touches``, which has none, over its variable."""
-    for k in range(len(powers)):
-        powers[k] = stiffness * pressing[k] + (0.0 if k else load)
-    if touches:
-        _divide(powers)
 
 
 @Loop

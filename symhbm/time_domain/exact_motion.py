@@ -9,14 +9,13 @@ the force is antiperiodic.
 import contextlib
 from collections.abc import Callable, Iterator
 from dataclasses import dataclass, field
-from functools import partial
 from itertools import chain
 
 import numpy as np
 from numpy.typing import ArrayLike
 
 from symhbm.balance import HarmonicBalance
-from symhbm.continuation import NewtonResult, Status, linear_response, newton, solve_point
+from symhbm.continuation import Status, solve_point
 from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics
 from symhbm.time_domain.active_contacts import APART, STICK
 from symhbm.time_domain.active_contacts import slip as slip_of
@@ -133,7 +132,8 @@ class ExactMotion:
         angle = tau.ravel() % (2 * np.pi)
         x, state = cells.evaluate(linear, angle)[0], cells.state[cells.cell(angle)]
         result = np.tile(np.maximum(linear.load, 0.0), (len(angle), 1))
-        result[:, linear.active[linear.normal.contact]] = linear.normal.force(x, state)
+        presses = linear.presses
+        result[:, linear.active[presses]] = linear.normal_force(x, state)[:, presses]
         return result.reshape(*tau.shape, linear.n_contacts)
 
     @property
@@ -207,19 +207,16 @@ def exact_motion(
 def _balanced_starts(problem: HarmonicBalance, linear: LinearMotion) -> Iterator[FloatArray]:
     """States (2 n_dof + n_active,) at ``tau = 0`` by harmonic balances, one after the other.
 
-    Just beyond the onset of slip Newton's method fails for the balance too, and from a motion
-    without slip for the exact one; the path along a growing force passes that corner. Contacts that
-    may open have more starts: the linear motions with all of them closed, and apart.
+    Contacts that may open have more starts: the linear motions with all of them closed, and apart.
     """
-    opens = len(linear.normal) > 0
-    solved = [(7, _from_stuck), *[(7, solve_point)] * opens, (1, solve_point)]
-    for highest, solve in solved:
+    opens = linear.moves
+    for highest in (7, 1):
         harmonics = range(1, highest + 1, 2) if linear.antiperiodic else range(highest + opens)
         harmonics = {1, *harmonics, *linear.orders.tolist()}
         balance = HarmonicBalance(problem.model, problem.excitation, harmonics)
         unknowns = np.zeros(balance.n_unknowns)
         with contextlib.suppress(ArithmeticError):
-            unknowns = solve(balance, linear.frequency).unknowns
+            unknowns = solve_point(balance, linear.frequency).unknowns
         yield linear.of_active(state_of(balance, unknowns, linear.frequency))
     if opens:
         for state in (STICK, APART):
@@ -228,11 +225,9 @@ def _balanced_starts(problem: HarmonicBalance, linear: LinearMotion) -> Iterator
 
 def _linear_state(linear: LinearMotion, of_contact: FloatArray) -> FloatArray:
     """State at ``tau = 0`` of the motion whose contacts stay as they are."""
-    omega, normal = linear.frequency, linear.normal
-    directions, springs = linear.springs(of_contact)
-    stiffness = linear.stiffness + directions.T @ springs
-    force = normal.force(np.zeros(linear.n_dof), of_contact) - normal.offset
-    still = linear.static - normal.directions.T @ force
+    omega, stiffness = linear.frequency, linear.stiffness + linear.springs(of_contact)
+    force = linear.normal_force(np.zeros(linear.n_dof), of_contact) - linear.offset
+    still = linear.static - linear.normal.T @ force
     x, slope = np.linalg.lstsq(stiffness, still, rcond=None)[0], np.zeros(linear.n_dof)
     for k, n in enumerate(linear.orders * omega):
         dynamic = stiffness - n**2 * linear.mass + 1j * n * linear.damping
@@ -243,13 +238,6 @@ def _linear_state(linear: LinearMotion, of_contact: FloatArray) -> FloatArray:
         linear.directions @ x
     )
     return np.concatenate([x, slope, friction])
-
-
-def _from_stuck(balance: HarmonicBalance, frequency: float) -> NewtonResult:
-    unknowns = linear_response(balance, frequency)
-    if unknowns is None:
-        unknowns = np.zeros(balance.n_unknowns)
-    return newton(partial(balance.evaluate, frequency=frequency), unknowns)
 
 
 def _spread(linear: LinearMotion, friction: FloatArray) -> FloatArray:
@@ -272,12 +260,12 @@ def _words(linear: LinearMotion, state: FloatArray, contact: np.ndarray) -> np.n
 def _normal_forces(linear: LinearMotion, cells: Cells) -> FloatArray:
     """Mean, least and largest normal forces (3, n_contacts) [N]."""
     result = np.tile(np.maximum(linear.load, 0.0), (3, 1))
-    if len(linear.normal):
-        powers = cells.pressure(linear)
+    if linear.moves:
+        powers = cells.pressure(linear)[:, :, linear.presses]
         high, low = extremes(powers)
         mean = cells.width @ np.einsum("ckn,k->cn", powers, 1 / np.arange(1, DEGREE + 2))
         values = mean / (2 * np.pi), np.maximum(low, 0.0), high
-        result[:, linear.active[linear.normal.contact]] = values
+        result[:, linear.active[linear.presses]] = values
     return result
 
 
@@ -301,7 +289,7 @@ def describe_motion(
         status = Status.SYSTEM_SINGULAR
     elif status == Status.SUCCESS and periodicity > 2 * PERIODIC_TOLERANCE:
         status = Status.NO_MOTION
-    apart_always = len(linear.normal) > 0 and bool(np.all(cells.state == APART))
+    apart_always = bool(linear.moves and np.all(cells.state == APART))
     if status != Status.SUCCESS and apart_always and is_rigid(linear):
         status = Status.NOT_HELD
     loss, apart = np.zeros(linear.n_contacts), np.where(linear.load < 0, 1.0, 0.0)

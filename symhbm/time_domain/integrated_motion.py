@@ -5,8 +5,7 @@ Its steps are polynomials too: `symhbm.time_domain.event_march` locates the even
 contacts on them.
 """
 
-from collections.abc import Callable
-from dataclasses import dataclass
+from collections.abc import Callable, Iterator
 from typing import Any
 
 import numpy as np
@@ -35,11 +34,55 @@ _TO_POWERS = np.linalg.inv(_NODES[:, None] ** _ORDER)
 _TO_POWERS /= ((_ORDER + 1) * (_ORDER + 2))[:, None]
 
 
-@dataclass(frozen=True)
-class _Step(LinearFlow):
-    """A step of the integrator: `IntegratedMotion.expand` fills all but ``state`` (n_active,)."""
+class SmoothForces:
+    """The forces of laws without memory of a problem at an angular ``frequency`` [rad/s].
 
-    state: FloatArray
+    ``accelerations`` makes accelerations by the angle of forces. Raises ArithmeticError for laws
+    that are neither smooth nor sliders.
+    """
+
+    def __init__(
+        self,
+        problem: HarmonicBalance,
+        frequency: float,
+        accelerations: Callable[[FloatArray], FloatArray],
+    ):
+        self.groups, self._frequency, self._parts = curved(problem), frequency, []
+        directions = problem.model.directions.toarray()
+        for group in self.groups:
+            if not isinstance(group.law, MemorylessLaw):
+                raise ArithmeticError(f"perturbations of {group.law!r} are not known in time")
+            rows = directions[group.rows.ravel()]
+            values = problem.model.values_of(group)
+            self._parts.append((group, values, rows, accelerations(rows.T)))
+
+    def at(self, x: FloatArray, slope: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Accelerations (n, n_dof) that they take away, and derivatives (n, n_dof, n_dof).
+
+        At displacements and slopes by the angle (n, n_dof), by which the derivatives are.
+        """
+        n, size = x.shape
+        result = np.zeros((n, size)), np.zeros((n, size, size)), np.zeros((n, size, size))
+        for _, rows, push, _, found in self.instants(x, slope):
+            result[0][:] += found.force.reshape(n, -1) @ push.T
+            slopes = found.by_displacement, self._frequency * found.by_velocity
+            for total, each in zip(result[1:], slopes, strict=True):
+                m = each.shape[2]
+                moved = each.reshape(n, -1, m, m) @ rows.reshape(-1, m, size)
+                total += push @ moved.reshape(n, len(rows), size)
+        return result
+
+    def instants(
+        self, x: FloatArray, slope: FloatArray
+    ) -> Iterator[tuple[Any, FloatArray, FloatArray, FloatArray, Any]]:
+        """Groups, their directions and pushes, slopes (n n_contacts, m) of contacts, and forces."""
+        for group, values, rows, push in self._parts:
+            shape = len(x) * group.n, -1
+            moved, rate = ((part @ rows.T).reshape(shape) for part in (x, slope))
+            each = {name: np.tile(value, len(x)) for name, value in values.items()}
+            velocity = self._frequency * rate
+            found = group.law.at_instants(moved, velocity, self._frequency, each)
+            yield group, rows, push, rate, found
 
 
 class IntegratedMotion(LinearMotion):
@@ -51,23 +94,17 @@ class IntegratedMotion(LinearMotion):
 
     def __init__(self, problem: HarmonicBalance, frequency: float, size: float):
         super().__init__(problem, frequency)
-        model, self._smooth = problem.model, []
-        directions = model.directions.toarray()
-        inertia = frequency**2 * self.mass
-        self._groups = curved(problem)
-        for group in self._groups:
-            values = model.values_of(group)
-            rows = directions[group.rows.ravel()]
-            self._smooth.append((group.law, values, rows, np.linalg.solve(inertia, rows.T)))
+        self._smooth = SmoothForces(problem, frequency, self.accelerations)
+        laws: list[Any] = [group.law for group in self._smooth.groups]
         # One column is the motion, the others its derivatives as `LinearFlow.series` orders them.
         n_columns = 1 + 3 * self.n_dof
         self._tolerance = np.full((2 * self.n_dof, n_columns), INTEGRATION_TOLERANCE)
         self._tolerance[:, 0] *= size
-        if any(law.has_kinks for law, *_ in self._smooth):
+        if any(law.has_kinks for law in laws):
             # Where slopes jump, derivatives need not be that exact, and the motion is.
             self._tolerance[:, 1:] = np.inf
-        self.antiperiodic &= all(law.odd for law, *_ in self._smooth)
-        flow = super().flow(np.full(len(self.active), STICK))
+        self.antiperiodic &= all(law.odd for law in laws)
+        flow = self.flow(np.full(len(self.active), STICK))
         self._width = _FIRST * flow.width
 
     def _check_contacts(self, problem: HarmonicBalance) -> None:
@@ -82,31 +119,20 @@ class IntegratedMotion(LinearMotion):
     def loss(self, motion: Any) -> FloatArray:
         """Energy that smooth contacts dissipate along an `ExactMotion`, (n_contacts,) [J]."""
         result = np.zeros(self.n_contacts)
-        tau, weight, (x, slope, _) = motion.quadrature(_HIGHEST)
-        for group, (law, values, rows, _) in zip(self._groups, self._smooth, strict=True):
-            if law.gives_back:
-                continue
-            moved, rate = (part @ rows.T for part in (x, slope))
-            shape = len(tau) * group.n, len(law.directions)
-            along = {name: np.tile(value, len(tau)) for name, value in values.items()}
-            velocity = self.frequency * rate.reshape(shape)
-            force = law.at_instants(moved.reshape(shape), velocity, self.frequency, along).force
-            power = (force * rate.reshape(shape)).sum(axis=1).reshape(len(tau), group.n)
-            result[group.contacts] = weight @ power
+        _, weight, (x, slope, _) = motion.quadrature(_HIGHEST)
+        for group, _, _, rate, found in self._smooth.instants(x, slope):
+            if not group.law.gives_back:
+                power = (found.force * rate).sum(axis=1).reshape(len(x), group.n)
+                result[group.contacts] = weight @ power
         return result
 
-    def flow(self, state: FloatArray) -> LinearFlow:
-        """The next step in a ``state`` (n_active,) of the contacts; `expand` makes it."""
-        return _Step(np.nan, np.array([]), state.copy())
-
-    def expand(
-        self, flow: LinearFlow, tau: float, x: FloatArray, slope: FloatArray, constant: FloatArray
-    ) -> FloatArray:
-        """Make the step; arguments and result as those of `LinearMotion.expand`."""
-        assert isinstance(flow, _Step)
+    def cell(
+        self, tau: float, x: FloatArray, slope: FloatArray, friction: FloatArray, state: FloatArray
+    ) -> tuple[LinearFlow, FloatArray]:
+        """A step of the integrator; arguments and results as those of `LinearMotion.cell`."""
         n = self.n_dof
         start = np.column_stack([np.append(x, slope), np.eye(2 * n, 3 * n)])
-        acceleration = self._acceleration(flow.state, x, constant)
+        acceleration = self._acceleration(state, x, self._constant(x, friction, state))
 
         def rates(tau: float, state: FloatArray) -> FloatArray:
             values, slopes = state.reshape(2, n, -1)
@@ -132,34 +158,25 @@ class IntegratedMotion(LinearMotion):
         powers = np.zeros((DEGREE + 1, n, start.shape[1]))
         powers[0], powers[1] = start[:n], width * start[n:]
         powers[_ORDER + 2] = width**2 * np.tensordot(_TO_POWERS, np.array(bent), 1)
-        flow.__dict__.update(width=width, series=powers[:, :, 1:])
-        return powers[:, :, 0]
+        return LinearFlow(width, powers[:, :, 1:]), powers[:, :, 0]
 
     def _acceleration(
         self, state: FloatArray, x: FloatArray, constant: FloatArray
     ) -> Callable[[float, FloatArray, FloatArray], FloatArray]:
         """Function of angle, values and slopes (n_dof, n_columns) from the start of a step on."""
         n = self.n_dof
-        directions, springs = self.springs(state)
-        springs = self.accelerations(directions) @ springs
+        springs = self.accelerations(self.springs(state))
         elastic = self._elastic + springs
         constant = np.column_stack([constant + springs @ x, springs, np.zeros((n, n)), np.eye(n)])
 
         def acceleration(tau: float, values: FloatArray, slopes: FloatArray) -> FloatArray:
             phase = self.orders * tau
+            taken, by_value, by_slope = (
+                part[0] for part in self._smooth.at(values[None, :, 0], slopes[None, :, 0])
+            )
             result = constant - elastic @ values - self._viscous @ slopes
-            for law, of_contacts, rows, push in self._smooth:
-                n, m = len(next(iter(of_contacts.values()))), len(law.directions)
-                moved, velocity = (
-                    (factor * rows @ part).reshape(n, m, -1)
-                    for factor, part in ((1.0, values), (self.frequency, slopes))
-                )
-                at = moved[:, :, 0], velocity[:, :, 0], self.frequency, of_contacts
-                found = law.at_instants(*at)
-                moved = found.by_displacement @ moved + found.by_velocity @ velocity
-                moved[:, :, 0] = found.force
-                result -= push @ moved.reshape(n * m, -1)
-            result[:, 0] += self._cosine @ np.cos(phase) + self._sine @ np.sin(phase)
+            result[:, 1:] -= by_value @ values[:, 1:] + by_slope @ slopes[:, 1:]
+            result[:, 0] += self._cosine @ np.cos(phase) + self._sine @ np.sin(phase) - taken
             return result
 
         return acceleration

@@ -9,7 +9,7 @@ exceptions.
 """
 
 from copy import copy
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -97,18 +97,19 @@ class LinearMotion(ActiveContacts):
             for name in ("mass", "damping", "stiffness")
         )
         self._set_force(problem)
-        factor = positive_definite(self.mass)
-        if len(self.normal):
-            push = scipy.linalg.cho_solve((factor, True), self.normal.directions.T) / frequency**2
-            self.normal = replace(self.normal, push=push)
-        parts = [self.stiffness, self.directions.T, self.static[:, None], self.cosine, self.sine]
-        parts = [scipy.linalg.cho_solve((factor, True), part) / frequency**2 for part in parts]
-        self._elastic, self.push, self._static, self._cosine, self._sine = parts
-        self._factor = factor
+        self._factor = factor = positive_definite(self.mass)
+        forces = self.stiffness, self.directions.T, self.normal.T
+        self._elastic, self.push, self.push_normal = map(self.accelerations, forces)
+        forces = self.static[:, None], self.cosine, self.sine
+        self._static, self._cosine, self._sine = map(self.accelerations, forces)
         inverse = scipy.linalg.solve_triangular(factor, np.eye(self.n_dof), lower=True)
         self._inverse_factor = inverse
         self._scaled_stiffness = inverse @ self.stiffness @ inverse.T
         self._set_damping(self.damping)
+
+    def accelerations(self, forces: FloatArray) -> FloatArray:
+        """Accelerations, by ``tau`` twice, of forces (n_dof, n)."""
+        return scipy.linalg.cho_solve((self._factor, True), forces) / self.frequency**2
 
     def sustained(self, damping_ratio: float) -> "LinearMotion":
         """The motions with the force ``2 D omega M x'``, which feeds them."""
@@ -118,7 +119,7 @@ class LinearMotion(ActiveContacts):
 
     def _set_damping(self, damping: FloatArray) -> None:
         self.damping = damping
-        self._viscous = scipy.linalg.cho_solve((self._factor, True), damping) / self.frequency
+        self._viscous = self.frequency * self.accelerations(damping)
         # In the coordinates of the factor the generator has the norm of its frequencies.
         inverse = self._inverse_factor
         self._viscous_norm = np.linalg.norm(inverse @ damping @ inverse.T, 2) / self.frequency
@@ -143,28 +144,32 @@ class LinearMotion(ActiveContacts):
         self.cosine, self.sine = np.moveaxis(force[:, acts], -1, 0).copy()
         self.static = force[:, order == 0, 0].sum(axis=1)
         self.largest_force = float(np.abs(force).max())
-        odd = not (self.static.any() or len(self.normal))
+        odd = not (self.static.any() or self.moves)
         self.antiperiodic = bool(np.all(self.orders % 2 == 1)) and odd
 
-    def accelerations(self, directions: FloatArray) -> FloatArray:
-        """Accelerations by ``tau`` twice (n_dof, n) that unit forces along directions give."""
-        return scipy.linalg.cho_solve((self._factor, True), directions.T) / self.frequency**2
-
-    def constant(self, x: FloatArray, friction: FloatArray, state: FloatArray) -> FloatArray:
+    def _constant(self, x: FloatArray, friction: FloatArray, state: FloatArray) -> FloatArray:
         """Acceleration (n_dof,) by static and contact forces at a displacement."""
-        result = self._static[:, 0] - self.push @ friction
-        if len(self.normal):
-            result -= self.normal.push @ (self.normal.force(x, state) - self.normal.offset)
-        return result
+        normal = self.normal_force(x, state) - self.offset
+        return self._static[:, 0] - self.push @ friction - self.push_normal @ normal
 
     def of_active(self, state: FloatArray) -> FloatArray:
-        """A state (2 n_dof + n_contacts,) with the forces of the active contacts alone."""
-        return np.concatenate([state[: 2 * self.n_dof], state[2 * self.n_dof + self.active]])
+        """A state (2 n_dof + n_tangential n_contacts,) with forces of active contacts alone."""
+        forces = state[2 * self.n_dof :].reshape(self.n_tangential, self.n_contacts)
+        return np.concatenate([state[: 2 * self.n_dof], forces[:, self.active].ravel()])
+
+    def within_limits(self, state: FloatArray) -> FloatArray:
+        """A state (2 n_dof + n_tangential n_active,), its friction forces within their limits."""
+        n = self.n_dof
+        forces, limit = state[2 * n :].reshape(self.n_tangential, -1), self.limits(state[:n])
+        length = np.linalg.norm(forces, axis=0)
+        outside = length > limit
+        share = np.where(outside, limit / np.where(outside, length, 1.0), 1.0)
+        return np.append(state[: 2 * n], forces * share)
 
     def flow(self, state: FloatArray) -> LinearFlow:
         """Series in a ``state`` (n_active,) of the contacts."""
         # With a constant load both directions of slip have the same stiffness.
-        key = (np.abs(state) if not len(self.normal) else state).tobytes()
+        key = (state if self.moves else np.abs(state)).tobytes()
         if key not in self._flows:
             flow = self._build(state)
             if len(self._flows) * flow.series.size > _KEPT_NUMBERS:
@@ -174,13 +179,11 @@ class LinearMotion(ActiveContacts):
 
     def _build(self, state: FloatArray) -> LinearFlow:
         n, n_orders = self.n_dof, len(self.orders)
-        directions, springs = self.springs(state)
-        push = self.accelerations(directions)
-        inverse = self._inverse_factor
-        norm = self._scaled_stiffness + (inverse @ directions.T) @ (springs @ inverse.T)
+        springs, inverse = self.springs(state), self._inverse_factor
+        norm = self._scaled_stiffness + inverse @ springs @ inverse.T
         rate = np.sqrt(np.linalg.norm(norm, 2)) / self.frequency + self._viscous_norm
         width = _REACH / max(float(rate), float(self.orders.max(initial=1)))
-        elastic = (self._elastic + push @ springs) * width**2
+        elastic = (self._elastic + self.accelerations(springs)) * width**2
         series = np.zeros((DEGREE + 1, n, 3 * n + 2 * n_orders))
         series[0, :, :n] = np.eye(n)
         series[1, :, n : 2 * n] = width * np.eye(n)
@@ -193,16 +196,17 @@ class LinearMotion(ActiveContacts):
         _write_series(*map(np.ascontiguousarray, parts), slope, width, series)
         return LinearFlow(width, series)
 
-    def expand(
-        self, flow: LinearFlow, tau: float, x: FloatArray, slope: FloatArray, constant: FloatArray
-    ) -> FloatArray:
-        """Powers of the share of a cell that starts at ``tau``, (DEGREE + 1, n_dof) [m].
+    def cell(
+        self, tau: float, x: FloatArray, slope: FloatArray, friction: FloatArray, state: FloatArray
+    ) -> tuple[LinearFlow, FloatArray]:
+        """The motion from ``tau`` on, and powers of its share of the cell, (DEGREE + 1, n_dof) [m].
 
-        ``x`` and ``slope`` (n_dof,) are displacement and its derivative by ``tau`` [m],
-        ``constant`` is that of `LinearMotion.constant`, all at ``tau``.
+        ``x`` and ``slope`` (n_dof,) are displacement and its derivative by ``tau`` [m] there,
+        ``friction`` [N] and ``state`` (n_active,) those of the contacts.
         """
         waves = np.cos(self.orders * tau), np.sin(self.orders * tau)
-        return flow.series @ np.concatenate([x, slope, constant, *waves])
+        constant, flow = self._constant(x, friction, state), self.flow(state)
+        return flow, flow.series @ np.concatenate([x, slope, constant, *waves])
 
 
 @Loop
@@ -243,28 +247,23 @@ def _write_series(
             factor[j] *= slope[j] / (k + 1)
 
 
+def acting(problem: HarmonicBalance) -> list[tuple[Group, dict[str, FloatArray]]]:
+    """The groups whose contacts do something, and their values."""
+    groups = ((group, problem.model.values_of(group)) for group in problem.model.groups if group.n)
+    return [(group, values) for group, values in groups if group.law.acts(values).any()]
+
+
 def curved(problem: HarmonicBalance) -> list[Group]:
     """The groups whose contacts do something and are no springs and sliders."""
-    model = problem.model
-    return [
-        group
-        for group in model.groups
-        if group.n
-        and group.law.spring_sliders(0.0, values := model.values_of(group)) is None
-        and group.law.acts(values).any()
-    ]
+    return [g for g, values in acting(problem) if g.law.spring_sliders(0.0, values) is None]
 
 
 def in_plane(problem: HarmonicBalance) -> list[Group]:
     """The groups whose contacts do something and have two tangential directions."""
-    model = problem.model
     return [
         group
-        for group in model.groups
-        if group.n
-        and "across" in group.law.directions
-        and group.law.spring_sliders(0.0, values := model.values_of(group)) is not None
-        and group.law.acts(values).any()
+        for group, values in acting(problem)
+        if "across" in group.law.directions and group.law.spring_sliders(0.0, values) is not None
     ]
 
 

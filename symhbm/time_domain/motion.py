@@ -7,6 +7,7 @@ Of motions that no force drives the period is unknown as well, and of a nonlinea
 ratio of the force along the momentum that sustains it, while its amplitude is given.
 """
 
+import contextlib
 from collections.abc import Callable
 from dataclasses import replace
 from functools import partial
@@ -25,6 +26,7 @@ from symhbm.time_domain.periodic_orbit import (
     PERIODIC_TOLERANCE,
     Shot,
     energy_scale,
+    off_middle,
     shot,
     size_of,
     state_of,
@@ -54,19 +56,12 @@ class _Bounded(LinearMotion):
         """Any."""
 
 
-def shoot_once(linear: LinearMotion, state: FloatArray) -> Shot:
+def _shoot_once(linear: LinearMotion, state: FloatArray) -> Shot:
     """A shot that leaves contacts that never slip between their limits."""
-    return with_centres(linear, shot(linear, state))
+    return with_centres(linear, shot(linear, state), off_middle)
 
 
-def shoot(
-    balance: HarmonicBalance,
-    unknowns: FloatArray,
-    frequency: float,
-    kind: Any = IntegratedMotion,
-    once: Callable[..., Shot] = shoot_once,
-    march: Callable[..., March] = march,
-) -> ExactMotion:
+def shoot(balance: HarmonicBalance, unknowns: FloatArray, frequency: float) -> ExactMotion:
     """Find the periodic motion near a response (n_unknowns,) [m] to harmonic balance.
 
     ``frequency`` is angular [rad/s]. The motion repeats itself with the opposite sign after half a
@@ -76,13 +71,16 @@ def shoot(
     """
     frequency = check.scalar("frequency", frequency, "positive")
     coefficients = np.abs(balance.layout.coefficients(unknowns))
-    integrator = kind(balance, frequency, size_of(balance, unknowns))
+    kind, once, marched = IntegratedMotion, _shoot_once, march
+    if in_plane(balance):
+        kind, once, marched = PlanarMotion, planar_shot, planar_march
+    integrator: Any = kind(balance, frequency, size_of(balance, unknowns))
     even = coefficients[:, balance.basis.order % 2 == 0]
     integrator.antiperiodic &= bool(even.max(initial=0.0) <= _EVEN * coefficients.max())
     start = integrator.of_active(state_of(balance, unknowns, frequency))
     try:
         state, iterations, status = _periodic_state(integrator, start, once)
-        motion = describe_motion(integrator, state, iterations, status, march)
+        motion = describe_motion(integrator, state, iterations, status, marched)
         motion = replace(motion, friction_loss=motion.friction_loss + integrator.loss(motion))
     except ArithmeticError:
         n_state = 2 * integrator.n_dof + len(integrator.active)
@@ -151,11 +149,10 @@ def exact_motion_of(
         if not all(group.law.odd for group in curved(problem) + in_plane(problem)):
             balance = balance.with_harmonics((*range(max(*problem.harmonics, 2) + 1),))
         near = balance, solve_point(balance, frequency).unknowns
-    how: Any = (PlanarMotion, planar_shot, planar_march) if in_plane(problem) else ()
-    motion = shoot(*near, frequency, *how)
+    motion = shoot(*near, frequency)
     if motion.converged:
         return motion
-    return shoot(*_with_more_harmonics(*near, frequency), frequency, *how)
+    return shoot(*_with_more_harmonics(*near, frequency), frequency)
 
 
 def _with_more_harmonics(
@@ -195,72 +192,49 @@ def free_motion(
 
     Raises ArithmeticError and ValueError as `march` and `LinearMotion`.
     """
-    search = _Search(problem, frequency, dof, damping_ratio is not None)
-    start = search.linear.of_active(state_of(problem, unknowns, frequency))
-    found = search.solve(np.concatenate([start, [1.0, damping_ratio or 0.0]]))
-    if found is None:
+    whole, is_mode = LinearMotion(problem, frequency), damping_ratio is not None
+    start = whole.of_active(state_of(problem, unknowns, frequency))
+    n, scale = len(start), energy_scale(whole)
+    size = np.linalg.norm(scale * start)
+    place = np.append(start, [1.0, damping_ratio or 0.0])
+    first = place.copy()
+    held = [whole.n_dof + dof, *([dof] if is_mode else [])]
+    unit = np.append(1 / np.where(scale > 0, scale, 1.0), [1 / size, 1 / size])
+
+    def residual(place: FloatArray) -> tuple[FloatArray, March]:
+        """Of state, period over that of the ``frequency``, and damping ratio."""
+        stretch, ratio = place[-2:].tolist()
+        if not np.abs(place - first)[-2:].max() < _FAR:
+            raise ArithmeticError("the motion is far from the one looked for")
+        linear = whole.sustained(ratio) if is_mode else whole
+        run = march(linear, place[:-2], 2 * np.pi * stretch)
+        moved = scale[held] * (place - first)[held]
+        return np.append(scale * (run.end - place[:n]), moved), run
+
+    wrong, run = residual(place)
+    for _ in range(_ITERATIONS):
+        was = np.linalg.norm(wrong)
+        if was <= PERIODIC_TOLERANCE * size:
+            break
+        matrix = np.zeros((len(wrong), n + 2))
+        matrix[:n, :n] = scale[:, None] * (run.jacobian - np.eye(n))
+        for k in (n, n + 1)[: 1 + is_mode]:
+            step = _STEP * np.eye(n + 2)[k]
+            ends = [residual(place + sign * step)[0] for sign in (1, -1)]
+            matrix[:, k] = (ends[0] - ends[1]) / (2 * _STEP)
+        matrix[n + np.arange(len(held)), held] = scale[held]
+        moved = np.linalg.lstsq(matrix * unit, -wrong, rcond=_UNDETERMINED)[0] * unit
+        for share in _SHARES:
+            with contextlib.suppress(ArithmeticError):
+                trial = residual(place + share * moved)
+                if np.linalg.norm(trial[0]) < was:
+                    place, (wrong, run) = place + share * moved, trial
+                    break
+        else:
+            break
+    if not np.linalg.norm(wrong) <= PERIODIC_TOLERANCE * size:
         return None
-    place, run = found
     stretch, ratio = place[-2:].tolist()
     high, low = extremes(run.cells.displacement)
     # The product of ratio and frequency is that of the force, whatever the unit of time.
     return FreeMotion(frequency / stretch, ratio * stretch, np.maximum(high, -low))
-
-
-class _Search:
-    """Newton's method on state, period over that of ``frequency``, and damping ratio."""
-
-    def __init__(self, problem: HarmonicBalance, frequency: float, dof: int, is_mode: bool):
-        self.linear = LinearMotion(problem, frequency)
-        self._dof, self._is_mode = dof, is_mode
-        self._fixed = [self.linear.n_dof + dof, *([dof] if is_mode else [])]
-        self._ratio = 0.0
-
-    def sustained(self, ratio: float) -> LinearMotion:
-        """The motions with the force of a damping ratio."""
-        return self.linear.sustained(ratio) if self._is_mode else self.linear
-
-    def _run(self, place: FloatArray) -> March:
-        stretch, ratio = place[-2:].tolist()
-        if not max(abs(stretch - 1), abs(ratio - self._ratio)) < _FAR:
-            raise ArithmeticError("the motion is far from the one looked for")
-        return march(self.sustained(ratio), place[:-2], 2 * np.pi * stretch)
-
-    def solve(self, place: FloatArray) -> tuple[FloatArray, March] | None:
-        """Unknowns of the periodic motion and its march, None without one."""
-        n, self._ratio = len(place) - 2, float(place[-1])
-        scale, fixed = energy_scale(self.linear), place[self._fixed].copy()
-        size = np.linalg.norm(scale * place[:n])
-        unit = np.append(1 / np.where(scale > 0, scale, 1.0), [1 / size, 1 / size])
-
-        def residual(at: FloatArray, run: March) -> FloatArray:
-            left = scale * (run.end - at[:n])
-            return np.append(left, scale[self._fixed] * (at[self._fixed] - fixed))
-
-        run = self._run(place)
-        wrong = residual(place, run)
-        for _ in range(_ITERATIONS):
-            was = np.linalg.norm(wrong)
-            if was <= PERIODIC_TOLERANCE * size:
-                break
-            matrix = np.zeros((len(wrong), n + 2))
-            matrix[:n, :n] = scale[:, None] * (run.jacobian - np.eye(n))
-            for k in (n, n + 1)[: 1 + self._is_mode]:
-                step = _STEP * np.eye(n + 2)[k]
-                ends = [self._run(place + sign * step).end for sign in (1, -1)]
-                matrix[:n, k] = scale * (ends[0] - ends[1]) / (2 * _STEP)
-            matrix[n + np.arange(len(fixed)), self._fixed] = scale[self._fixed]
-            moved = np.linalg.lstsq(matrix * unit, -wrong, rcond=_UNDETERMINED)[0] * unit
-            for share in _SHARES:
-                try:
-                    trial = place + share * moved
-                    trial_run = self._run(trial)
-                except ArithmeticError:
-                    continue
-                trial_wrong = residual(trial, trial_run)
-                if np.linalg.norm(trial_wrong) < was:
-                    place, run, wrong = trial, trial_run, trial_wrong
-                    break
-            else:
-                break
-        return (place, run) if np.linalg.norm(wrong) <= PERIODIC_TOLERANCE * size else None

@@ -4,6 +4,7 @@ import contextlib
 from collections.abc import Callable, Iterator, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
 
@@ -115,17 +116,14 @@ class Shot:
         return None
 
 
-def shot(linear: LinearMotion, state: FloatArray) -> Shot:
+def shot(
+    linear: LinearMotion,
+    state: FloatArray,
+    march: Callable[[Any, FloatArray, float], March] = march,
+) -> Shot:
     """March from a state whose friction forces are put between their limits."""
-    n, state = 2 * linear.n_dof, state.copy()
-    limit = linear.limits(state[: linear.n_dof])
-    state[n:] = np.clip(state[n:], -limit, limit)
-    return shot_of(linear, state, march(linear, state, np.pi if linear.antiperiodic else 2 * np.pi))
-
-
-def shot_of(linear: LinearMotion, state: FloatArray, run: March) -> Shot:
-    """The shot of a march from a state."""
-    sign = -1.0 if linear.antiperiodic else 1.0
+    state, sign = linear.within_limits(state), -1.0 if linear.antiperiodic else 1.0
+    run = march(linear, state, np.pi if linear.antiperiodic else 2 * np.pi)
     matrix = sign * run.jacobian - np.eye(len(state))
     return Shot(state, run, sign * run.end - state, matrix, energy_scale(linear))
 
@@ -145,8 +143,8 @@ def periodic_state(
         trial = shot(linear, state)
         if linear.antiperiodic:
             return trial
-        if len(linear.normal):
-            return with_centres(linear, trial)
+        if linear.moves:
+            return with_centres(linear, trial, off_middle)
         stuck = np.flatnonzero(~trial.run.slipped)
         return replace(trial, state=_centred(linear, trial.run, trial.state, stuck))
 
@@ -204,7 +202,7 @@ def _off_edges(
 def _newton_step(linear: LinearMotion, current: Shot) -> FloatArray | None:
     scale, matrix, right = current.scale, current.matrix.copy(), -current.residual
     rigid = not linear.antiperiodic and is_rigid(linear)
-    if not (linear.antiperiodic or rigid or len(linear.normal)):
+    if not (linear.antiperiodic or rigid or linear.moves):
         # The static force of a contact that never slips is free: no step changes it.
         free = 2 * linear.n_dof + np.flatnonzero(~current.run.slipped)
         matrix[free], right[free] = np.eye(len(scale))[free], 0.0
@@ -237,19 +235,23 @@ def _centred(linear: LinearMotion, run: March, state: FloatArray, stuck: np.ndar
     return state + shift
 
 
-def with_centres(linear: LinearMotion, trial: Shot) -> Shot:
-    """The shot with one more condition: forces of contacts that never slip are centred."""
-    residual, matrix, n = trial.residual.copy(), trial.matrix.copy(), 2 * linear.n_dof
+def with_centres(linear: LinearMotion, trial: Shot, middle: Callable[..., Any]) -> Shot:
+    """The shot with one more condition: forces of contacts that never slip are centred.
+
+    ``middle`` tells how far that of a contact is off, and the derivative by the state.
+    """
+    residual, matrix = trial.residual.copy(), trial.matrix.copy()
     if not linear.antiperiodic:
-        for contact in np.flatnonzero(~trial.run.slipped):
-            middle = _middle(linear, trial.run, trial.state, int(contact))
-            residual[n + contact], matrix[n + contact] = middle
+        across = len(linear.active) * np.arange(linear.n_tangential)
+        for contact in np.flatnonzero(~trial.run.slipped).tolist():
+            rows = 2 * linear.n_dof + contact + across
+            residual[rows], matrix[rows] = middle(linear, trial.run, trial.state, contact)
     if not np.all(np.isfinite(matrix)):
         raise ArithmeticError("the derivative of the motion is not finite")
     return replace(trial, residual=residual, matrix=matrix)
 
 
-def _middle(
+def off_middle(
     linear: LinearMotion, run: March, state: FloatArray, contact: int
 ) -> tuple[float, FloatArray]:
     """How far the force of a contact that sticks is from the middle of its limits; derivative.
@@ -257,19 +259,16 @@ def _middle(
     Periodicity does not determine the static force of such a contact. What it comes nearest to are
     the upper limit at one instant and the lower one at another.
     """
-    n, normal = linear.n_dof, linear.normal
+    n, friction = linear.n_dof, linear.friction[contact]
     force = run.cells.displacement @ (
         linear.contact_stiffness[contact] * linear.directions[contact]
     )
     force[:, 0] = run.cells.friction[:, contact]
     tau = 2 * np.pi * np.arange(1, _SAMPLES + 1) / _SAMPLES
     x, _, samples = run.cells.evaluate(linear, tau)
-    wall, by_displacement = np.zeros_like(force), np.zeros(n)
-    limit = np.zeros(_SAMPLES)
-    for k in np.flatnonzero(normal.contact == contact).tolist():
-        wall = normal.friction[k] * run.cells.pressure(linear)[:, :, k]
-        by_displacement = normal.friction[k] * normal.stiffness[k] * normal.directions[k]
-        limit = normal.friction[k] * normal.pressure(x)[:, k]
+    wall = friction * run.cells.pressure(linear)[:, :, contact]
+    limit = friction * linear.pressure(x)[:, contact]
+    by_displacement = friction * linear.pressing[contact]
     high, low = extremes(np.stack([force - wall, force + wall], axis=2))
     instants = np.argmax(samples[:, contact] - limit), np.argmin(samples[:, contact] + limit)
     gradient = np.zeros(len(state))

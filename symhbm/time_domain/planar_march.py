@@ -6,17 +6,14 @@ continuous at all of these; what jumps is the derivative of the friction: of a c
 to slip it follows the wall, of one that closes and sticks the displacement since it closed.
 """
 
-from dataclasses import replace
-
 import numpy as np
 
 from symhbm.model.contacts import PlanarFriction
 from symhbm.numerics import FloatArray
 from symhbm.time_domain.active_contacts import APART, STICK
-from symhbm.time_domain.cells import Cells
 from symhbm.time_domain.event_march import EVENTS_PER_CONTACT, SHORTEST, March, first_event
-from symhbm.time_domain.linear_motion import DEGREE, LinearMotion
-from symhbm.time_domain.periodic_orbit import Shot, shot_of
+from symhbm.time_domain.linear_motion import DEGREE
+from symhbm.time_domain.periodic_orbit import Shot, shot, with_centres
 from symhbm.time_domain.planar_motion import Instant, PlanarCells, PlanarMotion, Step
 
 _ON_CIRCLE = 1e-12
@@ -27,27 +24,7 @@ _SAMPLES = 256
 """Instants of a force whose middle is searched."""
 
 
-class PlanarMarch(March):
-    """A march whose states have friction forces across, too."""
-
-    def multipliers(self, linear: LinearMotion) -> np.ndarray:
-        """As `March.multipliers`; contacts with one tangential direction have no force across."""
-        assert isinstance(linear, PlanarMotion)
-        n = 2 * linear.n_dof
-        acts = np.concatenate([linear.rubs, linear.across.any(axis=1)])
-        slipped = np.tile(self.slipped, 2)
-        stuck = n + np.flatnonzero(~slipped)
-        kept = np.concatenate([np.arange(n), n + np.flatnonzero(slipped & acts)])
-        matrix = self.jacobian[np.ix_(kept, kept)]
-        # The forces of stuck contacts follow the displacement through their springs alone.
-        springs = np.concatenate([linear.directions, linear.across])
-        springs *= np.tile(linear.contact_stiffness, 2)[:, None]
-        matrix[:, : linear.n_dof] += self.jacobian[np.ix_(kept, stuck)] @ springs[~slipped]
-        values = np.linalg.eigvals(matrix)
-        return values[np.argsort(-np.abs(values))]
-
-
-def planar_march(linear: PlanarMotion, state: FloatArray, length: float) -> PlanarMarch:
+def planar_march(linear: PlanarMotion, state: FloatArray, length: float) -> March:
     """As `symhbm.time_domain.event_march.march`, of states (2 n_dof + 2 n_active,)."""
     count = len(linear.active)
     at, zeros = _start(linear, state)
@@ -79,7 +56,7 @@ def planar_march(linear: PlanarMotion, state: FloatArray, length: float) -> Plan
     angle, contact, begins = zip(*events, strict=True) if events else ([], [], [])
     start, width, powers, force, states, directions = map(np.array, zip(*cells, strict=True))
     by_x, by_slope, by_force, _ = at.by_start
-    return PlanarMarch(
+    return March(
         PlanarCells(start, width, powers, force, states, directions),
         slipped,
         np.array(angle, dtype=float),
@@ -94,20 +71,18 @@ def _start(linear: PlanarMotion, state: FloatArray) -> tuple[Instant, np.ndarray
     """The first instant, its forces within their limits, and zeros of margins there."""
     n, count, size = linear.n_dof, len(linear.active), len(state)
     x, slope, unit = state[:n].copy(), state[n : 2 * n].copy(), np.eye(size)
-    force, pressure, limit = state[2 * n :].reshape(2, -1).T, linear.pressure(x), linear.limits(x)
-    length = np.hypot(*force.T)
-    outside = length > limit
+    pressure, limit = linear.pressure(x), linear.limits(x)
+    force = linear.within_limits(state)[2 * n :].reshape(2, -1).T.copy()
     direction = np.arctan2(force[:, 1], force[:, 0])
-    force = force * np.where(outside, limit / np.where(outside, length, 1.0), 1.0)[:, None]
     by_force = unit[2 * n :].reshape(2, count, size).transpose(1, 0, 2).copy()
     by_direction = np.zeros((count, size))
     at = Instant(
         0.0, x, slope, force, np.full(count, STICK), direction,
         (unit[:n], unit[n : 2 * n], by_force, by_direction),
     )  # fmt: skip
-    on_circle = linear.rubs & (limit > 0) & (np.minimum(length, limit) >= limit * (1 - _ON_CIRCLE))
+    on_circle = linear.rubs & (limit > 0) & (np.hypot(*force.T) >= limit * (1 - _ON_CIRCLE))
     zeros, closes = np.zeros((2, count), dtype=int), np.zeros(count, dtype=bool)
-    wall = linear.springs_normal @ slope
+    wall = linear.pressing @ slope
     for j in range(count):
         if pressure[j] < 0 or (pressure[j] == 0 and wall[j] <= 0):
             at.state[j], at.force[j], by_force[j] = APART, 0.0, 0.0
@@ -145,7 +120,7 @@ def _change(
     by_x, _, by_force, _ = at.by_start
     before = at.state[j]
     if before == APART:
-        rate, wall = linear.pairs[j] @ at.slope, linear.springs_normal[j] @ at.slope
+        rate, wall = linear.pairs[j] @ at.slope, linear.pressing[j] @ at.slope
         speed = linear.contact_stiffness[j] * np.hypot(*rate)
         at.force[j], by_force[j] = 0.0, 0.0
         if linear.rubs[j] and speed > linear.friction[j] * wall:
@@ -155,7 +130,7 @@ def _change(
             at.state[j], zeros[:, j] = STICK, (2 * linear.rubs[j], 1)
             if wall > 0:
                 # Closing earlier by dp / p' adds k_t u' times that.
-                earlier = linear.springs_normal[j] @ by_x / wall
+                earlier = linear.pressing[j] @ by_x / wall
                 by_force[j] = linear.contact_stiffness[j] * rate[:, None] * earlier
     elif before == STICK and linear.rubs[j] and side == 0:
         zeros[:, j] = 0
@@ -177,9 +152,9 @@ def _margins(
     """
     margin = np.zeros((DEGREE + 1, 2, len(at.state)))
     margin[0] = 1.0
-    pressure = powers @ linear.springs_normal.T
+    pressure = powers @ linear.pressing.T
     pressure[0] += linear.loads
-    moves = linear.springs_normal.any(axis=1)
+    moves = linear.pressing.any(axis=1)
     travel = np.einsum("mdn,kn->kmd", linear.pairs, powers)
     travel[0] = 0.0
     slips = np.flatnonzero(np.abs(at.state) == 1)
@@ -206,28 +181,18 @@ def _margins(
 
 def planar_shot(linear: PlanarMotion, state: FloatArray) -> Shot:
     """As `symhbm.time_domain.periodic_orbit.shot`, with forces of contacts that stick centred."""
-    n, half = 2 * linear.n_dof, linear.antiperiodic
-    state = state.copy()
-    force = state[n:].reshape(2, -1)
-    length, limit = np.hypot(*force), linear.limits(state[: linear.n_dof])
-    force *= np.where(length > limit, limit / np.where(length > limit, length, 1.0), 1.0)
-    found = shot_of(linear, state, planar_march(linear, state, np.pi if half else 2 * np.pi))
-    if half:
-        return found
-    residual, matrix = found.residual.copy(), found.matrix.copy()
-    count = len(linear.active)
-    for j in np.flatnonzero(~found.run.slipped).tolist():
-        rows = n + j + np.array([0, count])
-        # The whole motion moves with a static force: so does the middle, but for its shape.
-        residual[rows], matrix[rows] = _middle(linear, found.run.cells, j), np.eye(len(state))[rows]
-    if not np.all(np.isfinite(matrix)):
-        raise ArithmeticError("the derivative of the motion is not finite")
-    return replace(found, residual=residual, matrix=matrix)
+    return with_centres(linear, shot(linear, state, planar_march), _off_middle)
 
 
-def _middle(linear: PlanarMotion, cells: Cells, contact: int) -> FloatArray:
-    """The force (2,) [N] in the middle of those that a contact has which sticks."""
+def _off_middle(
+    linear: PlanarMotion, run: March, state: FloatArray, contact: int
+) -> tuple[FloatArray, FloatArray]:
+    """The force (2,) [N] in the middle of those that a contact has which sticks, and derivative.
+
+    The whole motion moves with a static force: so does the middle, but for its shape.
+    """
     tau = 2 * np.pi * np.arange(_SAMPLES) / _SAMPLES
-    x, _, force = cells.evaluate(linear, tau)
+    x, _, force = run.cells.evaluate(linear, tau)
     parts = [*force.reshape(_SAMPLES, 2, -1)[:, :, contact].T, linear.limits(x)[:, contact]]
-    return PlanarFriction.middle_of(np.array(parts))
+    rows = 2 * linear.n_dof + contact + len(linear.active) * np.arange(2)
+    return PlanarFriction.middle_of(np.array(parts)), np.eye(len(state))[rows]

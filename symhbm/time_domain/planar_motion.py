@@ -86,35 +86,13 @@ class PlanarMotion(IntegratedMotion):
 
     def __init__(self, problem: HarmonicBalance, frequency: float, size: float):
         super().__init__(problem, frequency, size)
-        n, m, normal = self.n_dof, len(self.active), self.normal
         self.size = size
         self.pairs = np.stack([self.directions, self.across], axis=1)
-        across = scipy.linalg.cho_solve((self._factor, True), self.across.T) / frequency**2
-        self._pushes = np.stack([self.push, across], axis=2)
-        self.springs_normal, self._push_normal = np.zeros((m, n)), np.zeros((n, m))
-        self.springs_normal[normal.contact] = normal.stiffness[:, None] * normal.directions
-        self._push_normal[:, normal.contact] = normal.push
-        self._offset, self.loads, self.friction = np.zeros(m), np.ones(m), self.limit.copy()
-        self._offset[normal.contact], self.loads[normal.contact] = normal.offset, normal.load
-        self.friction[normal.contact] = normal.friction
-        reach = np.abs(self.loads) + np.linalg.norm(self.springs_normal, axis=1) * size
+        self._pushes = np.stack([self.push, self.accelerations(self.across.T)], axis=2)
+        reach = np.abs(self.loads) + np.linalg.norm(self.pressing, axis=1) * size
         spring = np.where(self.rubs, self.contact_stiffness, 1.0)
         self._force_scale = np.minimum(spring * size, self.friction * reach)
         self._force_scale[self._force_scale == 0] = 1.0
-
-    def of_active(self, state: FloatArray) -> FloatArray:
-        """A state (2 n_dof + 2 n_contacts,) with the forces of the active contacts alone."""
-        n = 2 * self.n_dof
-        forces = state[n:].reshape(2, self.n_contacts)[:, self.active]
-        return np.concatenate([state[:n], forces.ravel()])
-
-    def pressure(self, x: FloatArray) -> FloatArray:
-        """``p`` (..., m) [N], 1 under a constant load, whose limit is in ``friction``."""
-        return self.loads + x @ self.springs_normal.T
-
-    def limits(self, x: FloatArray) -> FloatArray:
-        """Largest friction forces (..., m) [N] at displacements (..., n_dof)."""
-        return self.friction * np.maximum(self.pressure(x), 0.0)
 
     def step(self, at: Instant, longest: float) -> Step:
         """The longest step [rad] up to one given that keeps the tolerance."""
@@ -178,21 +156,21 @@ class PlanarMotion(IntegratedMotion):
         stick, closed = at.state == STICK, at.state != APART
         pressure = self.pressure(x)
         radius = self.friction[slips] * pressure[:, slips]
-        limit_slope = self.friction[slips, None] * self.springs_normal[slips]
+        limit_slope = self.friction[slips, None] * self.pressing[slips]
         spring = self.contact_stiffness * stick
         force = np.zeros((_STAGES, len(stick), 2))
         force[:, stick] = at.force[stick]
         force += spring[:, None] * np.einsum("mdn,sn->smd", self.pairs, x - at.x)
         force[:, slips] = radius[:, :, None] * along
-        normal = np.where(closed, pressure, 0.0) - self._offset
+        normal = self.normal_force(x, at.state) - self.offset
         phase = tau[:, None] * self.orders
         found = self._static[:, 0] + np.cos(phase) @ self._cosine.T + np.sin(phase) @ self._sine.T
-        found -= x @ self._elastic.T + slope @ self._viscous.T + normal @ self._push_normal.T
+        found -= x @ self._elastic.T + slope @ self._viscous.T + normal @ self.push_normal.T
         found -= np.einsum("nmd,smd->sn", self._pushes, force)
 
         by_x, by_rate = np.zeros((_STAGES, n + m, n)), np.zeros((_STAGES, n + m, n + m))
         held = np.einsum("nmd,m,mde->ne", self._pushes, spring, self.pairs)
-        held += self._elastic + (self._push_normal * closed) @ self.springs_normal
+        held += self._elastic + (self.push_normal * closed) @ self.pressing
         pushes = np.einsum("nmd,smd->snm", self._pushes[:, slips], along)
         by_x[:, :n] = held + pushes @ limit_slope
         by_rate[:, :n, :n] = self._viscous
@@ -205,7 +183,10 @@ class PlanarMotion(IntegratedMotion):
         by_rate[:, n:, :n] = -stiffness[:, None] * across
         ahead = stiffness * (rate * along).sum(axis=2)
         by_rate[:, np.arange(n, n + m), np.arange(n, n + m)] = ahead
-        self._bend(x, slope, found, by_x, by_rate)
+        taken, by_displacement, by_slope = self._smooth.at(x, slope)
+        found -= taken
+        by_x[:, :n] += by_displacement
+        by_rate[:, :n, :n] += by_slope
 
         residual = np.empty((_STAGES, n + m))
         residual[:, :n] = acceleration - found
@@ -216,30 +197,6 @@ class PlanarMotion(IntegratedMotion):
         matrix[node, unknown, node, unknown] += 1.0
         matrix[node, turns, node, turns] += radius / scale
         return residual, matrix.reshape(residual.size, -1), (by_x, by_rate), radius
-
-    def _bend(
-        self,
-        x: FloatArray,
-        slope: FloatArray,
-        found: FloatArray,
-        by_x: FloatArray,
-        by_rate: FloatArray,
-    ) -> None:
-        """Add the forces of laws without memory and their slopes, at all nodes."""
-        n = self.n_dof
-        for law, values, rows, push in self._smooth:
-            shape = -1, len(law.directions)
-            each = {name: np.tile(value, len(x)) for name, value in values.items()}
-            moved, velocity = (x @ rows.T).reshape(shape), self.frequency * slope @ rows.T
-            at = law.at_instants(moved, velocity.reshape(shape), self.frequency, each)
-            found -= at.force.reshape(len(x), -1) @ push.T
-            contacts = len(rows) // len(law.directions)
-            for total, slopes, factor in (
-                (by_x[:, :n], at.by_displacement, 1.0),
-                (by_rate[:, :n, :n], at.by_velocity, self.frequency),
-            ):
-                for i, blocks in enumerate(slopes.reshape(len(x), contacts, *slopes.shape[1:])):
-                    total[i] += factor * push @ scipy.linalg.block_diag(*blocks) @ rows
 
     def polynomials(self, at: Instant, step: Step) -> tuple[FloatArray, FloatArray]:
         """Displacement (DEGREE + 1, n_dof) and directions (DEGREE + 1, m) along a step."""
@@ -259,7 +216,7 @@ class PlanarMotion(IntegratedMotion):
         direction = at.direction[slips] + step.width * _BEFORE @ step.turn
         rate = np.einsum("mdn,sn->smd", self.pairs[slips], slope)
         ahead = np.cos(direction) * rate[:, :, 0] + np.sin(direction) * rate[:, :, 1]
-        wall = self.friction[slips] * (slope @ self.springs_normal[slips].T)
+        wall = self.friction[slips] * (slope @ self.pressing[slips].T)
         powers = np.zeros((DEGREE + 1, len(slips)))
         powers[:_STAGES] = TO_POWERS @ (self.contact_stiffness[slips] * ahead - wall)
         return powers
@@ -276,7 +233,7 @@ class PlanarMotion(IntegratedMotion):
                 ahead = self.contact_stiffness[j] * (c * spring[0] + s * spring[1]) @ at.slope
                 turn = TO_POWERS[0] @ step.turn[:, k]
                 across = self.contact_stiffness[j] * (c * spring[1] - s * spring[0]) @ by_slope
-                wall = self.friction[j] * turn * self.springs_normal[j] @ by_x
+                wall = self.friction[j] * turn * self.pressing[j] @ by_x
                 by_direction[j] = (across - wall) / ahead
         moved = by_x + step.width * _NODES[:, None, None] * by_slope
         slopes = np.concatenate([by_slope, by_direction[slips]])
@@ -320,7 +277,7 @@ class PlanarMotion(IntegratedMotion):
         along = np.stack([np.cos(direction), np.sin(direction)], 1)
         beside = np.stack([-along[:, 1], along[:, 0]], 1)
         at.force[contacts] = radius * along
-        by_radius = self.friction[contacts, None] * (self.springs_normal[contacts] @ by_x)
+        by_radius = self.friction[contacts, None] * (self.pressing[contacts] @ by_x)
         by_force[contacts] = along[:, :, None] * by_radius[:, None]
         by_force[contacts] += (radius * beside)[:, :, None] * by_direction[contacts, None]
 

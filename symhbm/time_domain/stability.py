@@ -178,8 +178,6 @@ def cycle_growth_rate(
     whole = problem.whole
     if not whole.model.has_matrices or whole.n_unknowns > MANY or in_plane(whole):
         return np.nan
-    if not all(isinstance(group.law, MemorylessLaw) for group in curved(whole)):
-        return np.nan
     try:
         found = period_map(whole, frequency, problem.layout.everywhere(unknowns).ravel())
         values = found.across()

@@ -8,13 +8,12 @@ that are solved for along the path is brought to zero.
 from collections.abc import Sequence
 from functools import cached_property
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
-import scipy
 
 from symhbm.continuation import Corrector, EventKind, PathState, Segment
-from symhbm.numerics import refined
+from symhbm.numerics import bracketed_root, refined
 from symhbm.time_domain.stability import Growth, growth, multiplier_at, verdict
 
 _BESIDE = 1e-2
@@ -40,14 +39,8 @@ _MAX_IN_DIP = 8
 """Most solutions towards the bottom of a dip."""
 _MAX_DEPTH = 4
 _MAX_HALVINGS = 8
-_MAX_SECANTS = 12
-"""Most steps to a zero of a growth rate, before halving tells whether it jumps."""
 _PRECISION = 1e-11
-"""Share of a part of the path to which a zero is located."""
-_OF_JUMP = 1e-6
-"""Share of it to which a jump is located, where each step halves it."""
-_SHRINKS = 1e-2
-"""Rates at both sides of that, over those of the part, of a rate that does not jump."""
+"""Share of a part of the path to which a zero is located, or a jump."""
 _EXPLAINED = {EventKind.FOLD, EventKind.BRANCH}
 
 
@@ -236,32 +229,19 @@ class _Along:
     def _crossing(self, left: PathState, right: PathState, depth: int) -> PathState:
         """The solution where the rate passes zero; halves a part that a cubic does not follow."""
         part = held_between(self._corrector, left, right)
-        ends = [self._growth(state)[0].rate for state in (left, right)]
-        bracket = [0.0, 1.0]
-
-        def rate(share: float) -> float:
-            found = self._growth(part.at(share))[0].rate
-            bracket[(found > 0) != (ends[0] > 0)] = share
-            return found
-
-        search: Any = scipy.optimize
-        options: Any = dict(maxiter=_MAX_SECANTS, full_output=True, disp=False)
         try:
-            share, ended = search.brentq(rate, 0.0, 1.0, xtol=_PRECISION, **options)
-            if not ended.converged:
-                share = search.bisect(rate, *bracket, xtol=_OF_JUMP)
-                beside = [rate(at) for at in tuple(bracket)]
-                if np.abs(beside).sum() < _SHRINKS * np.abs(ends).sum():
-                    share = search.brentq(rate, *bracket, xtol=_PRECISION)
-            return part.at(float(share))
+            share = bracketed_root(
+                lambda share: self._growth(part.at(share))[0].rate, precision=_PRECISION
+            )
+            return part.at(share)
         except ArithmeticError:
             if depth == _MAX_HALVINGS:
                 raise
         middle = part.solve_between(0.5)
         if middle is None:
             raise ArithmeticError("the path between two points cannot be solved for")
-        grows = self._growth(middle)[0].rate > 0
-        halves = (left, middle) if grows != (ends[0] > 0) else (middle, right)
+        grows, grew = (self._growth(state)[0].rate > 0 for state in (middle, left))
+        halves = (left, middle) if grows != grew else (middle, right)
         return self._crossing(*halves, depth + 1)
 
     def kind(self, state: PathState) -> EventKind:

@@ -237,9 +237,9 @@ def test_derivative_of_the_march(name):
     linear = LinearMotion(problem, motion.frequency)
     n = 2 * problem.model.n_dof
     rng = np.random.default_rng(3)
-    size = np.concatenate([np.full(n, np.abs(motion.state[:n]).max()), linear.limit])
+    size = np.concatenate([np.full(n, np.abs(motion.state[:n]).max()), linear.friction])
     state = motion.state + 0.05 * size * rng.uniform(-1, 1, len(size))
-    state[n:] = np.clip(state[n:], -0.9 * linear.limit, 0.9 * linear.limit)
+    state[n:] = np.clip(state[n:], -0.9 * linear.friction, 0.9 * linear.friction)
     run = march(linear, state, np.pi)
     assert len(run.event_angle)
     for _ in range(5):

@@ -315,18 +315,19 @@ def test_sampled_problems_have_the_located_multipliers():
     )
 
 
-def test_stuck_contacts_are_springs():
-    problem, omega = blade((1,)).with_parameters(normal_load=1e6), 100.0
-    values = np.exp(np.roots([1, 0.5, 2e4]) * TURN / omega)
+@pytest.mark.parametrize(
+    ("values", "stiffness"),
+    [
+        (dict(normal_load=1e6), 2e4),
+        (dict(normal_load=0.0), 1e4),
+        (dict(contact_stiffness=0.0), 1e4),
+    ],
+)
+def test_stuck_contacts_are_springs_and_without_spring_or_limit_nothing(values, stiffness):
+    problem, omega = blade((1,)).with_parameters(**values), 100.0
+    expected = np.exp(np.roots([1, 0.5, stiffness]) * TURN / omega)
     computed = multipliers(problem, omega, solution(problem, omega))
-    assert distance(computed, values) < 1e-12
-
-
-def test_contacts_without_spring_or_limit_carry_no_force():
-    values = np.exp(np.roots([1, 0.5, 1e4]) * TURN / 90)
-    for free in (dict(normal_load=0.0), dict(contact_stiffness=0.0)):
-        problem = blade((1,)).with_parameters(**free)
-        assert distance(multipliers(problem, 90.0, np.array([1e-3, 0.0])), values) < 1e-12
+    assert distance(computed, expected) < 1e-12
 
 
 def test_impossible():

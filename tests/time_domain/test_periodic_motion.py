@@ -6,6 +6,9 @@ import pytest
 import symhbm as sh
 from studies import fig03_single_blade as fig03
 from studies import fig08_engine_orders as fig08
+from tests.problems import duffing
+
+TURN = 2 * np.pi
 
 
 @pytest.fixture(scope="module")
@@ -57,17 +60,26 @@ def test_contacts_that_never_slip_are_neutral():
     assert float(motion.amplitude[0]) == pytest.approx(float(linear.amplitude[0]), rel=1e-11)
 
 
-def test_no_periodic_motion():
+NEVER = {
+    "blade without friction": (
+        fig03.problem().with_parameters(damping=0, normal_load=0),
+        100 / TURN,
+    ),
+    "spring too weak to bound it": (duffing(damping=0.0, cubic=1e-30), 1 / TURN),
+}
+
+
+@pytest.mark.parametrize("name", NEVER)
+def test_no_periodic_motion(name):
     """An undamped resonance: NaN, and a sentence."""
-    blade = fig03.problem().model.with_parameters(damping=0, normal_load=0)
-    problem = sh.HarmonicBalance(blade, sh.forces.PointForce())
-    motion = sh.periodic_motion(problem, 100 / (2 * np.pi))
+    problem, frequency = NEVER[name]
+    motion = sh.periodic_motion(problem, frequency)
     assert not bool(motion.converged)
     assert np.isnan(motion.amplitude).all()
     assert np.isnan(motion.displacement).all()
     assert str(motion.status.values) != "success"
-    with pytest.raises(sh.SolveError, match=r"frequency=15\.9"):
-        sh.periodic_motion(problem, 100 / (2 * np.pi), throw=True)
+    with pytest.raises(sh.SolveError, match=rf"frequency={frequency:.3g}"):
+        sh.periodic_motion(problem, frequency, throw=True)
 
 
 @pytest.mark.parametrize(

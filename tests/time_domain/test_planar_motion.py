@@ -33,8 +33,8 @@ def problem_of(contacts, force=ELLIPSE, harmonics=range(6)):
 
 
 SYSTEMS = {
-    "constant load, slips always": (dict(pad=pad(8.0)), 24.0, (0, 0)),
     "constant load, sticks at times": (dict(pad=pad(8.0)), 16.0, (1, 0)),
+    "constant load, slips always": (dict(pad=pad(8.0)), 24.0, (0, 0)),
     "varying load": (dict(pad=pressed(12.0)), 16.0, (1, 0)),
     "opens": (dict(pad=pressed(3.0)), 24.0, (0, 1)),
     "gap beside friction of one direction": (
@@ -55,7 +55,7 @@ SYSTEMS = {
 }
 
 
-@pytest.mark.parametrize("name", quick_first(SYSTEMS, 3))
+@pytest.mark.parametrize("name", quick_first(SYSTEMS, 1))
 def test_the_balance_approaches_it(name):
     contacts, hertz, (sticks, opens) = SYSTEMS[name]
     problem = problem_of(contacts)
@@ -123,15 +123,12 @@ def test_derivative_of_the_march(load, hertz, build):
     problem = problem_of(dict(pad=build(load)))
     linear = PlanarMotion(problem, RADIANS * hertz, 0.02)
     state = np.array([4e-3, -6e-3, 1e-3, 5e-3, 8e-3, 2e-3, 0.4, -0.2])
+    jacobian = planar_march(linear, state, 4.0).jacobian
     unit = np.array([1e-2] * 6 + [1.0] * 2)
-    jacobian = planar_march(linear, state, 4.0).jacobian * unit
-    for i, size in enumerate(unit):
-        ends = []
-        for step in (-1e-5, 1e-5):
-            moved = state + step * size * np.eye(8)[i]
-            ends.append(planar_march(linear, moved, 4.0).end)
+    for way in unit * np.random.default_rng(0).normal(size=(2, 8)):
+        ends = [planar_march(linear, state + step * way, 4.0).end for step in (-1e-5, 1e-5)]
         slope = (ends[1] - ends[0]) / 2e-5
-        np.testing.assert_allclose(jacobian[:, i], slope, rtol=0, atol=1e-5)
+        np.testing.assert_allclose(jacobian @ way, slope, rtol=0, atol=1e-5)
 
 
 def test_a_contact_that_is_apart_begins_without_friction():
@@ -173,6 +170,7 @@ def test_dataset():
     assert motion.integration_tolerance == 1e-12
 
 
+@pytest.mark.slow
 def test_verify_compares_with_it():
     response = sh.frf(problem_of(dict(pad=pressed(3.0))), (23, 25), progress=False)
     verified = sh.verify(response, points=2, exact=1, progress=False)

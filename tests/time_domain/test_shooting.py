@@ -13,6 +13,7 @@ from studies import fig08_engine_orders as fig08
 from symhbm.model import force_coefficients
 from symhbm.time_domain.motion import shoot
 from tests.problems import duffing as of_problems
+from tests.quick import quick_first
 
 TURN = 2 * np.pi
 NINE = (1, 3, 5, 7, 9)
@@ -177,8 +178,8 @@ def test_balance_of_all_harmonics(name):
 
 @pytest.mark.parametrize(
     ("build", "frequency"),
-    [(blade, 19.5), (ring, 63.0), (chain, 0.12)],
-    ids=["blade", "ring", "chain"],
+    quick_first([(blade, 19.5), (chain, 0.12), (ring, 63.0)], 1),
+    ids=["blade", "chain", "ring"],
 )
 def test_weak_springs_leave_the_exact_motion_with_friction(build, frequency):
     """Springs of 1e-14 of the others: the integrator against motions known to round-off."""
@@ -205,6 +206,7 @@ def test_contact_that_never_slips_is_centred():
     assert float(force.max()) == pytest.approx(-float(force.min()), rel=1e-3)
 
 
+@pytest.mark.slow
 def test_motion_without_the_symmetry_of_its_force():
     """A pair of mirrored motions of a symmetric oscillator, beside a symmetric unstable one."""
     problem, frequency = duffing((1, 3, 5), damping=0.2, cubic=1.0, force=6.0), 1 / TURN
@@ -254,18 +256,6 @@ def test_units_do_not_matter():
     # The steps are the same but for round-off.
     expected = length * float(solved("duffing")[1].amplitude[0])
     assert float(motion.amplitude[0]) == pytest.approx(expected, rel=1e-11)
-
-
-def test_no_periodic_motion():
-    """An undamped resonance whose spring is too weak to bound it: NaN, and a sentence."""
-    problem, frequency = duffing(damping=0.0, cubic=1e-30), 1 / TURN
-    motion = sh.periodic_motion(problem, frequency)
-    assert not bool(motion.converged)
-    assert str(motion.status.values) != "success"
-    assert np.isnan(motion.amplitude).all()
-    assert np.isnan(motion.displacement).all()
-    with pytest.raises(sh.SolveError, match=r"frequency=0\.159"):
-        sh.periodic_motion(problem, frequency, throw=True)
 
 
 def test_a_start_that_escapes():

@@ -94,6 +94,7 @@ def stiffening(force, damping, harmonics):
     return duffing(harmonics, damping, 1.0, force)
 
 
+@pytest.mark.slow
 def test_period_doubling():
     """On the motions of a Duffing oscillator with a mean, which branch off the odd ones."""
     path = followed(stiffening(25.0, 0.2, range(16)), (2.5, 1.3))

@@ -9,14 +9,16 @@ is integrated from break point to break point, to a tolerance of 1e-11.
 """
 
 import math
+from typing import Any
 
 import numpy as np
 import scipy
 from numpy.typing import NDArray
 
 from symhbm.balance import HarmonicBalance
-from symhbm.model.contacts import Group, MemorylessLaw, Motions, PolynomialLaw, stick_intervals
+from symhbm.model.contacts import MemorylessLaw, Motions, PolynomialLaw, stick_intervals
 from symhbm.numerics import FloatArray
+from symhbm.time_domain.integrated_motion import SmoothForces
 from symhbm.time_domain.linear_motion import curved
 
 _DIGITS = 37.0
@@ -49,7 +51,7 @@ def along_curved(
     relative = problem.layout.relative(unknowns)
     contact, begin, end = stick_intervals(problem.basis, relative[active], stiffness, limit)
     slipping, contact = np.unique(active[contact], return_inverse=True)
-    motion = _Perturbation(problem, frequency, relative, slipping, np.setdiff1d(active, slipping))
+    motion = _Perturbation(problem, frequency, unknowns, slipping, np.setdiff1d(active, slipping))
     size = 2 * model.n_dof + len(slipping)
     edge, stick = _intervals(contact, begin, end, len(slipping), length, motion.breaks)
     if (edge[-1] / motion.longest_cell) * (size**3 + _LEAST_CUBE) > _MOST_WORK:
@@ -83,21 +85,21 @@ def _intervals(
 class _Perturbation:
     """Linear equations, by the angle, of a small perturbation of a given motion.
 
-    ``relative`` (n_rows, n_components) is the given motion [m]; rows ``stuck`` are those of
-    springs, those ``slipping`` of contacts that stick at times. A series converges as on a disk of
-    complex angles: by Cauchy's estimate its terms fall by the radius of the disk over the length of
-    the cell, from the growth of the motion in the disk.
+    ``unknowns`` (n_unknowns,) are the given motion [m]; rows ``stuck`` are those of springs, those
+    ``slipping`` of contacts that stick at times. A series converges as on a disk of complex angles:
+    by Cauchy's estimate its terms fall by the radius of the disk over the length of the cell, from
+    the growth of the motion in the disk.
     """
 
     def __init__(
         self,
         problem: HarmonicBalance,
         frequency: float,
-        relative: FloatArray,
+        unknowns: FloatArray,
         slipping: np.ndarray,
         stuck: np.ndarray,
     ):
-        model = problem.model
+        model, relative = problem.model, problem.layout.relative(unknowns)
         self.n_dof = model.n_dof
         mass, damping, stiffness = (
             getattr(model, f"{name}_matrix").toarray() for name in ("mass", "damping", "stiffness")
@@ -110,15 +112,19 @@ class _Perturbation:
         spring = springs[:, None] * directions
         stiffness = stiffness + directions[stuck].T @ spring[stuck]
         pushed, bent, waves = _stiffening(problem, frequency, relative)
-        self._given = problem, frequency, relative
-        self._factor, self._rows = (factor, True), directions
-        self._others = [g for g in curved(problem) if not isinstance(g.law, PolynomialLaw)]
-        self.breaks = np.concatenate([np.zeros(0), *map(self._breaks, self._others)])
+
+        def accelerations(forces: FloatArray) -> FloatArray:
+            return scipy.linalg.cho_solve((factor, True), forces) / frequency**2
+
+        self._smooth = SmoothForces(problem, frequency, accelerations)
+        self._basis, self._motion = problem.basis, problem.layout.coefficients(unknowns)
+        laws: list[Any] = [group.law for group in self._smooth.groups]
+        self._integrates = not all(isinstance(law, PolynomialLaw) for law in laws)
+        self.breaks = _breaks(problem, frequency, relative)
         self.spring, self.bent = spring[slipping], directions[bent]
-        parts = stiffness, directions[slipping].T, directions[pushed].T
-        parts = (scipy.linalg.cho_solve((factor, True), part) / frequency**2 for part in parts)
-        self.elastic, self.push, self.bend = parts
-        self.viscous = scipy.linalg.cho_solve((factor, True), damping) / frequency
+        self.elastic, self.push = accelerations(stiffness), accelerations(directions[slipping].T)
+        self.bend = accelerations(directions[pushed].T)
+        self.viscous = frequency * accelerations(damping)
         self.order = np.arange(waves.shape[1])
         self.waves = np.where(self.order == 0, 1, 2) * waves
 
@@ -141,43 +147,13 @@ class _Perturbation:
         self, variation: FloatArray, left: float, right: float, stick: np.ndarray
     ) -> FloatArray:
         """The variation (2 n_dof + n_slipping, n) after an interval without an event."""
-        if self._others:
+        if self._integrates:
             return self._integrated(variation, left, right, stick)
         n_cells = math.ceil((right - left) / self.longest_cell)
         width = (right - left) / n_cells
         for i in range(n_cells):
             variation = self._cell(variation, left + i * width, width, stick)
         return variation
-
-    def _breaks(self, group: Group) -> FloatArray:
-        """Angles at which the slopes of a group jump [rad]."""
-        problem, frequency, relative = self._given
-        assert isinstance(group.law, MemorylessLaw)
-        motion = relative[group.rows.ravel()].reshape(group.n, -1)
-        values = problem.model.values_of(group)
-        at = Motions(problem.basis, motion, frequency, values)
-        return np.concatenate(group.law.breaks(at))
-
-    def _slopes(self, tau: float) -> tuple[FloatArray, FloatArray]:
-        """Stiffness and damping of all groups at an angle, over inertia, (n_dof, n_dof) each."""
-        problem, frequency, relative = self._given
-        waves = (self.waves @ np.exp(1j * self.order * tau)).real
-        elastic, viscous = self.bend * waves @ self.bent, np.zeros((self.n_dof, self.n_dof))
-        functions, rates = (problem.basis.values(tau, derivative) for derivative in (0, 1))
-        for group in self._others:
-            assert isinstance(group.law, MemorylessLaw)
-            rows = group.rows.ravel()
-            shape = group.rows.shape
-            at = (
-                (relative[rows] @ functions).reshape(shape),
-                (relative[rows] @ rates).reshape(shape),
-            )
-            values = problem.model.values_of(group)
-            found = group.law.at_instants(at[0], frequency * at[1], frequency, values)
-            for total, each, power in ((elastic, found[1], 2), (viscous, found[2], 1)):
-                matrix = self._rows[rows].T @ scipy.linalg.block_diag(*each) @ self._rows[rows]
-                total += scipy.linalg.cho_solve(self._factor, matrix) / frequency**power
-        return elastic, viscous
 
     def _integrated(
         self, variation: FloatArray, left: float, right: float, stick: np.ndarray
@@ -189,8 +165,10 @@ class _Perturbation:
 
         def rates(tau: float, state: FloatArray) -> FloatArray:
             x, slope = state.reshape(2, n, -1)
-            elastic, viscous = self._slopes(min(max(tau, left + inside), right - inside))
-            force = (held + elastic) @ x + (self.viscous + viscous) @ slope + push @ offset
+            at = min(max(tau, left + inside), right - inside)
+            moved, rate = ((self._motion @ self._basis.values(at, d))[None] for d in (0, 1))
+            _, elastic, viscous = self._smooth.at(moved, rate)
+            force = (held + elastic[0]) @ x + (self.viscous + viscous[0]) @ slope + push @ offset
             return np.concatenate([slope, -force], axis=None)
 
         found = scipy.integrate.solve_ivp(
@@ -252,35 +230,40 @@ class _Perturbation:
         return (np.cumprod(np.vstack([first, factor]), axis=0) @ self.waves.T).real
 
 
+def _breaks(problem: HarmonicBalance, frequency: float, relative: FloatArray) -> FloatArray:
+    """Angles at which the slopes of smooth contacts jump [rad]."""
+    result = [np.zeros(0)]
+    for group in curved(problem):
+        assert isinstance(group.law, MemorylessLaw)
+        motion = relative[group.rows.ravel()].reshape(group.n, -1)
+        values = problem.model.values_of(group)
+        result += group.law.breaks(Motions(problem.basis, motion, frequency, values))
+    return np.concatenate(result)
+
+
 def _stiffening(
     problem: HarmonicBalance, frequency: float, relative: FloatArray
 ) -> tuple[np.ndarray, np.ndarray, NDArray[np.complex128]]:
     """Pairs of rows of smooth contacts, and the waves of the stiffness between them along a motion.
 
     The row that is pushed and the one whose travel pushes, (n_pairs,), and (n_pairs, n_waves)
-    [N/m]. Raises ArithmeticError for laws that are neither smooth nor sliders.
+    [N/m]; of polynomials alone.
     """
-    basis, groups = problem.basis, curved(problem)
-    degree = 1
-    for group in groups:
-        if not isinstance(group.law, MemorylessLaw):
-            raise ArithmeticError(f"perturbations of {group.law!r} are not known in time")
-        if isinstance(group.law, PolynomialLaw):
-            degree = max(degree, group.law.degree)
+    basis, laws = problem.basis, [(group, group.law) for group in curved(problem)]
+    polynomials = [(group, law) for group, law in laws if isinstance(law, PolynomialLaw)]
+    degree = max([1, *(law.degree for _, law in polynomials)])
     # More samples than twice the harmonics of the stiffness.
     count = 2 * (degree - 1) * basis.highest + 1
     at_sample = basis.values(2 * np.pi * np.arange(count) / count)
     pushed, bent = [np.zeros(0, dtype=int)], [np.zeros(0, dtype=int)]
     waves = [np.zeros((0, count // 2 + 1), dtype=complex)]
-    for group in groups:
-        if not isinstance(group.law, PolynomialLaw):
-            continue
+    for group, law in polynomials:
         n, m = group.rows.shape
         values = problem.model.values_of(group)
         instants = relative[group.rows.ravel()] @ at_sample.T
         instants = instants.reshape(n, m, count).transpose(2, 0, 1).reshape(count * n, m)
         along = {name: np.tile(value, count) for name, value in values.items()}
-        slope = group.law.at_instants(instants, 0 * instants, frequency, along).by_displacement
+        slope = law.at_instants(instants, 0 * instants, frequency, along).by_displacement
         pairs = slope.reshape(count, n * m * m).T
         waves.append(np.fft.rfft(pairs) / count)
         pushed.append(np.repeat(group.rows, m, axis=1).ravel())

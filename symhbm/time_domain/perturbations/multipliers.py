@@ -9,7 +9,7 @@ from numpy.typing import NDArray
 
 from symhbm.balance import HarmonicBalance
 from symhbm.numerics import FloatArray
-from symhbm.time_domain.linear_motion import curved, in_plane
+from symhbm.time_domain.linear_motion import acting, curved, in_plane
 from symhbm.time_domain.periodic_orbit import size_of, state_of
 from symhbm.time_domain.perturbations.curved import along_curved
 from symhbm.time_domain.perturbations.sliders import along_sliders
@@ -93,14 +93,9 @@ def period_map(problem: HarmonicBalance, frequency: float, unknowns: FloatArray)
 
 def moving_loads(problem: HarmonicBalance) -> bool:
     """Whether contacts open or their normal load moves."""
-    model = problem.model
     return any(
-        group.law.sliders(0.0, values) is None
-        and group.law.spring_sliders(0.0, values) is not None
-        and bool(group.law.acts(values).any())
-        for group in model.groups
-        if group.n
-        for values in [model.values_of(group)]
+        group.law.sliders(0.0, values) is None and group.law.spring_sliders(0.0, values) is not None
+        for group, values in acting(problem)
     )
 
 

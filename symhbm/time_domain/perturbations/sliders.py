@@ -7,7 +7,6 @@ jumps there but friction forces, see `symhbm.time_domain.event_march`. The only 
 given motion.
 """
 
-from dataclasses import replace
 from functools import lru_cache
 from typing import NamedTuple
 
@@ -50,19 +49,14 @@ def stretches(
     contacts: ActiveContacts, problem: HarmonicBalance, frequency: float, unknowns: FloatArray
 ) -> Stretches:
     """Those of the motion with ``unknowns`` (n_unknowns,) [m]; ``frequency`` in rad/s."""
-    relative, normal = problem.layout.relative(unknowns), contacts.normal
-    load, stiffness, friction = np.ones(len(contacts.active)), *np.zeros((2, len(contacts.active)))
-    friction[contacts.rubs] = contacts.limit[contacts.rubs]
-    pressing = np.zeros((len(load), relative.shape[1]))
-    pressing[normal.contact] = relative[normal.row]
-    load[normal.contact], stiffness[normal.contact] = normal.load, normal.stiffness
-    friction[normal.contact] = normal.friction
-    pulling = np.where(contacts.rubs[:, None], relative[contacts.tangential], 0.0)
+    relative = problem.layout.relative(unknowns)
+    pulling = np.where(contacts.rubs[:, None], relative[contacts.tangential_rows], 0.0)
+    pressing = np.where(contacts.presses[:, None], relative[contacts.normal_rows], 0.0)
     values = dict(
         contact_stiffness=contacts.contact_stiffness,
-        normal_stiffness=stiffness,
-        friction_coefficient=friction,
-        normal_load=load,
+        normal_stiffness=contacts.normal_stiffness,
+        friction_coefficient=contacts.friction,
+        normal_load=contacts.loads,
     )
     motion = np.concatenate([pulling, pressing], axis=1)
     located = _FRICTION.locate(Motions(problem.basis, motion, frequency, values))
@@ -99,10 +93,9 @@ class _Perturbations(ActiveContacts):
             getattr(model, f"{name}_matrix").toarray() for name in ("mass", "damping", "stiffness")
         )
         factor = np.linalg.cholesky(mass)
-        forces = stiffness, damping, self.directions.T, self.normal.directions.T
+        forces = stiffness, damping, self.directions.T, self.normal.T
         parts = (scipy.linalg.cho_solve((factor, True), part) for part in forces)
-        self._elastic, self._viscous, self._push, push = parts
-        self.normal = replace(self.normal, push=push)
+        self._elastic, self._viscous, self._push, self._push_normal = parts
         stuck = self._stiffness(np.full(len(self.active), STICK))
         self.unit = np.sqrt(np.linalg.norm(stuck, 2))
         self._modes: dict[bytes, _Modes] = {}
@@ -110,7 +103,7 @@ class _Perturbations(ActiveContacts):
     def _stiffness(self, state: FloatArray) -> FloatArray:
         """Acceleration by displacement, (n_dof, n_dof) [1/s^2]."""
         result = self._elastic + self._push @ self.friction_slopes(state)
-        return result + self.normal.push @ self.normal.by_displacement(state)
+        return result + self._push_normal @ self.normal_slopes(state)
 
     def modes(self, state: FloatArray) -> _Modes:
         """Those in a ``state`` (n_active,) of the contacts."""
@@ -175,7 +168,7 @@ def along_sliders(
     """
     model, n = problem.model, problem.model.n_dof
     contacts = ActiveContacts(model, frequency)
-    known, key = _known(model), (contacts.active.tobytes(), contacts.normal.contact.tobytes())
+    known, key = _known(model), (contacts.active.tobytes(), contacts.presses.tobytes())
     if key not in known:
         known[key] = _Perturbations(model, frequency)
     linear, each = known[key], stretches(contacts, problem, frequency, unknowns)
