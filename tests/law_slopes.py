@@ -1,5 +1,6 @@
 """Force and margins of one contact with their derivatives, and differences to hold them against."""
 
+import math
 from functools import cache
 
 import casadi as ca
@@ -45,7 +46,7 @@ class OneContact:
     @property
     def figures(self):
         """What datasets tell of it."""
-        return {n: float(v[0]) for n, v in self.law.results(self.at, self.located).items()}
+        return figures_of(self.law, self.basis, self.motion, self.by_name)
 
     @property
     def slope(self):
@@ -75,3 +76,67 @@ def difference(function, at, direction, step):
         for k, share in shares.items()
         for sign in (1, -1)
     )
+
+
+def values_of(law, stiffness=1.0, normal=1.0, friction=0.5, load=1.5):
+    """Values of a law of friction, of one contact."""
+    known = dict(
+        contact_stiffness=stiffness,
+        normal_stiffness=normal,
+        friction_coefficient=friction,
+        normal_load=load,
+        gap=-load / normal if normal else np.nan,
+    )
+    return {name: np.array([known[name]], dtype=float) for name in law.parameters}
+
+
+def at_motion(basis, motion, values):
+    """One motion, (m, K) or as one row."""
+    return Motions(basis, np.ravel(motion)[None], 1.0, values)
+
+
+def force_of(law, basis, motion, values, held=None):
+    """Coefficients direction by direction (m, K), and what was located."""
+    at = at_motion(basis, motion, values)
+    located = law.locate(at, None if held is None else np.array([held]))
+    return law.forces(at, located).reshape(len(law.directions), -1), located
+
+
+def figures_of(law, basis, motion, values):
+    """What datasets tell of a contact."""
+    at = at_motion(basis, motion, values)
+    results = law.results(at, law.locate(at))
+    return {name: float(array[0]) for name, array in results.items()}
+
+
+def turned_by(basis, angle):
+    """What makes coefficients of a motion those of the same from a later angle on, (K, K)."""
+    result = np.eye(basis.n_components)
+    for n in basis.harmonics:
+        if n:
+            i, c, s = basis.component(n), np.cos(n * angle), np.sin(n * angle)
+            result[i : i + 2, i : i + 2] = [[c, s], [-s, c]]
+    return result
+
+
+def returned(law, basis, motion, values, samples, periods=2):
+    """The force by radial return over samples: of first order, but nothing else is in it."""
+    given, motion = law.physical(1.0, values)[0], np.reshape(motion, (len(law.directions), -1))
+    parts = dict(zip(law.directions, motion, strict=True))
+    functions = basis.values(2 * np.pi * np.arange(samples) / samples)
+    none = np.zeros(basis.n_components)
+    x, y = (given[0] * functions @ parts.get(name, none) for name in ("tangential", "across"))
+    press = np.maximum(given[3] + given[1] * functions @ parts.get("normal", none), 0)
+    pulls = [*zip(x.tolist(), y.tolist(), (given[2] * press).tolist(), strict=True)]
+    at_x, at_y, force = x[0], y[0], []
+    for pull_x, pull_y, limit in pulls * periods:
+        force_x, force_y = pull_x - at_x, pull_y - at_y
+        size = math.hypot(force_x, force_y)
+        if size > limit:
+            force_x, force_y = force_x * limit / size, force_y * limit / size
+            at_x, at_y = pull_x - force_x, pull_y - force_y
+        force.append((force_x, force_y))
+    whole = np.column_stack([force[-samples:], press])
+    analysed = (2 * np.pi / samples * (functions * basis.norm).T @ whole).T
+    places = {"tangential": 0, "across": 1, "normal": 2}
+    return analysed[[places[name] for name in law.directions]]

@@ -7,8 +7,8 @@ from hypothesis import strategies as st
 
 import symhbm as sh
 from symhbm.model.contacts import Motions, marched
-from symhbm.model.contacts.planar import batch
 from symhbm.numerics import FourierBasis
+from tests.law_slopes import at_motion, figures_of, force_of, returned, turned_by, values_of
 from tests.quick import quick_first
 from tests.stored.problems import case
 
@@ -21,54 +21,9 @@ KINDS = {
 }
 
 
-def values_of(law, stiffness=1.0, normal=1.0, friction=0.5, load=1.5):
-    known = dict(
-        contact_stiffness=stiffness,
-        normal_stiffness=normal,
-        friction_coefficient=friction,
-        normal_load=load,
-        gap=-load / normal if normal else np.nan,
-    )
-    return {name: np.array([known[name]]) for name in law.parameters}
-
-
-def at_motion(basis, motion, values):
-    return Motions(basis, np.ravel(motion)[None], 1.0, values)
-
-
-def force_of(law, basis, motion, values, held=None):
-    """Coefficients direction by direction (m, K), and what was located."""
-    at = at_motion(basis, motion, values)
-    located = law.locate(at, None if held is None else np.array([held]))
-    return law.forces(at, located).reshape(len(law.directions), -1), located
-
-
-def figures_of(law, basis, motion, values):
-    at = at_motion(basis, motion, values)
-    results = law.results(at, law.locate(at))
-    return {name: float(array[0]) for name, array in results.items()}
-
-
 def random_motion(rng, basis, directions):
     decay = np.maximum(basis.order, 1) ** -1.5
     return rng.normal(size=(directions, basis.n_components)) * decay
-
-
-def returned(law, basis, motion, values, samples, periods=10):
-    """The same force by radial return over samples: of first order, but nothing else is in it."""
-    given = law.physical(1.0, values)[0]
-    functions = basis.values(2 * np.pi * np.arange(samples) / samples)
-    pull = given[0] * functions @ motion[:2].T
-    press = given[3] + (given[1] * functions @ motion[2] if law.varies else np.zeros(samples))
-    limit, place, force = given[2] * np.maximum(press, 0), np.zeros(2), np.zeros((samples, 2))
-    for i in list(range(samples)) * periods:
-        trial = pull[i] - place
-        size = np.hypot(*trial)
-        if size > limit[i]:
-            trial *= limit[i] / size
-            place = pull[i] - trial
-        force[i] = trial
-    return (2 * np.pi / samples * (functions * basis.norm).T @ force).T
 
 
 @pytest.mark.slow
@@ -167,7 +122,7 @@ def test_against_radial_return(kind):
         force, located = force_of(law, basis, motion, values)
         first = 0 if located.states[0, 0] else 1  # full stick leaves the mean to choose
         coarse, fine = (
-            np.abs(returned(law, basis, motion, values, n) - force[:2])[:, first:].max()
+            np.abs(returned(law, basis, motion, values, n, 10) - force)[:2, first:].max()
             for n in (500, 4000)
         )
         assert fine < 2e-3
@@ -176,33 +131,39 @@ def test_against_radial_return(kind):
     assert {*states} >= ({0, 1} if kind == "constant" else {0, 1, 2})
 
 
+FRICTION = KINDS | {"line": sh.laws.VariableLoadFriction()}
+
+
 @QUIET
-@given(st.sampled_from([*KINDS]), st.integers(0, 10_000), st.floats(0, 6.3), st.floats(-2, 1))
+@given(st.sampled_from([*FRICTION]), st.integers(0, 10_000), st.floats(0, 6.3), st.floats(-2, 1))
 def test_invariants(kind, seed, angle, level):
-    """Turned axes, another origin of time, another scale; no work is won."""
-    law, basis, rng = KINDS[kind], FourierBasis((0, 1, 2, 3)), np.random.default_rng(seed)
+    """Turned axes, another origin of time, another scale; no work is won, and contacts push."""
+    law, basis, rng = FRICTION[kind], FourierBasis((0, 1, 2, 3)), np.random.default_rng(seed)
     motion = random_motion(rng, basis, len(law.directions))
     load = 10**level if kind == "constant" else rng.uniform(-1, 4)
     values = values_of(law, stiffness=10**-level, friction=0.4, load=load)
     force, _ = force_of(law, basis, motion, values)
-    scale = np.abs(force[:2]).max() + 1e-300
-    c, s = np.cos(angle), np.sin(angle)
+    scale = np.abs(force).max() + 1e-300
     axes = np.eye(len(motion))
-    axes[:2, :2] = [[c, -s], [s, c]]
+    if "across" in law.directions:
+        c, s = np.cos(angle), np.sin(angle)
+        axes[:2, :2] = [[c, -s], [s, c]]
     turned, _ = force_of(law, basis, axes @ motion, values)
-    np.testing.assert_allclose(turned[:2], axes[:2, :2] @ force[:2], rtol=0, atol=2e-12 * scale)
-    shift = np.eye(basis.n_components)
-    for n in basis.harmonics[1:]:
-        i = basis.component(n)
-        w, z = np.cos(n * angle), np.sin(n * angle)
-        shift[i : i + 2, i : i + 2] = [[w, z], [-z, w]]
+    np.testing.assert_allclose(turned, axes @ force, rtol=0, atol=2e-12 * scale)
+    shift = turned_by(basis, angle)
     later, _ = force_of(law, basis, motion @ shift.T, values)
-    np.testing.assert_allclose(later[:2], force[:2] @ shift.T, rtol=0, atol=2e-12 * scale)
+    np.testing.assert_allclose(later, force @ shift.T, rtol=0, atol=2e-12 * scale)
     figures = figures_of(law, basis, motion, values)
     assert figures["dissipation"] >= -1e-12 * scale
-    largest = figures["largest_normal_force"]
+    least, mean, largest = (
+        figures[f"{name}_normal_force"] for name in ("least", "mean", "largest")
+    )
+    assert 0 <= least <= mean + 1e-12
+    assert mean <= largest + 1e-12
+    assert figures["open_fraction"] + figures["stick_fraction"] <= 1 + 1e-12
     assert figures["dissipation"] <= 0.4 * largest * figures["slip_distance"] * (1 + 1e-9) + 1e-12
-    assert np.abs(force[:2]).max() <= 4 / np.pi * 0.4 * largest * (1 + 1e-12)
+    rubs = [name != "normal" for name in law.directions]
+    assert np.abs(force[rubs]).max() <= 4 / np.pi * 0.4 * largest * (1 + 1e-12)
 
 
 def test_limits():
@@ -239,6 +200,19 @@ def test_limits():
     np.testing.assert_allclose(force[:, 1:], motion[:, 1:], rtol=1e-14)
 
 
+def test_histories_without_friction_show_the_normal_force():
+    """Such a contact slides freely wherever it is closed."""
+    law, basis = KINDS["load"], FourierBasis((0, 1, 2))
+    motion = random_motion(np.random.default_rng(7), basis, 3)
+    values = values_of(law, friction=0.0, load=0.05)
+    (history,) = law.history(at_motion(basis, motion, values), 64)
+    press = 0.05 + basis.values(history.angle) @ motion[2]
+    np.testing.assert_allclose(history.force[2], np.maximum(press, 0), rtol=0, atol=1e-12)
+    assert not history.force[:2].any()
+    np.testing.assert_array_equal(history.state, np.where(press > 0, 1, 2))
+    assert {*history.state.tolist()} == {1, 2}
+
+
 def test_imposed_stick_is_linear():
     law, basis, rng = KINDS["load"], FourierBasis((0, 1, 2)), np.random.default_rng(8)
     motion, values = random_motion(rng, basis, 3), values_of(KINDS["load"], load=3.5)
@@ -250,11 +224,12 @@ def test_imposed_stick_is_linear():
     assert np.abs(force - free).max() > 1e-3
 
 
-def test_words():
-    with pytest.raises(ValueError, match="given='force': expected one of"):
-        sh.laws.PlanarFriction("force")
-    with pytest.raises(ValueError, match="preload='none': expected one of"):
-        sh.laws.PlanarFriction(preload="none")
+@pytest.mark.parametrize("law", [sh.laws.PlanarFriction, sh.laws.VariableLoadFriction])
+def test_words(law):
+    with pytest.raises(ValueError, match="given='force': expected one of 'normal_load', 'gap'"):
+        law("force")
+    with pytest.raises(ValueError, match="preload='none': expected one of 'balanced', 'coupled'"):
+        law(preload="none")
     assert repr(sh.laws.PlanarFriction("gap", preload="coupled")) == (
         "PlanarFriction('gap', preload='coupled')"
     )
@@ -307,7 +282,6 @@ def test_many_contacts_are_each_their_own():
         np.testing.assert_array_equal(alone, whole[j])
     parts = located.details.split(2)
     np.testing.assert_array_equal(parts[1].figures, located.details.figures[3:])
-    assert parts[0].figures.shape[1] == batch.SLIP_DISTANCE + 1
 
 
 @pytest.mark.parametrize("kind", ["constant", "load"])

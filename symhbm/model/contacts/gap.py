@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.model.contacts.group import Contacts
-from symhbm.model.contacts.motions import Behaviour, Events, History, Located, Motions, Values
+from symhbm.model.contacts.motions import Events, History, Located, Motions
 from symhbm.model.contacts.normal import (
     NORMAL,
     PRESSED,
@@ -44,10 +44,6 @@ class UnilateralSpring(NormalLaw):
     switches = PRESSED
     variables: ClassVar = NORMAL
 
-    def acts(self, values: Values) -> NDArray[np.bool_]:
-        """Those that have a spring."""
-        return np.asarray(values["normal_stiffness"]) > 0
-
     def n_events(self, basis: FourierBasis) -> int:
         """``E`` and ``e`` of `symhbm.model.contacts.varying_load.batch`."""
         return basis.n_components**2 + basis.n_components
@@ -78,38 +74,10 @@ class UnilateralSpring(NormalLaw):
 
     def _as_friction(self, at: Motions) -> Motions:
         """The same contacts with a slider that neither moves nor pulls."""
-        stiffness = np.asarray(at.values["normal_stiffness"], dtype=float)
-        nothing = np.zeros(len(stiffness))
-        values = dict(
-            contact_stiffness=nothing,
-            friction_coefficient=nothing,
-            normal_stiffness=stiffness,
-            normal_load=np.broadcast_to(self.load(at.frequency, at.values), stiffness.shape),
-        )
+        names = "contact_stiffness", "normal_stiffness", "friction_coefficient", "normal_load"
+        values = dict(zip(names, self.physical(at.frequency, at.values).T, strict=True))
         both = np.concatenate([np.zeros_like(at.motion), at.motion], axis=1)
         return at._replace(motion=both, values=values)
-
-    def margin_slopes(
-        self, located: Located, frequency: float, values: Values
-    ) -> tuple[FloatArray, FloatArray]:
-        """Derivatives of the margins by the frequency and by the parameters."""
-        return self.by_parameters(located.details.margin_slopes[:, 1:, -4:], frequency, values)
-
-    def largest_force(self, values: Values, size: float, switched: bool) -> FloatArray:
-        """The spring's, of contacts that open."""
-        return self.stiffest(values) * switched * size
-
-    def stiffest(self, values: Values) -> FloatArray:
-        """The spring's."""
-        return np.asarray(values["normal_stiffness"], dtype=float)
-
-    def results(self, at: Motions, located: Located) -> dict[str, FloatArray]:
-        """State, open share of the period, and normal forces [N]; the spring dissipates nothing."""
-        opens, touches = located.states.T
-        state = np.where(opens, Behaviour.OPENS, Behaviour.STICKS)
-        of_friction = _FRICTION.period_figures(located.details)
-        named = {name: of_friction[name] for name in self.variables}
-        return named | dict(contact_state=np.where(touches, state, Behaviour.NEVER_TOUCHES))
 
     def history(self, at: Motions, n_angles: int) -> list[History]:
         """The normal side of a contact without friction."""

@@ -399,6 +399,29 @@ def _expansion(law: ContactLaw, basis: FourierBasis, switch: int, n_instants: in
     return Compiled(ca.Function("expansion", [whole, angles], outputs))
 
 
+@lru_cache(maxsize=64)
+def _slopes(law: ContactLaw, method: str, n_contacts: int) -> tuple[Compiled, bool]:
+    frequency, values = ca.SX.sym("frequency"), ca.SX.sym("values", len(law.parameters))
+    by_name = dict(zip(law.parameters, ca.vertsplit(values), strict=True))
+    result = ca.SX(getattr(law, method)(frequency, by_name))
+    slopes = ca.densify(ca.jacobian(result, ca.vertcat(frequency, values)))
+    function = ca.Function("slopes", [frequency, values], [slopes])
+    return Compiled(function.map(n_contacts)), bool(ca.jacobian(result, frequency).nnz())
+
+
+def moves(law: ContactLaw, method: str) -> bool:
+    """Whether what a ``method`` of a law gives depends on the frequency."""
+    return _slopes(law, method, 1)[1]
+
+
+def slopes_of(law: ContactLaw, method: str, frequency: float, values: Values) -> FloatArray:
+    """Derivatives of what a ``method`` of a law gives by frequency and values, (n, 1 + p)."""
+    array = np.array([values[name] for name in law.parameters], dtype=float)
+    n = array.shape[1]
+    (slopes,) = _slopes(law, method, n)[0](np.full(n, frequency), array.T.ravel())
+    return slopes.reshape(n, -1)
+
+
 def functions_at(basis: FourierBasis, angle: Any) -> Any:
     """The functions (K) of a basis at an angle [rad], as a CasADi expression."""
     order = zip(basis.order.tolist(), basis.is_sine.tolist(), strict=True)

@@ -159,8 +159,8 @@ class PolynomialLaw(MemorylessLaw):
         than the integrals of all products.
         """
         basis, (tau, displacement) = at.basis, self._sampled(at)
-        slope = self._slope_at(at.frequency, at.values)
-        slopes = ca.horzcat(*(ca.vec(slope(each)) for each in displacement)).T
+        given = at.frequency, ca.vertcat(*(at.values[name] for name in self.parameters))
+        slopes = ca.horzcat(*(_instant(self)(each, *given)[1] for each in displacement)).T
         waves = FourierBasis(tuple(range(2 * basis.highest + 1)))
         series = ca.mtimes(ca.DM(2 * np.pi / len(tau) * waves.values(tau).T), slopes)
         products = ca.mtimes(ca.DM(_products(basis, waves)), series)
@@ -176,16 +176,6 @@ class PolynomialLaw(MemorylessLaw):
         synthesis = ca.DM(at.basis.values(tau))
         instants = ca.mtimes(synthesis, ca.reshape(at.motion, at.basis.n_components, -1))
         return tau, [instants[i, :].T for i in range(n_samples)]
-
-    def _slope_at(self, frequency: Any, values: Values) -> Any:
-        """Function of the displacements (m) at an instant: the derivative of the force (m, m)."""
-        displacement = ca.SX.sym("displacement", len(self.directions))
-        of_frequency = ca.SX.sym("frequency")
-        by_name = {name: ca.SX.sym(name) for name in values}
-        slope = ca.jacobian(self.force_at(displacement, of_frequency, by_name), displacement)
-        inputs = [displacement, of_frequency, *by_name.values()]
-        each = ca.Function("slope", inputs, [ca.densify(slope)])
-        return lambda at: each(at, frequency, *values.values())
 
     @property
     def gives_back(self) -> bool:
@@ -287,12 +277,17 @@ def _products(basis: FourierBasis, waves: FourierBasis) -> scipy.sparse.csc_matr
 
 
 @lru_cache(maxsize=64)
-def _instants(law: PolynomialLaw, n_instants: int) -> Compiled:
+def _instant(law: PolynomialLaw) -> ca.Function:
+    """Force and slope (m^2) of displacements, frequency and values at one instant."""
     displacement = ca.SX.sym("displacement", len(law.directions))
     frequency, values = ca.SX.sym("frequency"), ca.SX.sym("values", len(law.parameters))
     by_name = dict(zip(law.parameters, ca.vertsplit(values), strict=True))
     force = law.force_at(displacement, frequency, by_name)
     slope = ca.densify(ca.jacobian(force, displacement))
     inputs = [displacement, frequency, values]
-    each = ca.Function("instants", inputs, [ca.densify(force), ca.vec(slope)])
-    return Compiled(each.map(n_instants))
+    return ca.Function("instants", inputs, [ca.densify(force), ca.vec(slope)])
+
+
+@lru_cache(maxsize=64)
+def _instants(law: PolynomialLaw, n_instants: int) -> Compiled:
+    return Compiled(_instant(law).map(n_instants))

@@ -168,6 +168,15 @@ class Located:
     details: Any = None
 
 
+class ByContact:
+    """Details of `Located` that are arrays, of which each has an entry for each contact."""
+
+    def split(self, count: int) -> list[Any]:
+        """Those of as many points."""
+        parts = [np.split(array, count) for array in vars(self).values()]
+        return [type(self)(*each) for each in zip(*parts, strict=True)]
+
+
 class Sliders(NamedTuple):
     """Contacts that are a spring in series with a slider, (n,) each.
 

@@ -10,16 +10,35 @@ speed it does not.
 """
 
 from collections.abc import Mapping
-from functools import lru_cache
-from typing import Any, ClassVar, Literal, NamedTuple, get_args
+from dataclasses import dataclass
+from typing import Any, ClassVar, Literal, get_args
 
 import casadi as ca
 import numpy as np
+from numpy.typing import NDArray
 
-from symhbm.model.contacts.law import ContactLaw
-from symhbm.model.contacts.motions import Motions, Parameter, SpringSliders, Switch, Values
-from symhbm.numerics import RADIANS, Compiled, FloatArray, check, turning_points
+from symhbm.model.contacts.law import ContactLaw, moves, slopes_of
+from symhbm.model.contacts.motions import (
+    Behaviour,
+    ByContact,
+    Located,
+    Motions,
+    Parameter,
+    SpringSliders,
+    Switch,
+    Values,
+)
+from symhbm.model.contacts.press import SLIPS
+from symhbm.numerics import RADIANS, FloatArray, check, turning_points
 
+FRICTION = {
+    "contact_stiffness": Parameter(
+        "N m-1", "stiffness of the contact", "$k_d$", "N/m", designed=True
+    ),
+    "friction_coefficient": Parameter("1", "friction coefficient", r"$\mu$", "", designed=True),
+}
+"""Parameters of a spring and a slider, beside what presses them."""
+NORMAL_LOAD = Parameter("N", "normal load of the contact", "$F_n$", "N", designed=True)
 LOAD = "centrifugal_load"
 LOAD_RECORD = Parameter(
     "kg m",
@@ -73,6 +92,12 @@ NORMAL = {
     "largest_normal_force": ("N", "largest normal force over the period"),
 }
 """Units and meaning of what datasets tell of normal forces."""
+SLIDER = {"slip_distance": ("m", "path of the slider per cycle while the contact is closed")}
+"""The same of friction under such a force."""
+_FIGURES = "stick_fraction", *NORMAL, *SLIDER
+"""What a contact does over a period, column by column of `Periods`."""
+_PHYSICAL = "contact_stiffness", "normal_stiffness", "friction_coefficient"
+"""The parameters ``k_t``, ``k_n`` and ``mu``, which not all laws have."""
 _TOUCHES = 1e-100
 """Load [N], or less than no gap [m], of a contact that only touches."""
 
@@ -84,6 +109,23 @@ def given_of(normal_load: Any, gap: Any) -> tuple[Given, Any]:
             f"normal_load={check.shown(normal_load)}, gap={check.shown(gap)}: expected one of them"
         )
     return ("gap", gap) if normal_load is None else ("normal_load", normal_load)
+
+
+@dataclass(frozen=True)
+class Periods(ByContact):
+    """What contacts do over one period.
+
+    Attributes
+    ----------
+    figures : (n, 6)
+        Shares of it that they stick and are open, the mean, the least and the largest normal force
+        [N], and the path of the slider [m].
+    margin_slopes : (n, q, 4)
+        Derivatives of the margins by ``k_t``, ``k_n``, ``mu`` and ``N0``.
+    """
+
+    figures: FloatArray
+    margin_slopes: FloatArray
 
 
 class NormalLaw(ContactLaw):
@@ -128,16 +170,11 @@ class NormalLaw(ContactLaw):
             at_rest = values["normal_load"]
         return at_rest + centrifugal(self, frequency, values)
 
-    def balanced_load(self, frequency: Any, values: Values) -> Any:
-        """The share of the normal force that the equilibrium holds, as a CasADi expression [N]."""
-        if self.preload == "coupled":
-            return 0
-        return ca.fmax(self.load(frequency, values), 0)
-
     def balanced_force(self, at: Motions) -> Any:
-        """The same as Fourier coefficients."""
+        """Coefficients [N] of the normal force that the equilibrium holds, as an expression."""
         mean = ca.DM((at.basis.order == 0).astype(float))
-        return mean * self.balanced_load(at.frequency, at.values)
+        coupled = self.preload == "coupled"
+        return mean * (0 if coupled else ca.fmax(self.load(at.frequency, at.values), 0))
 
     def sampled(self, samples: int) -> "NormalLaw":
         """ValueError: such contacts are located, and nothing is marched over samples."""
@@ -169,18 +206,41 @@ class NormalLaw(ContactLaw):
     @property
     def margins_move(self) -> bool:
         """Whether the load depends on the frequency."""
-        return _load_slopes(self, 1).moves
+        return moves(self, "load")
 
-    def monotone(self, values: Values) -> bool:
-        """False: contacts that open make folds, and so may friction with a load that varies."""
-        return False
+    def physical(self, frequency: float | FloatArray, values: Values) -> FloatArray:
+        """``k_t``, ``k_n``, ``mu`` and ``N0`` of contacts, (n, 4): 0 for those the law has not."""
+        result = np.zeros((len(next(iter(values.values()))), 4))
+        for column, name in enumerate(_PHYSICAL):
+            result[:, column] = values.get(name, 0.0)
+        result[:, 3] = self.load(frequency, values)
+        return result
+
+    def acts(self, values: Values) -> NDArray[np.bool_]:
+        """Those that have a spring which pushes, or one which pulls under a load."""
+        stiffness, normal, friction, load = self.physical(1.0, values).T
+        return (normal > 0) | ((stiffness * friction > 0) & ((load > 0) | self.margins_move))
 
     def holds(self, values: Values) -> Any:
         """Which displacements (n, m) hold a structure in the mean: the normal ones, by a spring."""
-        stiffness = np.asarray(values["normal_stiffness"])
-        held = np.zeros((len(stiffness), len(self.directions)), dtype=bool)
-        held[:, self.directions.index("normal")] = stiffness > 0
-        return held
+        presses = np.array([name == "normal" for name in self.directions])
+        return presses & (self.physical(1.0, values)[:, 1:2] > 0)
+
+    def largest_force(self, values: Values, size: float, switched: bool) -> FloatArray:
+        """The springs', of contacts that slip or open."""
+        return self.stiffest(values) * switched * size
+
+    def stiffest(self, values: Values) -> FloatArray:
+        """The stiffer spring's."""
+        return self.physical(1.0, values)[:, :2].max(axis=1)
+
+    def stuck_stiffness(self, values: Values) -> FloatArray:
+        """Each spring's, the tangential one along both directions of a plane."""
+        return self.physical(1.0, values)[:, [int(name == "normal") for name in self.directions]]
+
+    def released(self) -> dict[str, float]:
+        """Without friction contacts slide freely."""
+        return {"friction_coefficient": 0.0} if self.friction else {}
 
     def closed(self) -> dict[str, float]:
         """They touch, with a load or a gap that is nothing but its sign."""
@@ -188,34 +248,49 @@ class NormalLaw(ContactLaw):
 
     def spring_sliders(self, frequency: float, values: Values) -> SpringSliders:
         """As springs and sliders of two directions, without friction where the law has none."""
-        stiffness = np.asarray(values["normal_stiffness"], dtype=float)
-        load = np.broadcast_to(np.asarray(self.load(frequency, values), float), stiffness.shape)
-        tangential, friction = (
-            np.asarray(values[name], dtype=float) if name in values else np.zeros_like(stiffness)
-            for name in ("contact_stiffness", "friction_coefficient")
-        )
+        tangential, normal, friction, load = self.physical(frequency, values).T
         balanced = np.maximum(load, 0.0) * (self.preload == "balanced")
-        return SpringSliders(tangential, stiffness, friction, load, balanced)
+        return SpringSliders(tangential, normal, friction, load, balanced)
 
-    def by_parameters(
-        self, slopes: FloatArray, frequency: float, values: Values
+    def margin_arrays(self, motion: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
+        """Where loops write margins (n, q), and their derivatives by motion and `physical`."""
+        shape = len(motion), len(self.switches)
+        return np.empty(shape), np.empty((*shape, motion.shape[1])), np.empty((*shape, 4))
+
+    def held_states(self, margins: FloatArray, held: NDArray[np.bool_] | None) -> NDArray[np.bool_]:
+        """States by margins, that of slip as it is imposed where it has a limit to pass."""
+        states = margins > 0
+        if held is not None:
+            finite = np.isfinite(margins[:, SLIPS])
+            states[:, SLIPS] = np.where(finite, held[:, SLIPS], states[:, SLIPS])
+        return states
+
+    def margin_slopes(
+        self, located: Located, frequency: float, values: Values
     ) -> tuple[FloatArray, FloatArray]:
-        """Derivatives by frequency (n, q) and by values (p, n, q).
-
-        From ``slopes`` (n, q, 4): those by ``k_t``, ``k_n``, ``mu`` and ``N0``.
-        """
-        each = slopes[:, :, 3:] * self.load_slopes(frequency, values)[:, None]
-        names = "contact_stiffness", "normal_stiffness", "friction_coefficient"
-        for place, name in enumerate(names):
+        """Derivatives of the margins by the frequency and by the parameters."""
+        slopes = located.details.margin_slopes[:, -len(self.switches) :]
+        each = slopes[:, :, 3:] * slopes_of(self, "load", frequency, values)[:, None]
+        for place, name in enumerate(_PHYSICAL):
             if name in values:
                 each[:, :, 1 + [*self.parameters].index(name)] += slopes[:, :, place]
         return each[:, :, 0], each[:, :, 1:].transpose(2, 0, 1)
 
-    def load_slopes(self, frequency: float, values: Values) -> FloatArray:
-        """Derivatives of ``N0`` by frequency and values, (n, 1 + p)."""
-        array = np.array([np.asarray(values[name], dtype=float) for name in self.parameters])
-        n = array.shape[1]
-        return _load_slopes(self, n)(np.full(n, frequency), array)
+    def results(self, at: Motions, located: Located) -> dict[str, FloatArray]:
+        """State, share of the period that is open and normal forces [N].
+
+        With friction also the share of stick, the path of the slider [m] and energy [J].
+        """
+        names = [switch.name for switch in self.switches]
+        on = dict(zip(names, located.states.T, strict=True))
+        state = np.where(on.get("slip", False), Behaviour.SLIPS, Behaviour.STICKS)
+        if "open" in on:
+            state = np.where(on["open"], Behaviour.OPENS, state)
+            state = np.where(on["touch"], state, Behaviour.NEVER_TOUCHES)
+        figures = dict(zip(_FIGURES, located.details.figures.T, strict=True))
+        if not self.friction:
+            return {name: figures[name] for name in NORMAL} | {"contact_state": state}
+        return super().results(at, located) | figures | {"contact_state": state}
 
     def __repr__(self) -> str:
         words = [repr(self.given)] if self.given != "normal_load" else []
@@ -226,30 +301,8 @@ class NormalLaw(ContactLaw):
 
 
 _LOADS = {
-    "normal_load": Parameter("N", "normal load of the contact", "$F_n$", "N", designed=True),
+    "normal_load": NORMAL_LOAD,
     "gap": Parameter(
         "m", "gap of the contact", "$g$", "m", bound="any", followed="any", designed=True
     ),
 }
-
-
-class _Slopes(NamedTuple):
-    """Compiled derivatives of the loads of ``n`` contacts; whether the frequency moves them."""
-
-    compiled: Compiled
-    moves: bool
-    n: int
-
-    def __call__(self, frequency: FloatArray, values: FloatArray) -> FloatArray:
-        (slopes,) = self.compiled(frequency, values.T.ravel())
-        return slopes.reshape(self.n, -1)
-
-
-@lru_cache(maxsize=64)
-def _load_slopes(law: NormalLaw, n: int) -> _Slopes:
-    frequency, values = ca.SX.sym("frequency"), ca.SX.sym("values", len(law.parameters))
-    by_name = dict(zip(law.parameters, ca.vertsplit(values), strict=True))
-    load = ca.SX(law.load(frequency, by_name))
-    slopes = ca.densify(ca.jacobian(load, ca.vertcat(frequency, values)))
-    function = ca.Function("load_slopes", [frequency, values], [slopes])
-    return _Slopes(Compiled(function.map(n)), bool(ca.jacobian(load, frequency).nnz()), n)

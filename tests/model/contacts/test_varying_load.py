@@ -1,42 +1,33 @@
 """Friction whose normal load varies with the motion: forces, derivatives, margins, limits."""
 
+from functools import partial
+
 import casadi as ca
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 
 import symhbm as sh
 from symhbm.model.contacts import Motions
 from symhbm.model.contacts.varying_load.march import APART, BEGIN, END, KIND, march, walls
 from symhbm.numerics import FourierBasis
-from tests.law_slopes import OneContact
+from tests.law_slopes import OneContact, figures_of, force_of, returned
+from tests.law_slopes import values_of as values_of_law
 from tests.problems import rub
+from tests.quick import quick_first
 from tests.reference import STATED
 
 LAW = sh.laws.VariableLoadFriction()
-NAMES = "contact_stiffness", "normal_stiffness", "friction_coefficient", "normal_load"
+values_of = partial(values_of_law, LAW)
 
 
-def values_of(*numbers):
-    return {name: np.array([v], dtype=float) for name, v in zip(NAMES, numbers, strict=True)}
+def located(basis, motion, values):
+    return force_of(LAW, basis, motion, values)[1]
 
 
-def at_motion(basis, motion, values):
-    return Motions(basis, np.atleast_2d(motion), 1.0, values)
-
-
-def located(basis, motion, values, held=None, law=LAW):
-    return law.locate(at_motion(basis, motion, values), held)
-
-
-def force(basis, motion, values, held=None, law=LAW):
+def force(basis, motion, values):
     """Coefficients of one contact's force, with the whole normal force."""
-    at = at_motion(basis, motion, values)
-    whole = law.forces(at, law.locate(at, held))[0]
-    if basis.order[0] == 0:
-        balanced = law.preload == "balanced"
-        whole[len(whole) // 2] += balanced * max(float(law.load(1.0, values)[0]), 0)
+    whole = force_of(LAW, basis, motion, values)[0].ravel()
+    whole[len(whole) // 2] += max(float(LAW.load(1.0, values)[0]), 0)
     return whole
 
 
@@ -65,23 +56,6 @@ def test_events_of_a_contact_that_sticks_at_contact():
     np.testing.assert_allclose(begins, [3.399862536, 5.882149750, 8.838462927], atol=1e-9)
 
 
-numbers = st.floats(-3, 3, allow_subnormal=False)
-motions = st.lists(numbers, min_size=10, max_size=10).map(np.array)
-
-
-@settings(max_examples=60)
-@given(motion=motions, shift=st.floats(0, 6.28), load=st.floats(-2, 4))
-def test_a_later_start_of_the_period_turns_the_force(motion, shift, load):
-    basis, values = FourierBasis((0, 1, 2)), values_of(1.3, 0.8, 0.4, load)
-    turn = np.eye(5)
-    for n, i in ((1, 1), (2, 3)):
-        c, s = np.cos(n * shift), np.sin(n * shift)
-        turn[i : i + 2, i : i + 2] = [[c, s], [-s, c]]
-    both = np.kron(np.eye(2), turn)
-    expected = both @ force(basis, motion, values)
-    np.testing.assert_allclose(force(basis, both @ motion, values), expected, atol=1e-7)
-
-
 def test_a_contact_that_just_touches_is_not_open():
     """Two zeros of its load are one but for round-off, in any order."""
     rng, basis, values = (
@@ -101,35 +75,7 @@ def test_a_contact_that_just_touches_is_not_open():
         np.testing.assert_allclose(found, near, atol=1e-4)
 
 
-@settings(max_examples=60)
-@given(motion=motions, load=st.floats(-2, 4), friction=st.floats(0, 1))
-def test_friction_dissipates_and_normal_forces_push(motion, load, friction):
-    basis, values = FourierBasis((0, 1, 2)), values_of(1.3, 0.8, friction, load)
-    at = at_motion(basis, motion, values)
-    results = LAW.results(at, LAW.locate(at))
-    assert results["dissipation"] >= -1e-9
-    assert 0 <= results["least_normal_force"] <= results["mean_normal_force"] + 1e-12
-    assert results["mean_normal_force"] <= results["largest_normal_force"] + 1e-12
-    assert results["open_fraction"] + results["stick_fraction"] <= 1 + 1e-12
-
-
-def marched(numbers, u, v, basis, count=200_000):
-    """Coefficients by a march over samples: an error of the first order, no event located."""
-    k_t, k_n, mu, load = numbers
-    tau = 2 * np.pi * np.arange(count) / count
-    at = basis.values(tau)
-    u, p = at @ np.asarray(u, float), load + k_n * (at @ np.asarray(v, float))
-    q, history = k_t * u[0], np.empty(count)
-    for _ in range(2):
-        for i in range(count):
-            normal = max(p[i], 0.0)
-            q = min(max(q, k_t * u[i] - mu * normal), k_t * u[i] + mu * normal)
-            history[i] = k_t * u[i] - q
-    analysis = at * basis.norm * 2 * np.pi / count
-    return np.concatenate([history @ analysis, np.maximum(p, 0) @ analysis])
-
-
-@pytest.mark.parametrize("seed", range(6))
+@pytest.mark.parametrize("seed", quick_first(range(6), 3))
 def test_a_march_over_samples_agrees_within_its_error(seed):
     rng = np.random.default_rng(seed)
     basis = FourierBasis((0, 1, 2, 3, 5))
@@ -138,7 +84,7 @@ def test_a_march_over_samples_agrees_within_its_error(seed):
     numbers = rng.uniform([0.5, 0.5, 0.3, -0.5], [2, 2, 0.9, 1.0])
     at = located(basis, motion, values_of(*numbers))
     assert at.states[0, 0]
-    expected = marched(numbers, motion[:size], motion[size:], basis)
+    expected = returned(LAW, basis, motion, values_of(*numbers), 200_000).ravel()
     np.testing.assert_allclose(
         force(basis, motion, values_of(*numbers)), expected, atol=3e-4 * np.abs(expected).max()
     )
@@ -234,8 +180,8 @@ def test_limits_are_exact(limit, moves):
     assert np.isfinite(found).all()
     assert not np.isnan(at.margins).any()
     assert np.isfinite(OneContact(LAW, basis, np.array([*motion, *_in_order(values)])).slope).all()
-    results = LAW.results(at_motion(basis, motion, values), at)
-    assert all(np.isfinite(value).all() for value in results.values())
+    results = figures_of(LAW, basis, motion, values)
+    assert np.isfinite([*results.values()]).all()
     tau = 2 * np.pi * np.arange(60_000) / 60_000
     history = load + k_n * (basis.values(tau) @ motion[size:])
     expected = np.maximum(history, 0) @ (basis.values(tau) * basis.norm) * 2 * np.pi / 60_000
@@ -260,15 +206,8 @@ def test_inclined_contacts_with_a_wall_that_rests(ratio):
     basis, u = FourierBasis((0, 1, 2)), np.array([0.1, 1.0, 0.4, 0.3, 0])
     motion = np.concatenate([u, ratio * u])
     numbers = 1.0, 2.0, 0.5, 0.7
-    expected = marched(numbers, u, ratio * u, basis)
+    expected = returned(LAW, basis, motion, values_of(*numbers), 200_000).ravel()
     np.testing.assert_allclose(force(basis, motion, values_of(*numbers)), expected, atol=1e-4)
-
-
-def test_words_that_are_none_are_refused():
-    with pytest.raises(ValueError, match="given='load': expected one of 'normal_load', 'gap'"):
-        sh.laws.VariableLoadFriction("load")
-    with pytest.raises(ValueError, match="preload='static': expected one of 'balanced', 'coupled'"):
-        sh.laws.VariableLoadFriction(preload="static")
 
 
 def test_a_contact_that_touches_by_round_off_is_apart():

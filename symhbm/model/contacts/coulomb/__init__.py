@@ -1,18 +1,7 @@
 """Dry friction with a constant normal load: a spring and a Coulomb slider."""
 
-from symhbm.model.contacts.coulomb.law import Coulomb, PressedCoulomb, SampledCoulomb
-from symhbm.model.contacts.coulomb.located import locate, on_loop, stick_intervals
-from symhbm.model.contacts.coulomb.state import ContactState, Loop, loops_near_limit, slip_limit
+from symhbm.model.contacts.coulomb.law import Coulomb, PressedCoulomb
+from symhbm.model.contacts.coulomb.located import on_loop, stick_intervals
+from symhbm.model.contacts.coulomb.state import Loop, loops_near_limit
 
-__all__ = [
-    "ContactState",
-    "Coulomb",
-    "Loop",
-    "PressedCoulomb",
-    "SampledCoulomb",
-    "locate",
-    "loops_near_limit",
-    "on_loop",
-    "slip_limit",
-    "stick_intervals",
-]
+__all__ = ["Coulomb", "Loop", "PressedCoulomb", "loops_near_limit", "on_loop", "stick_intervals"]

@@ -5,7 +5,7 @@ switching angles located the coefficients of the force are the closed form of
 `symhbm.model.contacts.coulomb.state`.
 """
 
-from typing import Any, ClassVar, NamedTuple
+from typing import Any, ClassVar
 
 import casadi as ca
 import numpy as np
@@ -19,27 +19,27 @@ from symhbm.model.contacts.coulomb.located import (
     unpack,
 )
 from symhbm.model.contacts.coulomb.march import range_margins
-from symhbm.model.contacts.coulomb.sampled import histories_of, locate_sampled
-from symhbm.model.contacts.coulomb.state import (
-    ContactState,
-    limit_moves,
-    limit_slopes,
-    moving_angles,
-    slip_limit,
-)
-from symhbm.model.contacts.law import ContactLaw
+from symhbm.model.contacts.coulomb.sampled import history_of, locate_sampled
+from symhbm.model.contacts.coulomb.state import ContactState, moving_angles
+from symhbm.model.contacts.law import ContactLaw, moves, slopes_of
 from symhbm.model.contacts.motions import (
     Events,
     History,
     Located,
     Motions,
-    Parameter,
     Sliders,
     Switch,
     Values,
     leading,
 )
-from symhbm.model.contacts.normal import LOAD, LOAD_RECORD, centrifugal, check_order
+from symhbm.model.contacts.normal import (
+    FRICTION,
+    LOAD,
+    LOAD_RECORD,
+    NORMAL_LOAD,
+    centrifugal,
+    check_order,
+)
 from symhbm.numerics import FloatArray, FourierBasis, turning_hessian, turning_points
 
 
@@ -72,13 +72,7 @@ class Coulomb(ContactLaw):
     1
     """
 
-    parameters: ClassVar = {
-        "contact_stiffness": Parameter(
-            "N m-1", "stiffness of the contact", "$k_d$", "N/m", designed=True
-        ),
-        "friction_coefficient": Parameter("1", "friction coefficient", r"$\mu$", "", designed=True),
-        "normal_load": Parameter("N", "normal load of the contact", "$F_n$", "N", designed=True),
-    }
+    parameters: ClassVar = {**FRICTION, "normal_load": NORMAL_LOAD}
     switches = (Switch("slip", "onset of slip", "end of slip"),)
     drawn_as = "friction"
     samples: int | None = None
@@ -89,7 +83,7 @@ class Coulomb(ContactLaw):
 
         Where it is negative nothing presses the contact any more, and its limit is 0.
         """
-        return slip_limit(values["friction_coefficient"], values["normal_load"])
+        return values["friction_coefficient"] * values["normal_load"]
 
     def _limit(self, frequency: Any, values: Values) -> Any:
         """The limit as a CasADi expression, 0 at least; its slopes at 0 are those of pressing."""
@@ -99,7 +93,7 @@ class Coulomb(ContactLaw):
     @property
     def margins_move(self) -> bool:
         """Whether the limit depends on the frequency."""
-        return limit_moves(self)
+        return moves(self, "slip_limit")
 
     def monotone(self, values: Values) -> bool:
         """That responses are unique: with dissipative damping and a load that motion leaves."""
@@ -160,11 +154,12 @@ class Coulomb(ContactLaw):
         self, located: Located, frequency: float, values: Values
     ) -> tuple[FloatArray, FloatArray]:
         """Derivatives of ``ln(k_d (y_max - y_min) / (2 g))``, which are those of any motion."""
-        array = np.array([values[name] for name in self.parameters])
-        n = array.shape[1]
-        (slopes,) = limit_slopes(self, n)(np.full(n, frequency), array.T.ravel())
-        by_all = slopes.reshape(n, -1).T[:, :, None]
-        return by_all[0], by_all[1:]
+        stiffness, limit = self.sliders(frequency, values)
+        limited = np.where(limit > 0, limit, np.inf)
+        by_all = -slopes_of(self, "slip_limit", frequency, values) / limited[:, None]
+        own = 1 + [*self.parameters].index("contact_stiffness")
+        by_all[:, own] += 1 / np.where(stiffness > 0, stiffness, np.inf)
+        return by_all[:, :1], by_all.T[1:, :, None]
 
     def margin_instants(self, at: Motions, switch: int) -> FloatArray:
         """Where the motion is largest and smallest."""
@@ -258,8 +253,11 @@ class Coulomb(ContactLaw):
     def history(self, at: Motions, n_angles: int) -> list[History]:
         """Of the slider on its own motion, located."""
         sliders = self.sliders(at.frequency, at.values)
-        sticks = stick_intervals(at.basis, at.motion, *sliders)
-        return histories_of(at.basis, at.motion, *sliders, sticks, n_angles)
+        owner, begin, end = stick_intervals(at.basis, at.motion, *sliders)
+        return [
+            history_of(at.basis, *one, begin[owner == i], end[owner == i], n_angles)
+            for i, one in enumerate(zip(at.motion, *sliders, strict=True))
+        ]
 
     def largest_force(self, values: Values, size: float, switched: bool) -> FloatArray:
         """The spring's, of contacts that slip: those that stick are linear."""
@@ -338,14 +336,8 @@ class SampledCoulomb(Coulomb):
         return f"{self._of!r} over {self.samples} samples"
 
 
-class _Parts(NamedTuple):
-    matrix: Any
-    vector: Any
-    sticking: Any
-
-
-def _split(basis: FourierBasis, events: Any) -> _Parts:
+def _split(basis: FourierBasis, events: Any) -> tuple[Any, Any, Any]:
     """``A``, ``b``, and the share of stick of a contact that slips, of packed events."""
     size = basis.n_components
     matrix = ca.reshape(events[: size * size], size, size)
-    return _Parts(matrix, events[size * size : size * size + size], events[-1])
+    return matrix, events[size * size : size * size + size], events[-1]

@@ -40,9 +40,9 @@ def locate_one_harmonic(
     n_contacts, size = coefficients.shape
     imposed = np.full(n_contacts, FREE) if slip is None else np.asarray(slip, dtype=float)
     if not n_contacts:
-        return unpack(np.zeros((0, packed_size(size))), size)
+        return unpack(np.zeros((0, layout(size)["stick_end"].stop)), size)
     (found,) = _each(size, n_contacts)(coefficients.ravel(), contact_stiffness, slip_limit, imposed)
-    return unpack(found.reshape(n_contacts, packed_size(size)), size)
+    return unpack(found.reshape(n_contacts, -1), size)
 
 
 @lru_cache(maxsize=4)
@@ -55,11 +55,6 @@ def layout(size: int) -> dict[str, slice]:
     lengths |= dict(stick_begin=2, stick_end=2)
     ends = np.cumsum([0, *lengths.values()]).tolist()
     return {name: slice(*pair) for name, pair in zip(lengths, pairwise(ends), strict=True)}
-
-
-def packed_size(size: int) -> int:
-    """Numbers per contact that the kernel gives for motions of ``size`` coefficients."""
-    return layout(size)["stick_end"].stop
 
 
 def details_of(packed: Any, size: int) -> dict[str, Any]:

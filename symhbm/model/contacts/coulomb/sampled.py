@@ -20,29 +20,7 @@ from symhbm.model.contacts.motions import SMALLEST_MOTION, Behaviour, History
 from symhbm.numerics import FloatArray, FourierBasis, check
 
 
-def histories_of(
-    basis: FourierBasis,
-    coefficients: FloatArray,
-    contact_stiffness: FloatArray,
-    slip_limit: FloatArray,
-    sticks: tuple[NDArray[np.intp], FloatArray, FloatArray],
-    n_angles: int,
-) -> list[History]:
-    """Of motions (n_motions, n_components) [m], one for each.
-
-    ``contact_stiffness`` (n_motions,) in N/m, ``slip_limit`` (n_motions,) in N; ``sticks``
-    are intervals as of `stick_intervals`; ``n_angles`` is the number of points over a period beside
-    its events.
-    """
-    owner, begin, end = sticks
-    parameters = zip(coefficients, contact_stiffness.tolist(), slip_limit.tolist(), strict=True)
-    return [
-        _history(basis, *values, begin[owner == i], end[owner == i], n_angles)
-        for i, values in enumerate(parameters)
-    ]
-
-
-def _history(
+def history_of(
     basis: FourierBasis,
     motion: FloatArray,
     stiffness: float,

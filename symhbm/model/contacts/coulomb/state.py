@@ -19,20 +19,18 @@ short of it it does not: there the force has a corner, as at the onset of slip.
 Reference: E. Chatelet, D. Rade, G. Jacquet-Richardet, DINAME 2013 (hal-00941429).
 """
 
-from dataclasses import dataclass, fields, replace
-from functools import lru_cache
+from dataclasses import dataclass, replace
 from typing import Any
 
-import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.model.contacts.motions import Events, Located
-from symhbm.numerics import Compiled, FloatArray, FourierBasis, turning_points
+from symhbm.model.contacts.motions import ByContact, Events, Located
+from symhbm.numerics import FloatArray, FourierBasis, turning_points
 
 
 @dataclass(frozen=True)
-class ContactState:
+class ContactState(ByContact):
     """Events of a batch of friction contacts over one period.
 
     Attributes
@@ -87,16 +85,6 @@ class ContactState:
         events = np.concatenate([matrix, vector, sticking[:, None]], axis=1)
         margins, slopes = self.slip_margin[:, None], self.slip_margin_gradient[:, None]
         return Located(events, self.slip[:, None], margins, slopes, self)
-
-    def split(self, count: int) -> list["ContactState"]:
-        """The events of ``count`` batches of as many contacts each."""
-        parts = [np.split(getattr(self, field.name), count) for field in fields(self)]
-        return [ContactState(*each) for each in zip(*parts, strict=True)]
-
-
-def slip_limit(friction_coefficient: Any, normal_load: Any) -> Any:
-    """``g = mu F_n`` [N], of arrays or of symbols."""
-    return friction_coefficient * normal_load
 
 
 _GRAZING = 1e-9
@@ -238,24 +226,3 @@ def loops_near_limit(
         if abs(trial) > limit or end == points.lowest[0]:
             force, start, side = goal * limit, end, goal
     return result
-
-
-@lru_cache(maxsize=64)
-def limit_moves(law: Any) -> bool:
-    """Whether the limit depends on the frequency."""
-    frequency = ca.SX.sym("frequency")
-    values = {name: ca.SX.sym(name) for name in law.parameters}
-    return bool(ca.jacobian(law.slip_limit(frequency, values), frequency).nnz())
-
-
-@lru_cache(maxsize=64)
-def limit_slopes(law: Any, n_contacts: int) -> Compiled:
-    """Derivatives of ``ln(k_d / g)`` of each contact by frequency and values, 0 without either."""
-    frequency, values = ca.SX.sym("frequency"), ca.SX.sym("values", len(law.parameters))
-    by_name = dict(zip(law.parameters, ca.vertsplit(values), strict=True))
-    limit = law.slip_limit(frequency, by_name)
-    slopes = ca.SX.zeros(1 + values.numel())
-    for value, sign in ((by_name["contact_stiffness"], 1), (limit, -1)):
-        slope = ca.densify(ca.jacobian(value, ca.vertcat(frequency, values))).T
-        slopes += ca.if_else(value > 0, sign * slope / ca.if_else(value > 0, value, 1), 0)
-    return Compiled(ca.Function("limit_slopes", [frequency, values], [slopes]).map(n_contacts))

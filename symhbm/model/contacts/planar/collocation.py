@@ -1,4 +1,4 @@
-"""One step of slip: the direction of the force by Gauss collocation.
+"""Motion and limit of one contact, and a step of slip: where the force points, by collocation.
 
 While a contact slips its force is ``r n``, ``n = (cos a, sin a)``, and
 
@@ -7,6 +7,10 @@ While a contact slips its force is ``r n``, ``n = (cos a, sin a)``, and
 The angle ``a`` is a polynomial on the step that fulfils this at Gauss nodes; its end and the
 integrals of the force are of twice their order. Written with ``r`` on the left the equation is
 regular where the contact closes or opens, ``r = 0``.
+
+``waves`` (3, 2, H + 1) holds the coefficients of ``cos(h tau)`` and ``sin(h tau)`` for all ``h``
+from 0 to the highest harmonic: of ``x = k_t u_x`` and ``y = k_t u_y`` [N], and of the limit
+``r = mu p`` [N], where ``p`` is the normal load.
 """
 
 import math
@@ -15,9 +19,11 @@ from typing import Any
 import numpy as np
 from numpy.polynomial import legendre
 
-from symhbm.model.contacts.planar.series import rates_at
 from symhbm.numerics.loops import Loop
 
+ROUND_OFF = 2.2e-16
+LAST_STEP = 1e-10
+"""Last step [rad] of Newton's method: what is left is about its square."""
 STAGES = 8
 """Gauss nodes of a step."""
 ANGLE, WEIGHT, DIRECTION, TURN, LIMIT, ALONG, EXCESS, LIMIT_RATE = range(8)
@@ -43,6 +49,56 @@ NODES, WEIGHTS, BEFORE, TO_SERIES = _tables()
 """Nodes and weights on [0, 1], the matrix of integrals from 0 to each node, and that to series."""
 AT_BEGIN = (-1.0) ** np.arange(STAGES) @ TO_SERIES
 """Value at the begin of a step of the polynomial through values at its nodes."""
+
+
+@Loop
+def motion_at(waves: Any, angle: float, out: Any) -> None:
+    """Write values and two derivatives of ``x``, ``y`` and ``r`` at an angle [rad] into (3, 3)."""
+    turn_cosine, turn_sine = math.cos(angle), math.sin(angle)
+    for k in range(3):
+        c, s = 1.0, 0.0
+        value, first, second = 0.0, 0.0, 0.0
+        for h in range(waves.shape[2]):
+            a, b = waves[k, 0, h], waves[k, 1, h]
+            wave = a * c + b * s
+            value += wave
+            first += h * (b * c - a * s)
+            second -= h * h * wave
+            c, s = c * turn_cosine - s * turn_sine, s * turn_cosine + c * turn_sine
+        out[k, 0], out[k, 1], out[k, 2] = value, first, second
+
+
+@Loop
+def rates_at(waves: Any, angle: float, out: Any) -> None:
+    """Write ``x'``, ``y'``, ``r`` and ``r'`` at an angle [rad] into (4)."""
+    turn_cosine, turn_sine = math.cos(angle), math.sin(angle)
+    c, s = 1.0, 0.0
+    x, y, limit, rate = 0.0, 0.0, 0.0, 0.0
+    for h in range(waves.shape[2]):
+        x += h * (waves[0, 1, h] * c - waves[0, 0, h] * s)
+        y += h * (waves[1, 1, h] * c - waves[1, 0, h] * s)
+        limit += waves[2, 0, h] * c + waves[2, 1, h] * s
+        rate += h * (waves[2, 1, h] * c - waves[2, 0, h] * s)
+        c, s = c * turn_cosine - s * turn_sine, s * turn_cosine + c * turn_sine
+    out[0], out[1], out[2], out[3] = x, y, limit, rate
+
+
+@Loop
+def bounds_of(waves: Any, out: Any) -> None:
+    """Write bounds of derivatives 0 to 3 of the motion ``(x, y)`` and of ``r`` into (2, 4).
+
+    The mean of the motion does not count.
+    """
+    out[:] = 0.0
+    for h in range(waves.shape[2]):
+        size = 0.0
+        for part in range(2):
+            size += math.hypot(waves[0, part, h], waves[1, part, h])
+        limit = math.hypot(waves[2, 0, h], waves[2, 1, h])
+        for d in range(4):
+            if h > 0:
+                out[0, d] += size * float(h) ** d
+            out[1, d] += limit * (float(h) ** d if h > 0 or d == 0 else 0.0)
 
 
 @Loop

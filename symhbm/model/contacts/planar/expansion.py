@@ -71,7 +71,7 @@ def _resting(
     n = resting_place(waves, angles, place)
     weights_of(waves, angles, n, place, sides)
     slopes = np.empty((3, len(variables)))
-    rest_slopes(order, basis.is_sine, varies, angles, sides, n, slopes)
+    rest_slopes((*basis.arrays, varies), angles, sides, n, slopes)
     if n == 1:
         return place, slopes, np.zeros((len(variables), len(variables)))
     first, second = _conditions(basis, n, varies)

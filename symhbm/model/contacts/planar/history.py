@@ -4,12 +4,10 @@ import numpy as np
 from numpy.polynomial import legendre
 
 from symhbm.model.contacts.motions import Behaviour, History, angles_from
-from symhbm.model.contacts.planar.batch import series_of
 from symhbm.model.contacts.planar.collocation import STAGES, TO_SERIES, TURN
 from symhbm.model.contacts.planar.march import APART, BEGIN, END, FIRST, KIND, LAST, NODE, STICK
-from symhbm.model.contacts.planar.period import NEVER, RESTS, TOO_MANY, period
+from symhbm.model.contacts.planar.period import NEVER, RESTS, TOO_MANY, period, prepare
 from symhbm.model.contacts.planar.rest import resting_place
-from symhbm.model.contacts.planar.series import bounds_of, closed_intervals
 from symhbm.numerics import FloatArray, FourierBasis
 
 _BEHAVIOURS = np.array([Behaviour.OPENS, Behaviour.STICKS, Behaviour.SLIPS])
@@ -40,6 +38,8 @@ def history_of(
         series = legendre.legint(TO_SERIES @ nodes[node : node + STAGES, TURN], lbnd=-1)
         turned = legendre.legval(2 * share[i] - 1, series) * width[i] / 2
         direction[i] = of_points[i, FIRST] + turned
+    if kind == NEVER:  # the wall of a contact without friction is none, however it is pressed
+        state = np.where(press > 0, Behaviour.SLIPS, Behaviour.OPENS)
     wall = friction * carried * np.array([np.cos(direction), np.sin(direction)])
     rest = place[:2, None] if kind == RESTS else of_points[:, (FIRST, LAST)].T
     moved = np.where(basis.order > 0, parts[:2], 0.0) @ basis.values(angle).T
@@ -57,12 +57,10 @@ def _pieces(
 
     Raises ArithmeticError where no periodic slip is found.
     """
-    waves, bounds = np.empty((3, 2, basis.highest + 1)), np.empty((2, 4))
-    series_of(basis.order.astype(np.int64), basis.is_sine, motion, values, waves)
-    waves[2] *= values[2]
-    bounds_of(waves, bounds)
-    closed, place = np.empty((2, 2 * basis.highest + 4)), np.empty(3)
-    n_closed = closed_intervals(waves, bounds, closed[0], closed[1])
+    highest = basis.highest
+    waves, press = np.empty((3, 2, highest + 1)), np.empty((2, highest + 1))
+    turning, closed, place = np.empty((2, 2)), np.empty((2, highest + 1)), np.empty(3)
+    n_closed = prepare(basis.arrays, motion, values, waves, press, turning, closed)
     resting_place(waves, np.empty(3), place)
     most, count = 100 + 50 * basis.highest, TOO_MANY
     kind, pieces, nodes = NEVER, np.zeros((1, 7)), np.zeros((1, 8))

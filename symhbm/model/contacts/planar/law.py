@@ -11,7 +11,6 @@ integrated to round-off, and the rest of a period is located.
 """
 
 from collections.abc import Mapping
-from dataclasses import dataclass
 from functools import lru_cache
 from typing import Any, ClassVar, Literal, get_args
 
@@ -19,21 +18,23 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.model.contacts.motions import (
-    Behaviour,
-    History,
-    Located,
-    Motions,
-    Parameter,
-    SpringSliders,
-    Switch,
-    Values,
+from symhbm.model.contacts.motions import History, Located, Motions, Parameter, Switch, Values
+from symhbm.model.contacts.normal import (
+    FRICTION,
+    NORMAL,
+    NORMAL_LOAD,
+    PRESSED,
+    SLIDER,
+    SLIPS,
+    NormalLaw,
+    Periods,
+    Preload,
+    of_rotation,
 )
-from symhbm.model.contacts.normal import NORMAL, PRESSED, NormalLaw, Preload, of_rotation
 from symhbm.model.contacts.planar import batch
-from symhbm.model.contacts.planar.bends import bends_of
 from symhbm.model.contacts.planar.expansion import resting_bends, slip_margin
 from symhbm.model.contacts.planar.history import history_of
+from symhbm.model.contacts.planar.moving_events import bends_of
 from symhbm.model.contacts.planar.period import TOO_MANY
 from symhbm.model.contacts.planar.rest import middle_of
 from symhbm.numerics import FloatArray, FourierBasis, check
@@ -43,27 +44,6 @@ Given = Literal["normal_load", "gap", "constant"]
 """What is a parameter of a load that varies with the motion, or a load that does not."""
 _MOST = 20000
 """Most pieces of a period."""
-
-
-@dataclass(frozen=True)
-class Periods:
-    """What contacts do over one period.
-
-    Attributes
-    ----------
-    figures : (n, 6)
-        As of `symhbm.model.contacts.planar.batch`.
-    margin_slopes : (n, q, 4)
-        Derivatives of the margins by ``k_t``, ``k_n``, ``mu`` and ``N0``.
-    """
-
-    figures: FloatArray
-    margin_slopes: FloatArray
-
-    def split(self, count: int) -> list["Periods"]:
-        """Those of as many points."""
-        parts = [np.split(array, count) for array in vars(self).values()]
-        return [Periods(*each) for each in zip(*parts, strict=True)]
 
 
 class PlanarFriction(NormalLaw):
@@ -89,15 +69,8 @@ class PlanarFriction(NormalLaw):
     """
 
     drawn_as = "friction"
-    friction: ClassVar = {
-        "contact_stiffness": Parameter(
-            "N m-1", "stiffness of the contact", "$k_d$", "N/m", designed=True
-        ),
-        "friction_coefficient": Parameter("1", "friction coefficient", r"$\mu$", "", designed=True),
-    }
-    variables: ClassVar = NORMAL | {
-        "slip_distance": ("m", "path of the slider per cycle while the contact is closed")
-    }
+    friction = FRICTION
+    variables: ClassVar = NORMAL | SLIDER
 
     def __init__(
         self,
@@ -135,48 +108,29 @@ class PlanarFriction(NormalLaw):
         """Its parameters by name."""
         if self.varies:
             return super().parameters
-        return {**self.friction, "normal_load": _CONSTANT, **of_rotation(self)}
+        return {**self.friction, "normal_load": NORMAL_LOAD, **of_rotation(self)}
 
     def monotone(self, values: Values) -> bool:
         """Under a constant load alone: the force is then one of two potentials."""
         return not self.varies
 
-    def holds(self, values: Values) -> Any:
-        """The normal displacements, by a spring."""
-        if self.varies:
-            return super().holds(values)
-        return np.zeros(len(np.asarray(values["contact_stiffness"])), dtype=bool)
-
     def closed(self) -> dict[str, float]:
         """A load that varies touches; a constant one is as it is."""
         return super().closed() if self.varies else {}
 
-    def acts(self, values: Values) -> NDArray[np.bool_]:
-        """Those that have a spring which pushes, or one which pulls under a load."""
-        stiffness, normal, friction, _ = self.physical(1.0, values).T
-        pressed = (np.asarray(self.load(1.0, values)) > 0) | self.margins_move
-        return (normal > 0) | ((stiffness * friction > 0) & pressed)
-
-    def spring_sliders(self, frequency: float, values: Values) -> SpringSliders:
-        """With two tangential directions; a constant load presses without a spring."""
-        if self.varies:
-            return super().spring_sliders(frequency, values)
-        stiffness, none, friction, load = self.physical(frequency, values).T
-        return SpringSliders(stiffness, none, friction, load, load)
-
     def n_variables(self, basis: FourierBasis) -> tuple[int, int]:
-        """Numbers of what both forces are homogeneous in, see `batch`."""
+        """Numbers of what both forces are homogeneous in, see `symhbm.model.contacts.press`."""
         size = basis.n_components
         return (3 * size + 1, 1 + size) if self.varies else (2 * size + 1, 0)
 
     def n_events(self, basis: FourierBasis) -> int:
-        """Derivatives of both forces by the variables of `batch`, and what is left of them."""
+        """Derivatives of both forces by these variables, and what is left of them."""
         size = basis.n_components
         tangential, normal = self.n_variables(basis)
         return size * (2 * tangential + normal + 2)
 
     def event_variables(self, at: Motions) -> Any:
-        """Those of `batch`, of both forces one after the other."""
+        """Those of both forces, one after the other."""
         _, motion, frequency, values = at
         parts = ca.vertsplit(motion, motion.shape[0] // len(self.directions))
         load, friction = self.load(frequency, values), values["friction_coefficient"]
@@ -210,23 +164,20 @@ class PlanarFriction(NormalLaw):
         """
         basis, motion, frequency, values = at
         n, given = len(motion), self.physical(frequency, values)
-        imposed = np.full(n, -1) if held is None else held[:, batch.SLIPS].astype(int)
-        written = events, margins, slopes, figures = self._arrays(basis, n)
+        imposed = np.full(n, -1) if held is None else held[:, SLIPS].astype(int)
+        events, figures = np.empty((n, self.n_events(basis))), np.empty((n, 6))
+        slopes = margins, by_motion, by_values = self.margin_arrays(motion)
         motion = np.ascontiguousarray(motion)
-        self._march(batch.locate, basis, motion, given, imposed, *written)
-        states = margins > 0
-        if held is not None:
-            finite = np.isfinite(margins[:, batch.SLIPS])
-            states[:, batch.SLIPS] = np.where(finite, held[:, batch.SLIPS], states[:, batch.SLIPS])
-        by_motion, by_given = self._chain(motion, given, slopes)
-        return Located(events, states, margins, by_motion, Periods(figures, by_given))
+        self._march(batch.locate, basis, motion, given, imposed, events, *slopes, figures)
+        states = self.held_states(margins, held)
+        return Located(events, states, margins, by_motion, Periods(figures, by_values))
 
     def _march(self, loop: Loop, basis: FourierBasis, *arrays: FloatArray) -> None:
         """`batch.locate` or `bends_of` with as many pieces as it takes."""
         motion, given, imposed, *written = arrays
         most, failed = 100 + 50 * basis.highest, TOO_MANY
         while failed == TOO_MANY and most < _MOST:
-            failed = loop(*basis.arrays, motion, given, imposed, most, *written)
+            failed = loop(basis.arrays, motion, given, imposed, most, *written)
             most *= 4
         if failed:
             raise ArithmeticError(f"{self!r}: no periodic slip was found of a motion")
@@ -234,59 +185,17 @@ class PlanarFriction(NormalLaw):
     def margins_within(self, at: Motions, error: FloatArray) -> FloatArray:
         """Margins and what the error does to them, without the force."""
         basis, motion, frequency, values = at
-        written = _, margins, slopes, _ = self._arrays(basis, len(motion))
+        margins, by_motion, _ = slopes = self.margin_arrays(motion)
         motion, given = np.ascontiguousarray(motion), self.physical(frequency, values)
-        asked = np.full(len(motion), batch.ASKED)
-        batch.locate(*basis.arrays, motion, given, asked, 0, *written)
-        by_motion, _ = self._chain(motion, given, slopes)
+        asked, none = np.full(len(motion), batch.ASKED), np.empty((len(motion), 0))
+        batch.locate(basis.arrays, motion, given, asked, 0, none, *slopes, none)
         return margins + error * np.linalg.norm(by_motion, axis=-1)
-
-    def _arrays(self, basis: FourierBasis, n: int) -> tuple[FloatArray, ...]:
-        """Where `batch.locate` writes events, margins, their slopes and figures."""
-        q, variables = len(self.switches), sum(self.n_variables(basis))
-        events = np.empty((n, self.n_events(basis)))
-        return events, np.empty((n, q)), np.empty((n, q, variables)), np.empty((n, 6))
-
-    def _chain(
-        self, motion: FloatArray, given: FloatArray, slopes: FloatArray
-    ) -> tuple[FloatArray, FloatArray]:
-        """Derivatives by motion (n, q, m K) and by ``k_t, k_n, mu, N0`` (n, q, 4) from `slopes`."""
-        stiffness, normal, friction, load = given.T[:, :, None, None]
-        (n, q, _), size = slopes.shape, motion.shape[1] // len(self.directions)
-        pull = slopes[:, :, : 2 * size]
-        u, by_given = motion[:, None, : 2 * size], np.zeros((n, q, 4))
-        by_given[:, :, 0] = (pull * u).sum(axis=2)
-        by_motion = [stiffness * pull]
-        limit = slopes[:, :, 2 * size : 2 * size + 1]
-        by_given[:, :, 2], by_given[:, :, 3] = (limit * load)[:, :, 0], (friction * limit)[:, :, 0]
-        if self.varies:
-            v, first = motion[:, None, 2 * size :], 3 * size + 1
-            by_wall, by_press = slopes[:, :, 2 * size + 1 : first], slopes[:, :, first + 1 :]
-            press = friction * by_wall + by_press
-            by_motion.append(normal * press)
-            by_given[:, :, 1] = (press * v).sum(axis=2)
-            by_given[:, :, 2] += normal[:, :, 0] * (by_wall * v).sum(axis=2)
-            by_given[:, :, 3] += slopes[:, :, first]
-        return np.concatenate(by_motion, axis=2), by_given
-
-    def physical(self, frequency: float | FloatArray, values: Values) -> FloatArray:
-        """``k_t``, ``k_n``, ``mu`` and ``N0`` of contacts, (n, 4)."""
-        stiffness = np.asarray(values["contact_stiffness"], dtype=float)
-        normal = values["normal_stiffness"] if self.varies else np.zeros(len(stiffness))
-        load = np.broadcast_to(self.load(frequency, values), stiffness.shape)
-        return np.column_stack([stiffness, normal, values["friction_coefficient"], load])
-
-    def margin_slopes(
-        self, located: Located, frequency: float, values: Values
-    ) -> tuple[FloatArray, FloatArray]:
-        """Derivatives of the margins by the frequency and by the parameters."""
-        return self.by_parameters(located.details.margin_slopes, frequency, values)
 
     def margin_expansion(
         self, at: Motions, switch: int, instants: FloatArray | None = None
     ) -> tuple[float, FloatArray, FloatArray]:
         """Of slip the resting place and the active instants move with the motion."""
-        if switch != batch.SLIPS:
+        if switch != SLIPS:
             return super().margin_expansion(at, switch, instants)
         basis, (whole,) = at.basis, self._whole(at)
         variables, spread = (np.asarray(part.full()) for part in _variables(self, basis)(whole))
@@ -298,7 +207,7 @@ class PlanarFriction(NormalLaw):
     def moving_events(self, at: Motions, located: Located, weights: FloatArray) -> FloatArray:
         """Of slip, of where it begins and ends, of closing and opening, and of resting places."""
         basis, motion, frequency, values = at
-        imposed = np.where(located.states[:, batch.SLIPS], -1, 0)
+        imposed = np.where(located.states[:, SLIPS], -1, 0)
         motion, given = np.ascontiguousarray(motion), self.physical(frequency, values)
         bends = np.empty((len(motion), *[sum(self.n_variables(basis))] * 2))
         weights = np.ascontiguousarray(weights)
@@ -328,42 +237,6 @@ class PlanarFriction(NormalLaw):
         """From the pieces that `locate` finds."""
         each = zip(at.motion, self.physical(at.frequency, at.values), strict=True)
         return [history_of(at.basis, *one, n_angles) for one in each]
-
-    def largest_force(self, values: Values, size: float, switched: bool) -> FloatArray:
-        """The springs', of contacts that slip or open."""
-        return self.stiffest(values) * switched * size
-
-    def stiffest(self, values: Values) -> FloatArray:
-        """The stiffer spring's."""
-        return self.physical(1.0, values)[:, :2].max(axis=1)
-
-    def stuck_stiffness(self, values: Values) -> FloatArray:
-        """Each spring's, the tangential one along both directions."""
-        return self.physical(1.0, values)[:, [0, 0, 1][: len(self.directions)]]
-
-    def released(self) -> dict[str, float]:
-        """Without friction contacts slide freely."""
-        return {"friction_coefficient": 0.0}
-
-    def results(self, at: Motions, located: Located) -> dict[str, FloatArray]:
-        """State, shares of the period, normal forces [N], path of the slider [m], energy [J]."""
-        figures, states = located.details.figures, located.states
-        state = np.where(states[:, batch.SLIPS], Behaviour.SLIPS, Behaviour.STICKS)
-        if self.varies:
-            state = np.where(states[:, batch.OPENS], Behaviour.OPENS, state)
-            state = np.where(states[:, batch.TOUCHES], state, Behaviour.NEVER_TOUCHES)
-        return super().results(at, located) | dict(
-            contact_state=state,
-            stick_fraction=figures[:, batch.STICK_SHARE],
-            open_fraction=figures[:, batch.OPEN_SHARE],
-            mean_normal_force=figures[:, batch.MEAN],
-            least_normal_force=figures[:, batch.LEAST],
-            largest_normal_force=figures[:, batch.LARGEST],
-            slip_distance=figures[:, batch.SLIP_DISTANCE],
-        )
-
-
-_CONSTANT = Parameter("N", "normal load of the contact", "$F_n$", "N", designed=True)
 
 
 def _symbols(law: PlanarFriction, basis: FourierBasis) -> tuple[Any, Any]:

@@ -17,17 +17,18 @@ from symhbm.model.contacts.planar.collocation import (
     DIRECTION,
     EXCESS,
     LIMIT,
+    ROUND_OFF,
     STAGES,
     TURN,
     WEIGHT,
     direction_after,
     direction_within,
     factorise,
+    motion_at,
     slip_step,
     solve_factorised,
     step_matrix,
 )
-from symhbm.model.contacts.planar.series import ROUND_OFF, motion_at
 from symhbm.numerics.loops import Loop
 
 APART, STICK, SLIP = range(3)

@@ -28,6 +28,7 @@ from symhbm.model.contacts.planar.collocation import (
     WEIGHT,
     WEIGHTS,
     factorise,
+    motion_at,
     solve_factorised,
     step_matrix,
 )
@@ -45,14 +46,16 @@ from symhbm.model.contacts.planar.march import (
     SLIP,
     STICK,
 )
-from symhbm.model.contacts.planar.series import motion_at
+from symhbm.model.contacts.planar.period import MOVES, period, prepare
+from symhbm.model.contacts.planar.rest import resting_place
 from symhbm.model.contacts.planar.slopes import (
     add_along,
     functions_at,
     integrals,
+    moving,
     slope_of_opening,
 )
-from symhbm.numerics.loops import Loop, arrays
+from symhbm.numerics.loops import Loop, arrays, fourier, series
 
 
 @Loop
@@ -74,73 +77,40 @@ def weights_at(norm: Any, row: Any, weights: Any, first: int) -> float:
 
 
 @Loop
-def opening(
-    closed: Any, n_closed: int, waves: Any, order: Any, is_sine: Any, norm: Any, weights: Any,
-    result: Any,
-) -> None:  # fmt: skip
+def _opening(closed: Any, n_closed: int, press: Any, basis: Any, weights: Any, result: Any) -> None:
     """Add those of the normal force: zeros of ``p`` move; ``result`` (1 + K, 1 + K)."""
-    at, row, own = np.empty((3, 3)), np.empty((2, len(order))), np.empty(1 + len(order))
+    order, is_sine, norm = basis
+    own = np.ones(1 + len(order))
     for i in range(n_closed):
         if closed[1, i] >= closed[0, i] + 2 * math.pi:
             continue
         for k in range(2):
-            motion_at(waves, closed[k, i], at)
-            functions_at(order, is_sine, closed[k, i], row)
-            own[0] = 1.0
-            arrays.copy(row[0], own[1:])
-            if at[2, 1] != 0.0:
-                push = weights_at(norm, row[0], weights, 2 * len(order))
-                _add(push / abs(at[2, 1]), own, own, result)
+            rate = abs(series.at(press[0], press[1], closed[k, i])[1])
+            fourier.functions_at(order, is_sine, closed[k, i], 0, own[1:])
+            if rate > 0.0:
+                push = weights_at(norm, own[1:], weights, 2 * len(order))
+                _add(push / rate, own, own, result)
 
 
 @Loop
-def moving_events(
-    waves: Any,
-    order: Any,
-    is_sine: Any,
-    norm: Any,
-    variable: bool,
-    opens: bool,
-    pieces: Any,
-    count: int,
-    nodes: Any,
-    turns: Any,
-    edges: Any,
-    starts: Any,
-    weights: Any,
-    result: Any,
-) -> None:
-    """Add the second derivatives (P, P) of the weighted force of a contact that moves.
+def _at_periodic_position(pieces: Any, slopes: Any) -> None:
+    """Add to slopes what the position at the begin does, as it moves to stay periodic.
 
-    ``weights`` (2 K) are those of its coefficients; ``turns``, ``edges`` and ``starts`` are those
-    of `symhbm.model.contacts.planar.slopes.moving`, and are taken at the periodic position here.
+    They are those (P + 2) of `symhbm.model.contacts.planar.slopes.moving`.
     """
-    after, n = np.zeros(2), len(result)
-    if not opens:
-        for i in range(count):
-            for k in range(2):
-                _at_start(starts, edges[i, k])
-            if pieces[i, KIND] == SLIP:
-                first = int(pieces[i, NODE])
-                for j in range(first, first + STAGES):
-                    for k in range(2):
-                        _at_start(starts, turns[j, k])
-        _backwards(
-            waves, order, is_sine, norm, variable, pieces, count, nodes, turns, edges, weights,
-            after, False, result,
-        )  # fmt: skip
-        x, y = after[0], after[1]
+    turns, edges, starts = slopes
+    for i in range(len(pieces)):
         for k in range(2):
-            after[k] = starts[0, n + k] * x + starts[1, n + k] * y
-    _backwards(
-        waves, order, is_sine, norm, variable, pieces, count, nodes, turns, edges, weights,
-        after, True, result,
-    )  # fmt: skip
+            _at_start(starts, edges[i, k])
+        if pieces[i, KIND] == SLIP:
+            first = int(pieces[i, NODE])
+            for j in range(first, first + STAGES):
+                for k in range(2):
+                    _at_start(starts, turns[j, k])
 
 
 @Loop
 def _at_start(starts: Any, slope: Any) -> None:
-    """Add what the position at the begin does to a slope (P + 2)."""
     n = len(slope) - 2
     for m in range(n):
         slope[m] += slope[n] * starts[0, m] + slope[n + 1] * starts[1, m]
@@ -148,24 +118,11 @@ def _at_start(starts: Any, slope: Any) -> None:
 
 @Loop
 def _of_stretch(
-    waves: Any,
-    order: Any,
-    is_sine: Any,
-    norm: Any,
-    variable: bool,
-    own: Any,
-    length: float,
-    j: int,
-    at: Any,
-    row: Any,
-    share: float,
-    turns: Any,
-    stretch: Any,
-    limit_slope: Any,
-    weights: Any,
-    out: Any,
-) -> None:
+    waves: Any, given: Any, own: Any, length: float, j: int, at: Any, row: Any, share: float,
+    turns: Any, stretch: Any, limit_slope: Any, weights: Any, out: Any,
+) -> None:  # fmt: skip
     """Write what goes with ``stretch`` at a node (P); ``at`` and ``row`` are those of its angle."""
+    order, is_sine, norm, variable = given
     size, limit, weight = len(order), own[j, LIMIT], own[j, WEIGHT]
     c, s, node = math.cos(own[j, DIRECTION]), math.sin(own[j, DIRECTION]), NODES[j]
     bent, third = np.empty(size), np.zeros(2)
@@ -198,23 +155,17 @@ def _of_stretch(
 
 @Loop
 def _backwards(
-    waves: Any,
-    order: Any,
-    is_sine: Any,
-    norm: Any,
-    variable: bool,
-    pieces: Any,
-    count: int,
-    nodes: Any,
-    turns: Any,
-    edges: Any,
-    weights: Any,
-    after: Any,
-    adds: bool,
-    result: Any,
-) -> None:
-    """March the multipliers of the slider's position (2) backwards; where it ``adds``, add."""
-    size, n = len(order), len(result)
+    waves: Any, given: Any, pieces: Any, nodes: Any, slopes: Any, weights: Any, after: Any,
+    adds: bool, result: Any,
+) -> None:  # fmt: skip
+    """March the multipliers of the slider's position ``after`` (2) backwards through pieces.
+
+    Where it ``adds``, add the second derivatives (P, P) of the force to a result, by ``weights``
+    (2 K) of its coefficients; ``given`` and ``slopes`` are those of
+    `symhbm.model.contacts.planar.slopes.moving`, at the periodic position.
+    """
+    (order, is_sine, norm, variable), (turns, edges, _) = given, slopes
+    size, n, count = len(order), len(result), len(pieces)
     at, row = np.empty((3, 3)), np.empty((2, size))
     vector, matrix = np.empty(size), np.empty((size, size))
     u, v = np.empty(n), np.empty(n)
@@ -227,7 +178,7 @@ def _backwards(
         begin, end, how = piece[BEGIN], piece[END], piece[HOW]
         last = i + 1 == count
         if piece[KIND] == STICK:
-            integrals(begin, end, order, is_sine, norm, vector, matrix)
+            integrals(begin, end, given, vector, matrix)
             for k in range(2):
                 for m in range(size):
                     after[k] -= weights[k * size + m] * vector[m]
@@ -282,7 +233,7 @@ def _backwards(
         length = end - begin
         moves = adds and not last and following[KIND] == APART
         if moves:
-            slope_of_opening(waves, order, is_sine, variable, end, stretch)
+            slope_of_opening(waves, given, end, stretch)
         for j in range(STAGES):
             functions_at(order, is_sine, own[j, ANGLE], row)
             c, s = math.cos(own[j, DIRECTION]), math.sin(own[j, DIRECTION])
@@ -321,10 +272,10 @@ def _backwards(
                 arrays.add(-2 * share * (x * c + y * s), stretch, v)
             _add(1.0, v, turned, result)
             if moves:
+                near = turns[first : first + STAGES]
                 _of_stretch(
-                    waves, order, is_sine, norm, variable, own, length, j, at, row, share,
-                    turns[first : first + STAGES], stretch, u, weights, v,
-                )  # fmt: skip
+                    waves, given, own, length, j, at, row, share, near, stretch, u, weights, v
+                )
                 _add(1.0, v, stretch, result)
         if how == GOES_ON:
             continue
@@ -364,3 +315,48 @@ def _backwards(
                         sidestep = (at[1, 1] * c - at[0, 1] * s) / limit
                         _add((back * sidestep / limit - pulls) / rate, v, v, result)
         back = 0.0
+
+
+@Loop
+def bends_of(
+    basis: Any, motions: Any, values: Any, held: Any, most: int, weights: Any, bends: Any
+) -> int:
+    """Write the second derivatives of weighted forces: 0, or what has failed.
+
+    Arguments and result as of `symhbm.model.contacts.planar.batch.locate`. ``weights`` (n, m K);
+    ``bends`` (n, P + 1 + K, P + 1 + K) takes what events and sliders add as they move, without
+    resting places.
+    """
+    order, is_sine, norm = basis
+    size, highest = len(order), order[len(order) - 1]
+    variable = motions.shape[1] == 3 * size
+    n = 3 * size + 1 if variable else 2 * size + 1
+    waves, press = np.empty((3, 2, highest + 1)), np.empty((2, highest + 1))
+    turning, closed = np.empty((2, 2)), np.empty((2, highest + 1))
+    angles, place = np.empty(3), np.empty(3)
+    jacobian, coefficients = np.empty((2 * size, n)), np.empty(2 * size)
+    pieces, nodes = np.empty((most, 7)), np.empty((most * STAGES, 8))
+    turns, edges = np.empty((most * STAGES, 2, n + 2)), np.empty((most, 2, n + 2))
+    starts, after = np.empty((2, n + 2)), np.empty(2)
+    given, slopes = (order, is_sine, norm, variable), (turns, edges, starts)
+    bends[:] = 0.0
+    for j in range(len(motions)):
+        n_closed = prepare(basis, motions[j], values[j], waves, press, turning, closed)
+        resting_place(waves, angles, place)
+        kind, count = period(waves, held[j], n_closed, closed, place, pieces, nodes)
+        if count < 0:
+            return count
+        own, opens = pieces[:count], n_closed >= 0
+        if kind == MOVES:
+            moving(waves, given, opens, own, nodes, slopes, coefficients, jacobian)
+            result, after[:] = bends[j, :n, :n], 0.0
+            if not opens:
+                _at_periodic_position(own, slopes)
+                _backwards(waves, given, own, nodes, slopes, weights[j], after, False, result)
+                x, y = after[0], after[1]
+                for k in range(2):
+                    after[k] = starts[0, n + k] * x + starts[1, n + k] * y
+            _backwards(waves, given, own, nodes, slopes, weights[j], after, True, result)
+        if variable:
+            _opening(closed, n_closed, press, basis, weights[j], bends[j, n:, n:])
+    return 0

@@ -10,6 +10,7 @@ from typing import Any
 
 import numpy as np
 
+from symhbm.model.contacts.planar.collocation import bounds_of, motion_at
 from symhbm.model.contacts.planar.march import (
     APART,
     BEGIN,
@@ -22,8 +23,8 @@ from symhbm.model.contacts.planar.march import (
     SLIP,
     lap,
 )
-from symhbm.model.contacts.planar.series import bounds_of, motion_at
-from symhbm.numerics.loops import Loop
+from symhbm.model.contacts.press import closed_intervals
+from symhbm.numerics.loops import Loop, arrays
 
 NEVER, RESTS, MOVES, BEGINS = range(4)
 """Whether a contact never touches, sticks all the time, slips or opens, or just begins to slip."""
@@ -36,6 +37,32 @@ _LEAST_SLIP = 1e-9
 _LAPS = 200
 _SETTLED = 1e-14
 """Change of the position of the slider, relative to motion and limit, that is round-off."""
+
+
+@Loop
+def prepare(
+    basis: Any, motion: Any, values: Any, waves: Any, press: Any, turning: Any, closed: Any
+) -> int:
+    """Write series of ``k_t u_x``, ``k_t u_y``, ``mu p`` (3, 2, H + 1) and of ``p`` (2, H + 1).
+
+    A slider moves with the mean of ``u``, which no force depends on and which takes digits: it is
+    left out. ``values`` are ``k_t``, ``k_n``, ``mu`` and ``N0``; further arguments and the result
+    are those of `symhbm.model.contacts.press.closed_intervals`.
+    """
+    order, is_sine, _ = basis
+    size = len(order)
+    waves[:], press[:] = 0.0, 0.0
+    press[0, 0] = values[3]
+    for i in range(size):
+        part = 1 if is_sine[i] else 0
+        if order[i] > 0:
+            waves[0, part, order[i]] = values[0] * motion[i]
+            waves[1, part, order[i]] = values[0] * motion[size + i]
+        if len(motion) > 2 * size:
+            press[part, order[i]] += values[1] * motion[2 * size + i]
+    for part in range(2):
+        arrays.add(values[2], press[part], waves[2, part])
+    return closed_intervals(press, turning, closed)
 
 
 @Loop

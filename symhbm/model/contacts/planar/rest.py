@@ -16,8 +16,8 @@ from typing import Any
 
 import numpy as np
 
+from symhbm.model.contacts.planar.collocation import LAST_STEP, motion_at
 from symhbm.model.contacts.planar.few_points import smallest_of
-from symhbm.model.contacts.planar.series import LAST_STEP, motion_at
 from symhbm.numerics import FloatArray
 from symhbm.numerics.loops import Loop
 

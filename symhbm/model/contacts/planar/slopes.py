@@ -25,6 +25,7 @@ from symhbm.model.contacts.planar.collocation import (
     WEIGHT,
     WEIGHTS,
     factorise,
+    motion_at,
     solve_factorised,
     step_matrix,
 )
@@ -42,51 +43,26 @@ from symhbm.model.contacts.planar.march import (
     SLIP,
     STICK,
 )
-from symhbm.model.contacts.planar.series import motion_at
-from symhbm.numerics.loops import Loop, arrays
+from symhbm.numerics.loops import Loop, arrays, fourier
 
 
 @Loop
 def functions_at(order: Any, is_sine: Any, angle: float, row: Any) -> None:
     """Write the basis functions at an angle [rad] and their derivatives into (2, K)."""
-    for i in range(len(order)):
-        n = order[i]
-        c, s = math.cos(n * angle), math.sin(n * angle)
-        if is_sine[i]:
-            row[0, i], row[1, i] = s, n * c
-        else:
-            row[0, i], row[1, i] = c, -n * s
+    for k in range(2):
+        fourier.functions_at(order, is_sine, angle, k, row[k])
 
 
 @Loop
-def integrals(
-    begin: float, end: float, order: Any, is_sine: Any, norm: Any, vector: Any, matrix: Any
-) -> None:
-    """Write what restricts a constant (K) and a series (K, K) to an interval [rad]."""
-    half, middle = 0.5 * (end - begin), 0.5 * (begin + end)
-    largest = 0
+def integrals(begin: float, end: float, given: Any, vector: Any, transposed: Any) -> None:
+    """Write what restricts a constant (K) and, transposed, a series (K, K) to an interval [rad]."""
+    order, is_sine, norm, _ = given
+    moments = np.empty((2, 2 * order[len(order) - 1] + 1))
+    fourier.moments(begin, end, moments)
     for i in range(len(order)):
-        largest = max(largest, order[i])
-    c, s = np.empty(2 * largest + 1), np.empty(2 * largest + 1)
-    c[0], s[0] = end - begin, 0.0
-    for k in range(1, 2 * largest + 1):
-        size = 2 * math.sin(k * half) / k
-        c[k], s[k] = size * math.cos(k * middle), size * math.sin(k * middle)
-    for i in range(len(order)):
-        p = order[i]
-        vector[i] = norm[i] * (s[p] if is_sine[i] else c[p])
-        for j in range(len(order)):
-            q = order[j]
-            apart = abs(p - q)
-            if is_sine[i] and is_sine[j]:
-                value = c[apart] - c[p + q]
-            elif is_sine[i] or is_sine[j]:
-                # sin(a) cos(b) = [sin(a + b) + sin(a - b)] / 2
-                turn = p - q if is_sine[i] else q - p
-                value = s[p + q] + (s[apart] if turn > 0 else -s[apart])
-            else:
-                value = c[apart] + c[p + q]
-            matrix[i, j] = 0.5 * norm[i] * value
+        vector[i] = norm[i] * moments[1 if is_sine[i] else 0, order[i]]
+    transposed[:] = 0.0
+    fourier.add_products(moments, order, is_sine, norm, transposed)
 
 
 @Loop
@@ -108,13 +84,12 @@ def add_along(
 
 
 @Loop
-def rest_slopes(
-    order: Any, is_sine: Any, variable: bool, angles: Any, sides: Any, n: int, out: Any
-) -> None:
+def rest_slopes(given: Any, angles: Any, sides: Any, n: int, out: Any) -> None:
     """Write the derivatives (3, P) of the resting place and of how much it is asked for.
 
     ``sides`` are those of `symhbm.model.contacts.planar.rest.weights_of`.
     """
+    order, is_sine, _, variable = given
     row = np.empty((2, len(order)))
     asks, turns = np.zeros((3, out.shape[1])), np.zeros((3, out.shape[1]))
     out[:] = 0.0
@@ -177,10 +152,9 @@ def resting(order: Any, place_slopes: Any, jacobian: Any) -> None:
 
 
 @Loop
-def slope_of_opening(
-    waves: Any, order: Any, is_sine: Any, variable: bool, angle: float, out: Any
-) -> None:
+def slope_of_opening(waves: Any, given: Any, angle: float, out: Any) -> None:
     """Write the derivatives (P or more) of the angle at which the limit falls through zero."""
+    order, is_sine, _, variable = given
     at, row = np.empty((3, 3)), np.empty((2, len(order)))
     motion_at(waves, angle, at)
     functions_at(order, is_sine, angle, row)
@@ -191,35 +165,25 @@ def slope_of_opening(
 
 @Loop
 def moving(
-    waves: Any,
-    order: Any,
-    is_sine: Any,
-    norm: Any,
-    variable: bool,
-    opens: bool,
-    pieces: Any,
-    count: int,
-    nodes: Any,
-    coefficients: Any,
+    waves: Any, given: Any, opens: bool, pieces: Any, nodes: Any, slopes: Any, coefficients: Any,
     jacobian: Any,
-    turns: Any,
-    edges: Any,
-    starts: Any,
-) -> None:
+) -> None:  # fmt: skip
     """Write the force's coefficients (2 K) and their derivatives (2 K, P) of one that moves.
 
-    ``turns`` (n_nodes, 2, P + 2) takes those of ``a`` and ``a'`` at the nodes, ``edges``
-    (n_pieces, 2, P + 2) those of ``a`` at both ends of slip and of both components of ``q`` of
-    stick; the last two columns are by the position of the slider at the begin. ``starts``
-    (2, P + 2) takes the derivatives of that, and what a change of it adds up to over all periods.
+    ``given`` are the arrays of the basis, and whether the load varies. Of ``slopes``, ``turns``
+    (n_nodes, 2, P + 2) takes those of ``a`` and ``a'`` at the nodes, ``edges`` (n_pieces, 2, P + 2)
+    those of ``a`` at both ends of slip and of both components of ``q`` of stick; the last two
+    columns are by the position of the slider at the begin. ``starts`` (2, P + 2) takes the
+    derivatives of that, and what a change of it adds up to over all periods.
 
     Before a contact opens ``a`` is a power of the time left, whose derivatives at a fixed angle
     grow without bound: the nodes of that step move with the angle of opening.
     """
-    size, n = len(order), jacobian.shape[1]
+    (order, is_sine, norm, variable), (turns, edges, starts) = given, slopes
+    size, n, count = len(order), jacobian.shape[1], len(pieces)
     total = n + 2
     at, row = np.empty((3, 3)), np.empty((2, size))
-    vector, matrix = np.empty(size), np.empty((size, size))
+    vector, transposed = np.empty(size), np.empty((size, size))
     q, a_begin, a_end = np.zeros((2, total)), np.zeros(total), np.zeros(total)
     force = np.zeros((2, total))
     system, pivots = np.empty((STAGES, STAGES)), np.empty(STAGES, np.int64)
@@ -242,7 +206,7 @@ def moving(
                     q[k, :] = 0.0
                     share = -at[k, 1] / rate if rate > 0 else 0.0
                     add_along(row[0], 1.0, variable, 1.0 - k, float(k), share, q[k])
-            integrals(begin, end, order, is_sine, norm, vector, matrix)
+            integrals(begin, end, given, vector, transposed)
             for k in range(2):
                 arrays.copy(q[k], edges[i, k])
                 place = piece[FIRST] if k == 0 else piece[LAST]
@@ -250,8 +214,8 @@ def moving(
                     coefficients[k * size + j] -= vector[j] * place
                     for m in range(size):
                         part = waves[k, 1 if is_sine[m] else 0, order[m]]
-                        coefficients[k * size + j] += matrix[j, m] * part
-                        whole[k * size + j, k * size + m] += matrix[j, m]
+                        coefficients[k * size + j] += transposed[m, j] * part
+                        whole[k * size + j, k * size + m] += transposed[m, j]
                     for m in range(total):
                         whole[k * size + j, m] -= vector[j] * q[k, m]
         elif piece[KIND] == SLIP:
@@ -279,7 +243,7 @@ def moving(
             moves = following[KIND] == APART
             stretch[:] = 0.0
             if moves:
-                slope_of_opening(waves, order, is_sine, variable, end, stretch)
+                slope_of_opening(waves, given, end, stretch)
             for j in range(STAGES):
                 functions_at(order, is_sine, own[j, ANGLE], row)
                 c, s = math.cos(own[j, DIRECTION]), math.sin(own[j, DIRECTION])

@@ -14,6 +14,19 @@ from typing import Any
 
 import numpy as np
 
+from symhbm.model.contacts.press import (
+    LARGEST,
+    LEAST,
+    MEAN,
+    OPEN_SHARE,
+    SLIP_DISTANCE,
+    SLIPS,
+    STICK_SHARE,
+    chained,
+    over_size,
+    press_margins,
+    variables_of,
+)
 from symhbm.model.contacts.varying_load.march import (
     ANCHOR,
     APART,
@@ -90,12 +103,6 @@ def coefficients(pieces: Any, count: int, order: Any, is_sine: Any, norm: Any, e
     fourier.add_products(closed, order, is_sine, norm, matrices[3])
 
 
-SLIP, OPEN, TOUCH = range(3)
-"""Switches of a contact: its margins."""
-STICK_SHARE, OPEN_SHARE, MEAN, LEAST, LARGEST, SLIP_DISTANCE = range(6)
-"""What a contact does over a period: shares of it, normal forces [N], path of the slider [m]."""
-
-
 @Loop
 def most_pieces(highest: int) -> int:
     """Number of pieces that is never exceeded with a highest harmonic."""
@@ -112,7 +119,8 @@ def locate(
     held: Any,
     events: Any,
     margins: Any,
-    slopes: Any,
+    by_motion: Any,
+    by_values: Any,
     figures: Any,
     pieces: Any,
     counts: Any,
@@ -122,32 +130,40 @@ def locate(
 
     ``motions`` (n, 2 K), coefficients of ``u`` and ``v``; ``values`` (n, 4): ``k_t``, ``k_n``,
     ``mu`` and ``N0``; ``held`` (n,), whether they slip, or (0,) where motions decide. Written are
-    ``events`` (n, 4 K^2 + 3 K), ``margins`` (n, 3), their ``slopes`` (n, 3, 2 K + 4) by motion and
-    values, ``figures`` (n, 6), ``pieces`` (n, most, 6), their ``counts`` (n,) and ``turning``
-    (n, 4, 2).
+    ``events`` (n, 4 K^2 + 3 K), ``margins`` (n, 3), their derivatives by motion (n, 3, 2 K) and
+    values (n, 3, 4), ``figures`` (n, 6), ``pieces`` (n, most, 6), their ``counts`` (n,) and
+    ``turning`` (n, 4, 2).
     """
     waves = np.empty((4, 2, int(order[len(order) - 1]) + 1))
+    slopes = np.empty((3, 3 * len(order) + 2))
     for j in range(len(motions)):
         noise = _waves(order, is_sine, motions[j], values[j], waves)
         imposed = held[j] if len(held) else -1
         counts[j] = march(waves, noise, imposed, pieces[j], turning[j])
         coefficients(pieces[j], counts[j], order, is_sine, norm, events[j])
-        _margins(order, is_sine, motions[j], values[j], turning[j], margins[j], slopes[j])
+        _margins(
+            order, is_sine, motions[j], values[j], turning[j], margins[j], slopes, by_motion[j],
+            by_values[j],
+        )  # fmt: skip
         _figures(waves, values[j, 0], pieces[j], counts[j], turning[j], figures[j])
 
 
 @Loop
 def estimate(
-    order: Any, is_sine: Any, motions: Any, values: Any, margins: Any, slopes: Any
-) -> None:
-    """The margins of `locate` and their slopes alone."""
+    order: Any, is_sine: Any, motions: Any, values: Any, margins: Any, by_motion: Any,
+    by_values: Any,
+) -> None:  # fmt: skip
+    """The margins of `locate` and their derivatives alone."""
     highest = int(order[len(order) - 1])
     waves, turning = np.empty((4, 2, highest + 1)), np.empty((4, 2))
-    pieces = np.empty((most_pieces(highest), 6))
+    pieces, slopes = np.empty((most_pieces(highest), 6)), np.empty((3, 3 * len(order) + 2))
     for j in range(len(motions)):
         noise = _waves(order, is_sine, motions[j], values[j], waves)
         march(waves, noise, 0, pieces, turning)
-        _margins(order, is_sine, motions[j], values[j], turning, margins[j], slopes[j])
+        _margins(
+            order, is_sine, motions[j], values[j], turning, margins[j], slopes, by_motion[j],
+            by_values[j],
+        )  # fmt: skip
 
 
 @Loop
@@ -162,96 +178,32 @@ def _waves(order: Any, is_sine: Any, motion: Any, values: Any, waves: Any) -> tu
 
 
 @Loop
-def wall_slope(
-    motion: Any, values: Any, functions: Any, pull: float, press: float, slope: Any
-) -> None:
-    """Write the gradient of ``pull k_t u + press p`` by motion and values, (2 K + 4).
-
-    ``functions`` (K) are those of the basis at an angle. That by ``mu`` is 0: ``press`` may be it.
-    """
-    size = len(functions)
-    stiffness, normal = values[0], values[1]
-    for i in range(2 * size, 2 * size + 4):
-        slope[i] = 0.0
-    for i in range(size):
-        slope[i] = pull * stiffness * functions[i]
-        slope[size + i] = press * normal * functions[i]
-        slope[2 * size] += pull * motion[i] * functions[i]
-        slope[2 * size + 1] += press * motion[size + i] * functions[i]
-    slope[2 * size + 3] = press
-
-
-@Loop
 def _margins(
-    order: Any, is_sine: Any, motion: Any, values: Any, turning: Any, margins: Any, slopes: Any
-) -> None:
-    """Margins of slip, opening and touch over the sizes of what they compare, and their slopes.
+    order: Any, is_sine: Any, motion: Any, values: Any, turning: Any, margins: Any, slopes: Any,
+    by_motion: Any, by_values: Any,
+) -> None:  # fmt: skip
+    """Write the margins of slip, opening and touch, and their derivatives.
 
-    Slip: the largest ``low`` less the smallest ``high``; opening and touch: the extremes of ``p``.
+    Slip: the largest ``low`` less the smallest ``high``, over the size of what makes both.
     """
-    size = len(order)
-    stiffness, normal, friction, load = values[0], values[1], values[2], values[3]
-    functions, other = np.empty(size), np.empty(2 * size + 4)
-    by_pull, by_press = np.zeros(2 * size + 4), np.zeros(2 * size + 4)
-    pull, press, mean = 0.0, 0.0, load
-    for i in range(size):
-        u, v = motion[i], motion[size + i]
-        if order[i] == 0:
-            mean += normal * v
-            continue
-        pull += (stiffness * u) ** 2
-        press += (normal * v) ** 2
-        by_pull[i] = stiffness * stiffness * u
-        by_pull[2 * size] += stiffness * u * u
-        by_press[size + i] = normal * normal * v
-        by_press[2 * size + 1] += normal * v * v
-    press += mean * mean
-    by_press[2 * size + 3] = mean
-    if order[0] == 0:
-        by_press[size] = normal * mean
-        by_press[2 * size + 1] += mean * motion[size]
-    # Squares of the sizes, and half their gradients.
-    for k in range(3):
-        square = pull + friction * friction * press if k == 0 else press
-        margins[k] = -np.inf
-        for i in range(2 * size + 4):
-            slopes[k, i] = 0.0
-        if k == 0 and stiffness > 0.0 and friction == 0.0:
-            margins[k] = np.inf
-        elif k > 0 and normal == 0.0:
-            margins[k] = -np.inf if (k == 1) == (load > 0) else np.inf
-        elif square > 0.0 and (k > 0 or stiffness > 0.0):
-            scale = math.sqrt(square)
-            if k == 0:
-                fourier.functions_at(order, is_sine, turning[0, 1], 0, functions)
-                wall_slope(motion, values, functions, 1.0, -friction, slopes[k])
-                slopes[k, 2 * size + 2] = -value_of(functions, motion, size, normal, load)
-                fourier.functions_at(order, is_sine, turning[1, 1], 0, functions)
-                wall_slope(motion, values, functions, 1.0, friction, other)
-                other[2 * size + 2] = value_of(functions, motion, size, normal, load)
-                for i in range(2 * size + 4):
-                    slopes[k, i] -= other[i]
-                value = turning[0, 0] - turning[1, 0]
-            else:
-                sign = -1.0 if k == 1 else 1.0
-                fourier.functions_at(order, is_sine, turning[1 + k, 1], 0, functions)
-                wall_slope(motion, values, functions, 0.0, sign, slopes[k])
-                value = sign * turning[1 + k, 0]
-            margins[k] = value / scale
-            for i in range(2 * size + 4):
-                half = by_pull[i] + friction * friction * by_press[i] if k == 0 else by_press[i]
-                if k == 0 and i == 2 * size + 2:
-                    half += friction * press
-                slopes[k, i] = (slopes[k, i] - margins[k] * half / scale) / scale
-
-
-@Loop
-def value_of(functions: Any, motion: Any, size: int, normal: float, load: float) -> float:
-    """``p`` where the basis functions are given."""
-    result = load
-    for i in range(size):
-        result += normal * motion[size + i] * functions[i]
-    return result
+    size, variables = len(order), np.empty(3 * len(order) + 2)
+    variables_of(motion, values, size, variables)
+    slopes[:] = 0.0
+    margins[SLIPS] = -np.inf
+    if values[0] > 0.0 and values[2] == 0.0:
+        margins[SLIPS] = np.inf
+    elif values[0] > 0.0:
+        slope, other = slopes[SLIPS, : 2 * size + 1], np.empty(size)
+        fourier.functions_at(order, is_sine, turning[0, 1], 0, slope[:size])
+        fourier.functions_at(order, is_sine, turning[1, 1], 0, other)
+        slope[size] = -2.0
+        for i in range(size):
+            slope[size + 1 + i] = -slope[i] - other[i]
+            slope[i] -= other[i]
+        beyond = turning[0, 0] - turning[1, 0]
+        margins[SLIPS] = over_size(order, variables, size, beyond, slope)
+    press_margins(order, is_sine, variables, values[1], turning[2:], margins, slopes)
+    chained(motion, values, size, slopes, by_motion, by_values)
 
 
 @Loop

@@ -18,31 +18,17 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.model.contacts.motions import (
-    Behaviour,
-    Events,
-    History,
-    Located,
-    Motions,
-    Parameter,
-    Switch,
-    Values,
+from symhbm.model.contacts.motions import Events, History, Located, Motions, Switch
+from symhbm.model.contacts.normal import (
+    FRICTION,
+    NORMAL,
+    PRESSED,
+    SLIDER,
+    SLIPS,
+    NormalLaw,
+    Periods,
 )
-from symhbm.model.contacts.normal import NORMAL, PRESSED, NormalLaw
-from symhbm.model.contacts.varying_load.batch import (
-    LARGEST,
-    LEAST,
-    MEAN,
-    OPEN,
-    OPEN_SHARE,
-    SLIP,
-    SLIP_DISTANCE,
-    STICK_SHARE,
-    TOUCH,
-    estimate,
-    locate,
-    most_pieces,
-)
+from symhbm.model.contacts.varying_load.batch import estimate, locate, most_pieces
 from symhbm.model.contacts.varying_load.march import (
     APART,
     BEGIN,
@@ -58,8 +44,8 @@ from symhbm.numerics import FloatArray, FourierBasis, turning_points
 
 
 @dataclass(frozen=True)
-class Periods:
-    """What contacts do over one period.
+class Marched(Periods):
+    """What contacts do over one period, and their pieces.
 
     Attributes
     ----------
@@ -70,17 +56,11 @@ class Periods:
     turning : (n, 4, 2)
         Value and angle of the largest ``low``, the smallest ``high``, the smallest and the
         largest ``p``.
-    figures : (n, 6)
-        As of `symhbm.model.contacts.varying_load.batch`.
-    margin_slopes : (n, 3, 2 K + 4)
-        Derivatives of the margins by motion, ``k_t``, ``k_n``, ``mu`` and ``N0``.
     """
 
     pieces: FloatArray
     counts: NDArray[np.intp]
     turning: FloatArray
-    figures: FloatArray
-    margin_slopes: FloatArray
 
     def stretches(self) -> tuple[NDArray[np.intp], FloatArray, FloatArray, FloatArray, FloatArray]:
         """What contacts do one after the other, arrays over all of it.
@@ -93,11 +73,6 @@ class Periods:
         begin, end = self.pieces[valid][:, (BEGIN, END)].T
         direction = (kind == PUSHED_UP) - 1.0 * (kind == PUSHED_DOWN)
         return np.nonzero(valid)[0], begin, end, direction, (kind == APART) | (kind == LIFTED)
-
-    def split(self, count: int) -> list["Periods"]:
-        """Those of as many points."""
-        parts = [np.split(array, count) for array in vars(self).values()]
-        return [Periods(*each) for each in zip(*parts, strict=True)]
 
 
 class VariableLoadFriction(NormalLaw):
@@ -116,22 +91,8 @@ class VariableLoadFriction(NormalLaw):
     directions = ("tangential", "normal")
     switches = (Switch("slip", "onset of slip", "end of slip"), *PRESSED)
     drawn_as = "friction"
-    variables: ClassVar = NORMAL | {
-        "slip_distance": ("m", "path of the slider per cycle while the contact is closed")
-    }
-    friction: ClassVar = {
-        "contact_stiffness": Parameter(
-            "N m-1", "stiffness of the contact", "$k_d$", "N/m", designed=True
-        ),
-        "friction_coefficient": Parameter("1", "friction coefficient", r"$\mu$", "", designed=True),
-    }
-
-    def acts(self, values: Values) -> NDArray[np.bool_]:
-        """Those that have a spring which pushes, or one which pulls under a load."""
-        pulls = np.asarray(values["contact_stiffness"]) * values["friction_coefficient"] > 0
-        pressed = np.asarray(self.load(1.0, values)) > 0
-        pushes = np.asarray(values["normal_stiffness"]) > 0
-        return pushes | (pulls & (pressed | self.margins_move))
+    variables: ClassVar = NORMAL | SLIDER
+    friction = FRICTION
 
     def n_events(self, basis: FourierBasis) -> int:
         """``A, B, C, E`` and ``b, c, e`` of `symhbm.model.contacts.varying_load.batch`."""
@@ -170,52 +131,30 @@ class VariableLoadFriction(NormalLaw):
     def locate(self, at: Motions, held: NDArray[np.bool_] | None = None) -> Located:
         """Locate all events; slip alone can be imposed, opening and closing bend no derivative."""
         basis, motion, frequency, values = at
-        n, size = len(motion), basis.n_components
+        n = len(motion)
         physical = self.physical(frequency, values)
-        imposed = _NONE if held is None else held[:, SLIP].astype(int)
-        events, margins = np.empty((n, self.n_events(basis))), np.empty((n, 3))
-        slopes, figures = np.empty((n, 3, 2 * size + 4)), np.empty((n, 6))
+        imposed = _NONE if held is None else held[:, SLIPS].astype(int)
+        events, figures = np.empty((n, self.n_events(basis))), np.empty((n, 6))
+        slopes = margins, by_motion, by_values = self.margin_arrays(motion)
         pieces = np.zeros((n, most_pieces(basis.highest), 6))
         counts, turning = np.empty(n, dtype=int), np.empty((n, 4, 2))
         motion = np.ascontiguousarray(motion)
-        written = events, margins, slopes, figures, pieces, counts, turning
+        written = events, *slopes, figures, pieces, counts, turning
         locate(*basis.arrays, motion, physical, imposed, *written)
-        states = margins > 0
-        if held is not None:
-            finite = np.isfinite(margins[:, SLIP])
-            states[:, SLIP] = np.where(finite, held[:, SLIP], states[:, SLIP])
-        by_motion = slopes[:, :, : 2 * size]
-        details = Periods(pieces, counts, turning, figures, slopes)
-        return Located(events, states, margins, by_motion, details)
+        details = Marched(figures, by_values, pieces, counts, turning)
+        return Located(events, self.held_states(margins, held), margins, by_motion, details)
 
     def margins_within(self, at: Motions, error: FloatArray) -> FloatArray:
         """Margins and what the error does to them, without the force."""
         basis, motion, frequency, values = at
-        margins = np.empty((len(motion), 3))
-        slopes = np.empty((len(motion), 3, motion.shape[1] + 4))
+        margins, by_motion, _ = written = self.margin_arrays(motion)
         arrays = map(np.ascontiguousarray, (motion, self.physical(frequency, values)))
-        estimate(*basis.arrays[:2], *arrays, margins, slopes)
-        return margins + error * np.linalg.norm(slopes[:, :, :-4], axis=-1)
-
-    def physical(self, frequency: float | FloatArray, values: Values) -> FloatArray:
-        """``k_t``, ``k_n``, ``mu`` and ``N0`` of contacts, (n, 4)."""
-        names = "contact_stiffness", "normal_stiffness", "friction_coefficient"
-        result = np.empty((len(values[names[0]]), 4))
-        for column, name in enumerate(names):
-            result[:, column] = values[name]
-        result[:, 3] = self.load(frequency, values)
-        return result
-
-    def margin_slopes(
-        self, located: Located, frequency: float, values: Values
-    ) -> tuple[FloatArray, FloatArray]:
-        """Derivatives of the margins by the frequency and by the parameters."""
-        each = located.details.margin_slopes[:, :, -4:]
-        return self.by_parameters(each, frequency, values)
+        estimate(*basis.arrays[:2], *arrays, *written)
+        return margins + error * np.linalg.norm(by_motion, axis=-1)
 
     def margin_instants(self, at: Motions, switch: int) -> FloatArray:
         """Of slip: where ``low`` is largest and ``high`` smallest."""
-        if switch != SLIP:
+        if switch != SLIPS:
             return super().margin_instants(at, switch)
         stiffness, normal, friction, _ = self.physical(at.frequency, at.values)[0]
         u, v = at.motion.reshape(2, -1)
@@ -225,7 +164,7 @@ class VariableLoadFriction(NormalLaw):
 
     def margin(self, at: Motions, switch: int, functions: list[Any]) -> Any:
         """Of slip: the largest ``low`` less the smallest ``high``, over their sizes."""
-        if switch != SLIP:
+        if switch != SLIPS:
             return super().margin(at, switch, functions)
         u, v = ca.vertsplit(at.motion, at.basis.n_components)
         pull, friction = at.values["contact_stiffness"] * u, at.values["friction_coefficient"]
@@ -234,44 +173,6 @@ class VariableLoadFriction(NormalLaw):
         beyond -= friction * (2 * load + ca.dot(functions[0] + functions[1], push))
         moving = ca.DM((at.basis.order > 0).astype(float))
         return beyond / ca.sqrt(ca.sumsqr(moving * pull) + friction**2 * self.size_of_load(at))
-
-    def largest_force(self, values: Values, size: float, switched: bool) -> FloatArray:
-        """The springs', of contacts that slip or open."""
-        return self.stiffest(values) * switched * size
-
-    def stiffest(self, values: Values) -> FloatArray:
-        """The stiffer spring's."""
-        return np.maximum(values["contact_stiffness"], values["normal_stiffness"]).astype(float)
-
-    def stuck_stiffness(self, values: Values) -> FloatArray:
-        """Each spring's."""
-        names = "contact_stiffness", "normal_stiffness"
-        return np.stack([np.asarray(values[name], dtype=float) for name in names], axis=1)
-
-    def released(self) -> dict[str, float]:
-        """Without friction contacts slide freely."""
-        return {"friction_coefficient": 0.0}
-
-    def results(self, at: Motions, located: Located) -> dict[str, FloatArray]:
-        """State, shares of the period, normal forces [N], path of the slider [m], energy [J]."""
-        state = np.where(located.states[:, SLIP], Behaviour.SLIPS, Behaviour.STICKS)
-        state = np.where(located.states[:, OPEN], Behaviour.OPENS, state)
-        state = np.where(located.states[:, TOUCH], state, Behaviour.NEVER_TOUCHES)
-        return super().results(at, located) | dict(
-            **self.period_figures(located.details), contact_state=state
-        )
-
-    def period_figures(self, periods: Periods) -> dict[str, FloatArray]:
-        """Shares of the period, normal forces [N] and path of the slider [m], (n,) each."""
-        columns = dict(
-            stick_fraction=STICK_SHARE,
-            open_fraction=OPEN_SHARE,
-            mean_normal_force=MEAN,
-            least_normal_force=LEAST,
-            largest_normal_force=LARGEST,
-            slip_distance=SLIP_DISTANCE,
-        )
-        return {name: periods.figures[:, column] for name, column in columns.items()}
 
     def history(self, at: Motions, n_angles: int) -> list[History]:
         """From the pieces that `locate` finds."""

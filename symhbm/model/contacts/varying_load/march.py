@@ -17,6 +17,7 @@ from typing import Any
 import numpy as np
 
 from symhbm.model.contacts.motions import Behaviour, History, angles_from
+from symhbm.model.contacts.press import extremes
 from symhbm.numerics import FloatArray, FourierBasis
 from symhbm.numerics.loops import Loop, series
 
@@ -56,22 +57,6 @@ def walls(cosine: Any, sine: Any, values: Any, waves: Any) -> tuple[float, float
             size += max(h, 1) * (abs(pull) + abs(friction * press))
             rate += h * (abs(pull) + abs(friction * press))
     return 4e-16 * size, 4e-16 * rate
-
-
-@Loop
-def extremes(waves: Any, derivative_zeros: Any, count: int) -> Any:
-    """Largest and smallest value of a series, and where [rad], from the zeros of its derivative."""
-    high, low = -np.inf, np.inf
-    at_high, at_low = 0.0, 0.0
-    for i in range(count):
-        value = series.at(waves[0], waves[1], derivative_zeros[i])[0]
-        if value > high:
-            high, at_high = value, derivative_zeros[i]
-        if value < low:
-            low, at_low = value, derivative_zeros[i]
-    if count == 0:
-        high = low = series.at(waves[0], waves[1], 0.0)[0]
-    return high, at_high, low, at_low
 
 
 @Loop
