@@ -170,11 +170,16 @@ class NormalLaw(ContactLaw):
             at_rest = values["normal_load"]
         return at_rest + centrifugal(self, frequency, values)
 
+    def balanced_load(self, frequency: Any, values: Values) -> Any:
+        """The share of the normal force that the equilibrium holds, as a CasADi expression [N]."""
+        if self.preload == "coupled":
+            return 0
+        return ca.fmax(self.load(frequency, values), 0)
+
     def balanced_force(self, at: Motions) -> Any:
-        """Coefficients [N] of the normal force that the equilibrium holds, as an expression."""
+        """The same as Fourier coefficients."""
         mean = ca.DM((at.basis.order == 0).astype(float))
-        coupled = self.preload == "coupled"
-        return mean * (0 if coupled else ca.fmax(self.load(at.frequency, at.values), 0))
+        return mean * self.balanced_load(at.frequency, at.values)
 
     def sampled(self, samples: int) -> "NormalLaw":
         """ValueError: such contacts are located, and nothing is marched over samples."""
