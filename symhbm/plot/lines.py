@@ -315,7 +315,7 @@ def draw_ends(panel: Panel, value: FloatArray, shown: FloatArray) -> None:
 def is_complete(curve: xr.Dataset) -> bool:
     """Whether nothing is missing of a curve, as its status says, or it has none."""
     known = "status" in curve.variables and not curve["status"].ndim
-    return not known or str(curve["status"].values) in [*map(str, COMPLETE)]
+    return not known or str(curve["status"].values) in COMPLETE
 
 
 def beside_missing(found: np.ndarray) -> np.ndarray:

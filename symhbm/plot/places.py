@@ -34,13 +34,11 @@ def chosen(dataset: xr.Dataset, place: Any) -> Chosen:
     Raises TypeError, ValueError or KeyError, which tell what is allowed.
     """
     output = _output(dataset)
-    if place is None and output is not None:
-        words = f"{'largest ' * (dataset.sizes['dof'] > 1)}{output}"
-        return Chosen(tuple(range(dataset.sizes["dof"])), words, True)
     if place is None:
-        kept = dataset.variables.get("structure_dof")
+        n_dof, kept = dataset.sizes["dof"], dataset.variables.get("structure_dof")
         words = "largest response" + ("" if kept is None else f" of {kept.size} kept DOFs")
-        return Chosen(tuple(range(dataset.sizes["dof"])), words, True)
+        words = words if output is None else f"{'largest ' * (n_dof > 1)}{output}"
+        return Chosen(tuple(range(n_dof)), words, True)
     alone = isinstance(place, str) or not isinstance(place, Iterable)
     parts = [_one(dataset, one) for one in ([place] if alone else place)]
     if not parts:

@@ -88,12 +88,8 @@ def draw_symbols(
             _draw_elements(panel, elements, start, end, _beside(layout, i), named, texts)
             if layout.hub is None or table is outer or not parts.linear:
                 half = 0.12 * len(elements) + 0.1
-                _add(
-                    panel,
-                    ground(end, directions[i], max(half, 0.6) if alone else half),
-                    "0.25",
-                    0.9,
-                )
+                wall = ground(end, directions[i], max(half, 0.6) if alone else half)
+                _add(panel, wall, "0.25", 0.9)
     for i, centre in enumerate(layout.positions):
         massless = parts.linear and parts.mass[i] == 0
         box: Any = dict(

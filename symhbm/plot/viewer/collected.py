@@ -42,7 +42,7 @@ class Collected:
         self.dataset, self.tuned, self.name, self.share = dataset, tuned, name, share
         self.notes: list[str] = []
         self.data: dict[str, Any] = {"digits": DIGITS, "curves": [], "dims": []}
-        self.data["complete"] = [str(status) for status in COMPLETE]
+        self.data["complete"] = [*COMPLETE]
         self.chosen: dict[tuple, dict[str, int]] = {}
 
     def tried(self, what: str, otherwise: Any, make: Callable[..., Any], *of: Any) -> Any:

@@ -72,7 +72,7 @@ def stored_statistics(dataset: xr.Dataset) -> dict[str, Any] | None:
 
 def _complete(part: xr.Dataset, dim: str) -> np.ndarray:
     texts = part["status"].transpose(dim).values.astype(str)
-    return np.isin(texts, [*map(str, COMPLETE)])
+    return np.isin(texts, [*COMPLETE])
 
 
 def spread_of(dataset: xr.Dataset, dim: str, tuned: xr.Dataset | None) -> list[dict[str, Any]]:

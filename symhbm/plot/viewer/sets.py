@@ -75,7 +75,7 @@ def _chosen(dataset: xr.Dataset, dim: str, most: int) -> tuple[int, ...]:
         wanted += [int(order[k]) for k in (-1, len(order) // 2, 0) if len(order)]
     failed = np.zeros(size, dtype=bool)
     if "status" in dataset.variables:
-        complete = np.isin(dataset["status"].values.astype(str), [*map(str, COMPLETE)])
+        complete = np.isin(dataset["status"].values.astype(str), [*COMPLETE])
         axes = tuple(k for k, d in enumerate(dataset["status"].dims) if d != dim)
         failed = (~complete).any(axis=axes)
     wanted += np.flatnonzero(failed)[: most // 4].tolist()

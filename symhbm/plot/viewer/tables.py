@@ -116,7 +116,7 @@ def failed_table(dataset: xr.Dataset) -> str | None:
     if "status" not in dataset.variables:
         return None
     dims, status = set_dimensions(dataset), dataset["status"].values.astype(str)
-    bad = np.argwhere(~np.isin(status, [*map(str, COMPLETE)])).tolist()
+    bad = np.argwhere(~np.isin(status, [*COMPLETE])).tolist()
     if not bad:
         return None
     head = ["parameter set", "status"]
