@@ -49,6 +49,7 @@ def test_down_as_up(name):
     np.testing.assert_allclose(*events, rtol=1e-8)
 
 
+@pytest.mark.filterwarnings("ignore:.*incomplete:RuntimeWarning")
 @pytest.mark.parametrize("name", cases(FEW[:2], cells(), together=1))
 def test_parts_are_the_whole_and_archives_keep_it(name, tmp_path):
     given, over = problem(name), {"force_amplitude": [0.6, 1.2, 2.4]}
