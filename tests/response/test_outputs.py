@@ -73,6 +73,13 @@ def test_outputs_are_those_of_the_motion_in_time(response):
     np.testing.assert_allclose(seen.complex_amplitude, phasors, rtol=1e-9, atol=1e-6)
 
 
+def test_an_output_without_a_peak():
+    found = sh.frf(problem("stress"), (8.0, 9.0), progress=False)
+    seen = sh.datasets.output(found, "stress")
+    assert seen.peak_coefficient.sizes["peak"] == 0
+    assert seen.peak_coefficient.sizes["dof"] == len(STRESS)
+
+
 def test_peaks_of_an_output_are_where_a_dense_scan_has_them(response):
     assert response.peak_amplitude.attrs["units"] == "Pa"
     grid = np.linspace(*BAND, 1201)

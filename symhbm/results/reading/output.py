@@ -73,7 +73,7 @@ def output(result: xr.Dataset, name: str) -> xr.Dataset:
         rows = np.where(np.isnan(flat).any(axis=0), np.nan, about.rows @ np.nan_to_num(flat))
         words = f"Fourier coefficient of the {name.replace('_', ' ')} at the peak"
         attributes = {"units": about.units, "long_name": words}
-        peaks = xr.Variable(of_dofs.dims, rows.reshape(-1, *of_dofs.shape[1:]), attributes)
+        peaks = xr.Variable(of_dofs.dims, rows.reshape(len(rows), *of_dofs.shape[1:]), attributes)
         view["peak_coefficient"] = peaks.transpose(*stored.dims)
     numbers = np.arange(about.rows.shape[0])
     words = {"long_name": f"row of the {name.replace('_', ' ')}", "units": "1"}
