@@ -47,7 +47,7 @@ def rows_of(structure: Any) -> Rows:
     for words, stuck in (("contacts open", False), ("contacts stuck", True)):
         natural = _natural_frequencies(structure, stuck)
         if len(natural):
-            more = ", ..." if structure.n_dof > len(natural) else ""
+            more = ", ..." if structure.n_dof > len(natural) == _FREQUENCIES else ""
             text = ", ".join(f"{frequency:.4g}" for frequency in natural) + f"{more} Hz"
             rows.append((f"natural frequencies, {words}", text))
     return rows

@@ -111,7 +111,7 @@ def test_what_takes_time_is_left_out():
 
 
 def test_no_frequencies_where_they_have_no_meaning():
-    """Of what turns, of sectors, of gyroscopic motions, and where a motion has no mass."""
+    """Of what turns, of sectors, of gyroscopic motions."""
     eye, turn = np.eye(2), np.array([[0.0, 1.0], [-1.0, 0.0]])
     turning = sh.RotatingModel(
         sh.Model(eye, eye, 1e4 * eye), stiffness={0: 1e4 * eye, 600: 2e4 * eye}
@@ -121,11 +121,17 @@ def test_no_frequencies_where_they_have_no_meaning():
         turning,
         sector,
         sh.Model(eye, eye + turn, 1e4 * eye),
-        sh.Model(np.diag([1.0, 0.0]), eye, 1e4 * eye),
     ):
         rows = Cells(structure._repr_html_()).rows
         assert not any("natural" in label for label in rows)
         assert rows["structure"].startswith(f"{structure.n_dof} degree")
+
+
+def test_frequencies_of_motions_that_have_mass():
+    """A mass on two springs one behind the other."""
+    spring = [[1e4, -1e4], [-1e4, 2e4]]
+    rows = Cells(sh.Model(np.diag([1.0, 0.0]), np.eye(2), spring)._repr_html_()).rows
+    assert rows["natural frequencies, contacts open"] == f"{np.sqrt(5e3) / (2 * np.pi):.4g} Hz"
 
 
 def test_remarks_of_structures_that_were_made_of_others():
