@@ -96,9 +96,8 @@ class Copula:
         and KeyError if they are no correlations, or fit no parameter.
         """
         given: Any = {} if correlation is None else correlation
-        by_name: Mapping[str, Any] = (
-            given if isinstance(given, Mapping) else dict.fromkeys(sizes, given)
-        )
+        of_all: dict[str, Any] = dict.fromkeys(sizes, given)
+        by_name = given if isinstance(given, Mapping) else of_all
         for name in by_name:
             check.known(name, sizes, "parameter that is drawn")
         neighbours = {
