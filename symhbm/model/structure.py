@@ -178,9 +178,9 @@ class Structure(Record, ABC):
     loss_factor: float = 0.0
     """Loss factor of structural damping."""
     is_polynomial: bool = False
-    """Whether it is a `PolynomialStructure`, which tells its ``powers``."""
+    """Whether it is a ``PolynomialStructure``, which tells its ``powers``."""
     bends: bool = False
-    """Whether `forces_curvature` is known: maxima over the frequency can be followed."""
+    """Whether ``forces_curvature`` is known: maxima over the frequency can be followed."""
     matrix_terms: Mapping[str, tuple[str, dict[int, Any]]] = MappingProxyType({})
     """Parameters that change a matrix: by name which one, and how.
 
