@@ -71,10 +71,12 @@ def build(root: Path, *options: str) -> Path:
     found = COMMAND.search((ROOT / "CONTRIBUTING.md").read_text(encoding="utf-8"))
     assert found, "CONTRIBUTING.md: expected the command"
     nowhere = dict.fromkeys(("http_proxy", "https_proxy", "all_proxy"), "http://127.0.0.1:9")
+    # The kernels of notebooks choose where pictures go; tests chose files.
+    given = {name: value for name, value in os.environ.items() if name != "MPLBACKEND"}
     command = [sys.executable, "-m", "sphinx", *found["options"].split(), *options]
     run = subprocess.run(
         [*command, "docs", "build/site"],
-        cwd=root, env=os.environ | nowhere, capture_output=True, text=True, check=False,
+        cwd=root, env=given | nowhere, capture_output=True, text=True, check=False,
     )  # fmt: skip
     assert run.returncode == 0, run.stdout[-2000:] + run.stderr[-4000:]
     return root / "build" / "site"
