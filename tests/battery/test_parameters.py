@@ -16,8 +16,12 @@ FOLLOWED = {
 LAWS = [*FOLLOWED]
 HARDENING = "cubic", "coupled", "own"
 """Laws of which several responses may have the same parameters."""
-pytestmark = pytest.mark.filterwarnings("ignore:.*curve is incomplete:RuntimeWarning")
-"""Other responses, and events that could not be located, are told; points and peaks stand."""
+pytestmark = pytest.mark.filterwarnings(
+    "ignore:.*curve is incomplete.*(other solutions|turned back at a fold):RuntimeWarning"
+)
+NOT_LOCATED = pytest.mark.xfail(
+    raises=RuntimeWarning, strict=True, reason="an event is told that could not be located"
+)
 
 
 @pytest.mark.parametrize(
@@ -30,7 +34,9 @@ pytestmark = pytest.mark.filterwarnings("ignore:.*curve is incomplete:RuntimeWar
         cells(LAWS),
     ),
 )  # fmt: skip
-def test_followed_points_are_solutions_at_their_values(name):
+def test_followed_points_are_solutions_at_their_values(name, request):
+    if name == "pressed chain static 0123":
+        request.applymarker(NOT_LOCATED)
     given, parameter = problem(name), FOLLOWED[cell(name).law]
     value = float(np.max(given.parameters[parameter]))
     band = 0.5 * value, 2 * value
@@ -39,7 +45,7 @@ def test_followed_points_are_solutions_at_their_values(name):
         audit = sh.verify(path, points=3, exact="none", laws=OWN_LAWS, progress=False)
         assert json.loads(audit.verification)["passed"]
         return
-    assert path.status.item().startswith(sh.Status.REACHED_END)
+    assert path.status.item() == sh.Status.REACHED_END
     for i in (0, path.sizes["point"] // 2, -1):
         point = path.isel(point=i)
         there = given.with_parameters(**{parameter: float(point[parameter])})
@@ -48,12 +54,14 @@ def test_followed_points_are_solutions_at_their_values(name):
         np.testing.assert_allclose(point.coefficient, expected, atol=1e-8 * size)
 
 
-def highest(given, band=BAND):
+def highest(law, given, band=BAND):
     """The response over a band, and frequency and amplitude of its highest peak."""
     found = sh.frf(given, band, progress=False)
-    if not found.sizes["peak"] or found.status.item() != sh.Status.REACHED_END:
+    others = any(text in found.status.item() for text in ("other solutions", "turned back"))
+    if others or (law in HARDENING and not found.n_peaks):
         assert not given.single_valued
         pytest.skip("several responses at one frequency, of which one path has some")
+    assert found.status.item() == sh.Status.REACHED_END
     peak = int(np.nanargmax(found.peak_amplitude.values))
     return found, peak, *(found[f"peak_{of}"].values[peak] for of in ("frequency", "amplitude"))
 
@@ -70,7 +78,7 @@ def highest(given, band=BAND):
 )  # fmt: skip
 def test_slopes_of_peaks_are_differences(name):
     given = problem(name)
-    found, peak, frequency, _ = highest(given)
+    found, peak, frequency, _ = highest(cell(name).law, given)
     slopes = sh.datasets.sensitivity(found, laws=OWN_LAWS).isel(peak=peak)
     assert slopes.sensitivity_status.item() == "exact"
     beside = frequency - 0.3, frequency + 0.3
@@ -78,7 +86,9 @@ def test_slopes_of_peaks_are_differences(name):
         value = np.array(given.parameters[parameter], dtype=float)
         step = 1e-4 * (np.abs(value).max() or 0.01)
         ends = [
-            highest(given.with_parameters(**{parameter: value + way * step}), beside)[2:]
+            highest(
+                cell(name).law, given.with_parameters(**{parameter: value + way * step}), beside
+            )[2:]
             for way in (-1, 1)
         ]
         for of, low, high in zip(("frequency", "amplitude"), *ends, strict=True):
@@ -94,7 +104,9 @@ def test_slopes_of_peaks_are_differences(name):
         together=1,
     ),
 )
-def test_peaks_over_a_parameter_are_those_of_its_values(name):
+def test_peaks_over_a_parameter_are_those_of_its_values(name, request):
+    if name == "pressed blade point 0123":
+        request.applymarker(NOT_LOCATED)
     given, parameter = problem(name), FOLLOWED[cell(name).law]
     value = float(np.max(given.parameters[parameter]))
     curve = sh.peak_curve(
@@ -103,4 +115,6 @@ def test_peaks_over_a_parameter_are_those_of_its_values(name):
     for i in (0, curve.sizes[parameter] // 2, -1):
         point = curve.isel({parameter: i})
         there = given.with_parameters(**{parameter: float(point[parameter])})
-        assert float(point.peak_amplitude) == pytest.approx(highest(there)[3], rel=1e-8)
+        assert float(point.peak_amplitude) == pytest.approx(
+            highest(cell(name).law, there)[3], rel=1e-8
+        )

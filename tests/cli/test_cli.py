@@ -447,10 +447,12 @@ def test_plot(archive, tmp_path, monkeypatch):
     np.testing.assert_array_equal(calls[-1][1], largest)
 
 
-@pytest.mark.parametrize("kind", quick_first(["disk", "stick-map", "blades", "states"], 2))
+@pytest.mark.parametrize(
+    "kind", quick_first(["disk", "stick-map", "blades", "states", "envelope", "hysteresis"], 2)
+)
 def test_every_kind_is_drawn(archive, kind):
     path = archive("grid")
-    chosen = ("--select", "sample=5") if kind == "disk" else ()
+    chosen = ("--select", "sample=5") if kind in ("disk", "hysteresis") else ()
     code, _, err = run("plot", path, "--kind", kind, *chosen)
     assert (code, err) == (0, "")
     assert path.with_name(f"grid_{kind}.png").read_bytes().startswith(b"\x89PNG")

@@ -7,7 +7,7 @@ import pytest
 
 import symhbm as sh
 from studies import fig03_single_blade as fig03
-from tests.problems import duffing
+from tests.problems import duffing, one_blade
 
 LOADS = {"normal_load": [1, 3, 10]}
 TOO_FEW = "the largest number of points was reached"
@@ -75,8 +75,29 @@ def test_archives_say_so_whenever_they_are_returned(tmp_path):
         assert text.startswith(f"3 of 3 curves are incomplete: {TOO_FEW}")
 
 
-def test_bad_throw_is_refused():
-    with pytest.raises(TypeError, match="throw='no': expected True or False"):
-        sh.frf(fig03.problem(), (10, 30), throw="no")
-    with pytest.raises(TypeError, match="progress=3: expected True or False"):
-        sh.follow(fig03.problem(), "normal_load", (1, 9), frequency=19, progress=3)
+FREE = sh.HarmonicBalance(one_blade(damping=-0.5))
+AIMS = {"peak": lambda peaks, _: peaks["largest"], "load": lambda _, given: given["normal_load"][0]}
+SEARCH = fig03.problem(), "normal_load", (1.0, 9.0), (5, 40)
+VERBS = {
+    "frf": lambda **run: sh.frf(fig03.problem(), (10, 30), **run),
+    "follow": lambda **run: sh.follow(*SEARCH[:3], frequency=19, **run),
+    "peak_curve": lambda **run: sh.peak_curve(*SEARCH[:3], frequency_band=(5, 40), **run),
+    "minimise_peak": lambda **run: sh.minimise_peak(*SEARCH, **run),
+    "pareto_front": lambda **run: sh.pareto_front(*SEARCH, aims=AIMS, **run),
+    "limit_cycles": lambda **run: sh.limit_cycles(FREE, **run),
+    "nonlinear_modes": lambda **run: sh.nonlinear_modes(FREE, **run),
+}
+
+
+@pytest.mark.parametrize("verb", VERBS)
+@pytest.mark.parametrize(
+    ("given", "words"),
+    [
+        (dict(throw="no"), "throw='no': expected True or False"),
+        (dict(progress=3), "progress=3: expected True or False"),
+        (dict(executor=4), "executor=4: expected a concurrent.futures.Executor"),
+    ],
+)
+def test_bad_running_options_are_refused(verb, given, words):
+    with pytest.raises(TypeError, match=words):
+        VERBS[verb](**given)

@@ -137,6 +137,16 @@ class TestOneBlade:
         assert 3.0 <= value(optimum) <= 3.0 + 1e-6
         assert optimum.design_status.item() == Status.DESIGN_AT_BOUND
 
+    def test_a_divided_and_a_reversed_band(self):
+        whole = [(40.0, 20.0), (20.0, 5.0)]
+        optimum = design(blade(), frequency_band=whole, bounds=(1.0, 10.0))
+        assert value(optimum) == pytest.approx(BEST_LOAD, rel=LOAD)
+
+    def test_derivatives_by_the_force_are_ratios(self, best):
+        assert best.design_value_by_force_amplitude.item() == pytest.approx(value(best), rel=LOAD)
+        by_force = best.design_amplitude_by_force_amplitude.item()
+        assert by_force == pytest.approx(amplitude(best), rel=AMPLITUDE)
+
     def test_a_cubic_spring_beside_the_contact(self):
         optimum = design(blade(cubic_stiffness=1e10), bounds=(1.0, 10.0))
         assert optimum.design_status.item() == Status.DESIGN_OPTIMAL

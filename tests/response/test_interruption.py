@@ -14,14 +14,11 @@ import pytest
 
 import symhbm as sh
 from symhbm import workers as worker
-from symhbm.response import ensemble
 from symhbm.results.archive.working_files import working_file
+from tests.archives import counted
 from tests.problems import one_blade
 
-BLADE = sh.HarmonicBalance(
-    one_blade(),
-    sh.forces.PointForce(),
-)
+BLADE = sh.HarmonicBalance(one_blade(), sh.forces.PointForce())
 LOADS = [0.5, 1.0, 3.0, 500.0]
 BAND = (18.0, 21.0)
 
@@ -30,23 +27,10 @@ def call(loads=LOADS, **options):
     return sh.frf(BLADE, BAND, over={"normal_load": loads}, **{"progress": False} | options)
 
 
-def stop(patch, after):
-    """Instead of one more curve, the user's interrupt."""
-    compute, made = ensemble.compute_curve, []
-
-    def stopping(problem, task):
-        if len(made) == after:
-            raise KeyboardInterrupt
-        made.append(problem)
-        return compute(problem, task)
-
-    patch.setattr(ensemble, "compute_curve", stopping)
-
-
 def interrupted(patch, after, use):
     """The note of an interrupted call."""
     with patch.context() as context:
-        stop(context, after)
+        counted(context, after)
         with pytest.raises(KeyboardInterrupt) as caught:
             use()
     [note] = caught.value.__notes__

@@ -371,3 +371,18 @@ def test_states_without_a_set_of_eigenvectors():
     assert np.count_nonzero(problem.locate(unknowns, omega).switches) == 1
     values = [np.poly(multipliers(each, omega, unknowns)) for each in (problem, held)]
     assert values[0] == pytest.approx(values[1], abs=1e-6)
+
+
+def test_modes_are_kept_within_a_bound(monkeypatch):
+    """Each motion of a mistuned ring has states of its contacts that others do not have."""
+    problem, omega, rng = mistuned(MEAN, ALL[:4]), TURN * 19, np.random.default_rng(6)
+    motions = 2e-4 * rng.normal(size=(6, problem.n_unknowns))
+    kept = sliders._known(problem.model)
+    expected = [multipliers(problem, omega, motion) for motion in motions]
+    (linear,) = kept.values()
+    assert len(linear._modes) > 20
+    monkeypatch.setattr(sliders, "_KEPT_NUMBERS", 10 * 500)
+    linear._modes.clear()
+    for motion, values in zip(motions, expected, strict=True):
+        assert multipliers(problem, omega, motion).tolist() == values.tolist()
+        assert len(linear._modes) <= 11

@@ -24,6 +24,8 @@ _FRICTION = VariableLoadFriction()
 """The law of all springs and sliders; a constant load is one without a normal spring."""
 _MOST_WORK = 1e9
 """Stretches times the cube of the size of the state: seconds."""
+_KEPT_NUMBERS = 3e7
+"""Most numbers in the modes that are kept for the next motion."""
 _CONDITION = 1e6
 """Condition of the eigenvectors of a state above which the exponential is taken without them."""
 _SMALL = 1e-8
@@ -109,6 +111,9 @@ class _Perturbations(ActiveContacts):
         """Those in a ``state`` (n_active,) of the contacts."""
         key = state.tobytes()
         if key not in self._modes:
+            # A generator, its eigenvectors and their inverse.
+            if len(self._modes) * 5 * (2 * self.n_dof) ** 2 > _KEPT_NUMBERS:
+                self._modes.clear()
             n, unit = self.n_dof, self.unit
             parts = [[np.zeros((n, n)), unit * np.eye(n)]]
             parts.append([-self._stiffness(state) / unit, -self._viscous])
@@ -177,11 +182,14 @@ def along_sliders(
     if len(states) * size**3 > _MOST_WORK:
         raise ArithmeticError("a structure too large to follow its perturbations")
     maps, times = np.empty((len(states), size, size)), np.diff(edges) / frequency
-    distinct, which = np.unique(states, axis=0, return_inverse=True)
+    # Under a constant load both directions of slip have the same stiffness.
+    alike = np.where(contacts.presses, states, np.abs(states))
+    distinct, which = np.unique(alike, axis=0, return_inverse=True)
     for number, state in enumerate(distinct):
         maps[which == number] = linear.maps(state, times[which == number])
 
-    slipped = contacts.rubs & _slip_at_times(each, len(contacts.active))
+    moves = np.isin(np.arange(len(contacts.active)), each.contact[each.state != STICK])
+    slipped = contacts.rubs & moves
     kept = np.concatenate([np.arange(2 * n), 2 * n + np.flatnonzero(slipped)])
     variation = np.eye(size)[:, kept]
     # The friction of contacts that never slip follows the displacement through their springs.
@@ -202,11 +210,6 @@ def along_sliders(
     by_angle = np.ones(size)
     by_angle[n : 2 * n] = linear.unit / frequency
     return (by_angle[:, None] * variation / by_angle[kept])[kept], drift
-
-
-def _slip_at_times(each: Stretches, n_active: int) -> np.ndarray:
-    """Which of the active contacts slip or open at times."""
-    return np.isin(np.arange(n_active), each.contact[each.state != STICK])
 
 
 def _between_events(each: Stretches, n_active: int, length: float) -> tuple[FloatArray, FloatArray]:
