@@ -311,7 +311,7 @@ def _far_enough(points: list[PathPoint]) -> list[PathPoint]:
 def _passes(segment: Segment, start: PathPoint) -> bool:
     """Whether a branch passes its ``start`` within a segment, or at the end of it."""
     step = (segment.right.state - segment.left.state) / segment.scale
-    share = segment.share_of(start.state)
+    share = segment.share_of(start.state) if segment.length else 0.0
     if not 0 < share <= 1 + _PASSES:
         return False
     [near], [slope] = segment.interpolate(np.array([share]))

@@ -194,7 +194,7 @@ class Path:
         # No force tells where a harmonic meets a mode: there a path leaves the step and comes back.
         if error > PREDICTION_ERROR and not self._curve.driven:
             middle = Segment.of(self.corrector, base, point).corrected(0.5)
-            if middle is None or middle.error > PREDICTION_ERROR:
+            if middle is None or not middle.error <= PREDICTION_ERROR:
                 return None
         folds = find_folds(self.corrector, base, point)
         if folds is None:

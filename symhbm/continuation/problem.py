@@ -201,11 +201,15 @@ class ParameterProblem(ContinuationProblem):
         moves = problem.basis.order > 0 if problem.loaded else problem.basis.order >= 0
         guess[:-1][np.tile(moves, problem.n_dof)] = 0.0
 
+    def with_value(self, value: float) -> HarmonicBalance:
+        """The problem with the parameter at ``value``; ValueError where that is not allowed."""
+        values = np.where(self._chosen > 0, value, self._nominal)
+        return self.problem.with_parameters(**{self.name: values})
+
     def at(self, value: float) -> tuple[HarmonicBalance, float]:
         """The problem with the parameter at ``value``, and the constant frequency."""
-        values = np.where(self._chosen > 0, value, self._nominal)
         try:
-            return self.problem.with_parameters(**{self.name: values}), self.frequency
+            return self.with_value(value), self.frequency
         except ValueError as error:
             # An iteration that leaves the allowed values has failed.
             raise ArithmeticError(str(error)) from error

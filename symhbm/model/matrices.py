@@ -9,7 +9,6 @@ from __future__ import annotations
 from abc import abstractmethod
 from collections.abc import Callable
 from dataclasses import dataclass
-from functools import cached_property
 from typing import Any, ClassVar
 
 import numpy as np
@@ -19,7 +18,7 @@ from numpy.typing import ArrayLike
 from symhbm.model.damping import Damping, RayleighDamping
 from symhbm.model.linear import hermitian, lowest_modes
 from symhbm.model.mass import check_semidefinite
-from symhbm.model.parameters import BLADE_PARAMETERS, CONTACT_PARAMETERS, PARAMETERS, ReadOnly
+from symhbm.model.parameters import BLADE_PARAMETERS, CONTACT_PARAMETERS, PARAMETERS
 from symhbm.model.places import check_places
 from symhbm.model.structure import Matrices, NearModes, Structure, weighted
 from symhbm.numerics import ComplexArray, FloatArray, check, negative_eigenvalues
@@ -263,13 +262,10 @@ class Model(PolynomialStructure):
         """Number of degrees of freedom."""
         return int(self.mass_matrix.shape[0])
 
-    @cached_property
-    def parameters(self) -> dict[str, FloatArray]:
-        """Named parameters: per blade (of a lumped model only) and per contact."""
-        named: dict[str, FloatArray] = {}
-        if self.lumped:
-            named |= {name: getattr(self, f"{name}_matrix").data for name in BLADE_PARAMETERS}
-        return ReadOnly(named | super().parameters)
+    def _own_parameters(self) -> dict[str, FloatArray]:
+        """Those of each blade, of a lumped model only."""
+        names = BLADE_PARAMETERS if self.lumped else ()
+        return {name: getattr(self, f"{name}_matrix").data for name in names}
 
     def _put(self, name: str, value: ArrayLike) -> None:
         if name in BLADE_PARAMETERS:

@@ -129,7 +129,7 @@ def check_at_one_speed(name: str, structure: Structure) -> None:
         )
 
 
-def check_band(frequency_band: Any, bound: Any) -> tuple[float, float]:
+def ends_of(frequency_band: Any, bound: Any) -> tuple[float, float]:
     """The ends of a band [Hz], ascending; ValueError for what is none."""
     edges = check.array("frequency_band", frequency_band, bound)
     if edges.shape != (2,) or edges[0] == edges[1]:

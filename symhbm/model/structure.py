@@ -157,7 +157,7 @@ class Structure(Record, ABC):
     1
     """
 
-    contacts: tuple[Any, ...]
+    contacts: tuple[Any, ...] = ()
     row_ends: tuple[Ends, ...]
     groups: tuple[Group, ...]
     contact_stiffness: Any
@@ -359,6 +359,8 @@ class Structure(Record, ABC):
 
         Of one to the next sector amid those in this one.
         """
+        if self._lift is not None and self.beneath is not None and self.beneath.contacts:
+            return self.beneath.contact_coordinates  # degrees of freedom here are displacements
         places = self._places_of_contacts
         assert places is not None
         assert places.coordinates is not None
@@ -623,8 +625,13 @@ class Structure(Record, ABC):
 
     @cached_property
     def parameters(self) -> dict[str, FloatArray]:
-        """Named parameters: those of the contacts, one value each."""
-        return ReadOnly({name: np.asarray(getattr(self, name)) for name in self.contact_parameters})
+        """Named parameters: per blade where it has such, and one value per contact."""
+        of_contacts = {name: np.asarray(getattr(self, name)) for name in self.contact_parameters}
+        return ReadOnly(self._own_parameters() | of_contacts)
+
+    def _own_parameters(self) -> dict[str, FloatArray]:
+        """Those that are not of contacts."""
+        return {}
 
     def with_parameters(self, **values: ArrayLike) -> Self:
         """Return a copy with other values, one or one per blade or contact, of named parameters.

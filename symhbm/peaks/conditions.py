@@ -6,9 +6,9 @@ band, takes the place of the zero slope. The Lagrangian ``L`` is the amplitude m
 times balance and limit; all three kinds are stationary points of ``L``. Its derivatives by any
 parameters give those of the maximum: to second order for the amplitude, to first order for the
 frequency. The contact on the limit of a corner is held in stick, where the equations are smooth on
-both sides. Beside the onset of slip a contact sticks or slips, and peaks smoothly either way. Slip
-dissipates in proportion to how far the motion is beyond the limit, so that the slopes of the two
-peaks by the parameters differ.
+both sides. Right at the onset of slip the response may peak smoothly with the contact in either
+state. Slip dissipates in proportion to how far the motion is beyond the limit, so that the two
+peaks have different slopes by the parameters.
 """
 
 from dataclasses import dataclass, replace

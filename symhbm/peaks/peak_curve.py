@@ -117,7 +117,9 @@ def peak_curve(
             "peaks of friction over samples cannot be followed"
         )
     check_mean(problem)
-    first, last = (Parameter(problem, parameter, index, low, high).at(end) for end in (low, high))
+    # Of a copy: what is derived by the parameter of an idle contact takes part from then on.
+    moving = Parameter(problem.with_parameters(), parameter, index, low, high)
+    first, last = map(moving.at, (low, high))
     bands = _bands(frequency_band, first, last)
     limits = float(np.min(bands)), float(np.max(bands))
     problem.model.check_frequencies("frequency_band", limits)

@@ -119,6 +119,7 @@ def sensitivity(dataset: xr.Dataset, *, laws: Iterable[ContactLaw] = ()) -> xr.D
         for dof, sides in by_dof.items():
             slopes[:, :, *index, dof] = sides
             one_sided |= sides[0] is not sides[1]
+    slopes = slopes if one_sided else slopes[:1].copy()
     kept_dims = {"dof", "contact", "peak"}
     result = dataset.drop_dims([d for d in dataset.dims if d in {*OWN_DIMENSIONS} - kept_dims])
     dropped = [name for name in result.variables if name in VARIABLES and name not in _KEPT]
@@ -132,7 +133,7 @@ def sensitivity(dataset: xr.Dataset, *, laws: Iterable[ContactLaw] = ()) -> xr.D
         own = problem.model.dims_of(name) if np.ndim(parameters[name]) else ()
         part, first = slopes[..., first : first + size], first + size
         part = part.reshape(*part.shape[:-1], *np.shape(parameters[name]))
-        for side, pair in zip(("", _SIDE)[: 1 + one_sided], part, strict=False):
+        for side, pair in zip(("", _SIDE)[: 1 + one_sided], part, strict=True):
             for of, values in zip(("peak_amplitude", "peak_frequency"), pair, strict=True):
                 meaning = variables.derivative(of, name, records, side.replace("_", " "))
                 label = f"{of}_by_{name}" + f"_{side}" * bool(side)

@@ -51,8 +51,8 @@ def compute(
     """Numbers and tables of all parameter sets but those ``done``, as they are finished.
 
     Sets that the executor does not compute, because workers die or it is closed, are computed in
-    this process. A set whose computation fails has the
-    ``blank`` curve with a status that tells why.
+    this process. A set whose computation fails has the ``blank`` curve with a status that tells
+    why.
     """
 
     def table(outcome: Outcome) -> tables.Encoded:

@@ -37,7 +37,7 @@ def frf(
     over: Mapping[str, Any] | xr.Dataset | None = None,
     *,
     accuracy: float | None = None,
-    stability: bool = False,
+    stability: bool | None = None,
     phase_resonances: bool = False,
     angles: Angles | None = None,
     peaks: Peaks = "largest",
@@ -73,11 +73,12 @@ def frf(
         ``truncation_error``. By default all points have the harmonics of the problem.
     stability
         Add ``growth_rate`` and ``stability`` of every response, by Hill's method, and where
-        contacts slip by the derivative of the motion over a period. Responses with cubic springs
-        have them always. Without ``at`` changes of stability are located and are points and events
-        of the path, named by the multiplier that passes the unit circle: ``"period doubling"`` at
-        -1, ``"Neimark-Sacker"`` a complex pair, ``"symmetry breaking"`` at -1 of half a period,
-        ``"change of stability"`` others; at folds and branch points +1 does.
+        contacts slip by the derivative of the motion over a period. By default where there may be
+        several responses, as with cubic springs or contacts that open. Without ``at`` changes of
+        stability are located and are points and events of the path, named by the multiplier that
+        passes the unit circle: ``"period doubling"`` at -1, ``"Neimark-Sacker"`` a complex pair,
+        ``"symmetry breaking"`` at -1 of half a period, ``"change of stability"`` others; at folds
+        and branch points +1 does.
     phase_resonances
         Locate where the response lags the force by a quarter of its period, in the lowest harmonic
         that is excited, and the lag grows with the frequency: events ``"phase resonance"`` and
@@ -153,7 +154,7 @@ def follow(
     *,
     frequency: float,
     accuracy: float | None = None,
-    stability: bool = False,
+    stability: bool | None = None,
     phase_resonances: bool = False,
     angles: Angles | None = None,
     peaks: Peaks = "largest",
@@ -226,7 +227,7 @@ def _response(
     over: Mapping[str, Any] | xr.Dataset | None,
     running: runs.Running,
     accuracy: float | None,
-    stability: bool,
+    stability: bool | None,
     phase_resonances: bool,
     angles: Angles | None,
     peaks: Peaks,
@@ -254,7 +255,7 @@ def _response(
         **axis,
         per_dof=peaks == "each",
         may_fold=may_fold,
-        stability=check_stability(problem, stability) or may_fold,
+        stability=may_fold if stability is None else check_stability(problem, stability),
         phase_resonances=check.flag("phase_resonances", phase_resonances),
         max_points=running.max_points,
         accuracy=accuracy,

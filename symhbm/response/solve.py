@@ -21,7 +21,7 @@ def solve(
     frequency: float,
     *,
     accuracy: float | None = None,
-    stability: bool = False,
+    stability: bool | None = None,
     angles: Angles | None = None,
     throw: bool = False,
 ) -> xr.Dataset:
@@ -78,9 +78,11 @@ def solve(
     warn_of_doubts(problem.model, (frequency, frequency), problem.harmonics)
     if angles is not None:
         check_angles(problem, angles)
-    accuracy, stability = check_accuracy(problem, accuracy), check_stability(problem, stability)
+    accuracy = check_accuracy(problem, accuracy)
+    if stability is not None:
+        stability = check_stability(problem, stability)
     problem, solution, error, normal = _solved(problem, RADIANS * frequency, accuracy)
-    stability = stability or not problem.single_valued
+    stability = not problem.single_valued if stability is None else stability
     point = describe(problem, solution.unknowns, frequency, solution.iterations, stability)
     status: str = solution.status
     if solution.converged and not point["converged"]:

@@ -320,7 +320,7 @@ def held_at(load):
     """Active set, status and certificate of a search that stops at a load."""
     problem, bands = blade(), (BAND,)
     variables = read_variables(problem, "normal_load", BOUNDS, "common")
-    program = Program(variables, CaseStatistic(), (Aim.of_peak(1),), Limits.none(1))
+    program = Program(variables, CaseStatistic(), (Aim.of_peak(1),), Limits.none(1), ("largest",))
     peaks = [NamedPeak("largest", problem, [bands])]
     cases = Cases(Work(peaks, parse(problem, None), program.variables))
     x = np.log([load])

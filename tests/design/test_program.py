@@ -34,7 +34,8 @@ def statistic_of(kind="worst", tail=0.1):
 def program(kind="worst", tail=0.1, n_variables=1, constraint=None):
     variables = space(n_variables)
     limits = read_limits(ring(3, 1e5, 1), variables, constraint)
-    return Program(variables, statistic_of(kind, tail), (Aim.of_peak(n_variables),), limits)
+    aims = (Aim.of_peak(n_variables),)
+    return Program(variables, statistic_of(kind, tail), aims, limits, ("largest",))
 
 
 class TestStatistic:

@@ -117,6 +117,7 @@ def test_places_name_displacements():
     told = f"1 degrees of freedom kept of {N} and 2 displacements of contacts"
     assert point.attrs["largest_of"] == told
     assert sh.datasets.recover(problem, point).node.values.tolist() == list(range(100, 100 + N))
+    assert problem.model.structure.contact_coordinates[:, 0].tolist() == [25, 37.5]
     by_place = sh.HarmonicBalance(problem.model, sh.forces.PointForce(place="120:x"), HARMONICS)
     assert np.array_equal(sh.solve(by_place, 0.9).coefficient, point.coefficient)
 

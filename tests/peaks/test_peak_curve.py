@@ -11,7 +11,7 @@ import symhbm as sh
 from studies.closed_form import EXACT_DIGITS, one_blade
 from symhbm.continuation.status import Status
 from symhbm.model.linear import natural_band
-from tests.designs import Failing, blade, mistuned, ring
+from tests.designs import BAND, Failing, blade, mistuned, ring
 from tests.problems import duffing
 from tests.quick import quick_first
 
@@ -321,3 +321,22 @@ def test_between_values_off_an_island_its_ends_are_no_missed_peaks():
     peaks = curve(opening(), band=(1.5, 1.75), frequency_band=(10, 25), at=[1.5, 1.75])
     assert not peaks.peak_on_island.any()
     assert peaks.status == Status.PEAK_ON_ISLAND
+
+
+def test_the_problem_of_a_curve_stays_as_it_was():
+    problem = blade()
+    before = problem.differentiable
+    assert "cubic_stiffness" not in before  # idle: nothing is derived by it
+    with pytest.raises(ValueError, match="frequency_band"):
+        curve(problem, "cubic_stiffness", (1e6, 2e6), frequency_band=(3.0, -1.0))
+    curve(problem, "cubic_stiffness", (1e-3, 2e-3), frequency_band=BAND)
+    assert problem.differentiable == before
+
+
+def test_a_value_that_only_the_structure_refuses_is_a_value_error():
+    positive = sh.laws.Parameter("N/m^3", "stiffness", "$k_3$", "N/m^3", bound="positive")
+    cubic = sh.laws.SmoothLaw(lambda y, v, p: p["k3"] * y**3, {"k3": (1e6, positive)}, [(0,)])
+    model = sh.Model([[1.0]], [[0.5]], [[1e4]], contacts={"stop": cubic})
+    problem = sh.HarmonicBalance(model, sh.forces.PointForce(), (1,))
+    with pytest.raises(ValueError, match="k3"):
+        curve(problem, "k3", (0.0, 1e6), frequency_band=BAND)

@@ -1,11 +1,15 @@
 """Maxima followed as parameters move: against closed forms and frequency responses."""
 
+from itertools import pairwise
+from types import SimpleNamespace
+
 import numpy as np
 import pytest
 
 from studies.closed_form import EXACT_DIGITS, OneBlade
 from symhbm.balance.second_order import SecondOrder
 from symhbm.peaks.survey import survey
+from symhbm.peaks.tracking import branches
 from symhbm.peaks.tracking.step import problems_between, verified
 from symhbm.peaks.tracking.track import TrackStatus, retrack, track
 from tests.designs import BAND, blade, mistuned
@@ -96,3 +100,17 @@ def test_parameters_vary_linearly_where_a_value_is_zero():
     assert problems_between(start, end, ["normal_load"])(0.25).parameters["normal_load"] == 1.0
     start = with_load(SINGLE, 1.0)
     assert problems_between(start, end, ["normal_load"])(0.5).parameters["normal_load"] == 2.0
+
+
+@pytest.mark.parametrize(("first", "last"), [(1.0, 2.0), (2.0, 1.0)])
+def test_an_event_is_within_the_interval_that_changes(first, last, monkeypatch):
+    # Of two steps at one value the first is before the event, whichever way they go.
+    steps = [(0.0, "far before"), (0.5, "before"), (0.5, "behind"), (1.0, "far behind")]
+    tracked = SimpleNamespace(steps=steps, events=[1], status=TrackStatus.REACHED_END)
+    monkeypatch.setattr(branches, "track", lambda *_: tracked)
+    found = branches.FollowedBranches(branches.Parameter(SINGLE, "normal_load", None, 0, 2), [])
+    found.follow("far before", first, last)  # type: ignore[arg-type]
+    (branch,) = found.branches
+    for number, ends in enumerate(pairwise(branch.conditions)):
+        before, after = ("before" in str(end) for end in ends)
+        assert (branch.event_after(number) is not None) == (before != after)

@@ -19,9 +19,9 @@ from symhbm.numerics import DENSE_LIMIT, FloatArray, check
 
 AGREEMENT = 1e-9
 """Largest distance from the located solution, relative to it."""
-ROOTFINDER = {"abstol": 1e-15, "abstolStep": 1e-12, "max_iter": 60, "error_on_fail": False}
+_ROOTFINDER = {"abstol": 1e-15, "abstolStep": 1e-12, "max_iter": 60, "error_on_fail": False}
 """The residual is asked to be below round-off, so that the length of the last step decides."""
-IPOPT: dict[str, Any] = {
+_IPOPT: dict[str, Any] = {
     "print_time": False,
     "calc_lam_p": False,
     "ipopt.print_level": 0,
@@ -36,7 +36,7 @@ IPOPT: dict[str, Any] = {
     "ipopt.bound_frac": 1e-9,
     "ipopt.bound_relax_factor": 0.0,
 }
-NO_WARNINGS = {"show_eval_warnings": False}
+_NO_WARNINGS = {"show_eval_warnings": False}
 
 
 class AngleStatus(StrEnum):
@@ -275,8 +275,8 @@ def _newton(angles, start, values, located: Evaluation) -> tuple[FloatArray, int
 def casadi_solver(solver: str, program: dict[str, ca.SX]) -> ca.Function:
     """CasADi's solver of a name, for a program by CasADi's names of its parts."""
     if solver == "rootfinder":
-        return ca.rootfinder("angles", "newton", program, ROOTFINDER | NO_WARNINGS)
-    return ca.nlpsol("angles", "ipopt", program | {"f": ca.SX(0)}, IPOPT | NO_WARNINGS)
+        return ca.rootfinder("angles", "newton", program, _ROOTFINDER | _NO_WARNINGS)
+    return ca.nlpsol("angles", "ipopt", program | {"f": ca.SX(0)}, _IPOPT | _NO_WARNINGS)
 
 
 def by_casadi(

@@ -84,8 +84,11 @@ class Segments(NamedTuple):
         return type(self)(*columns)
 
     def batches(self, size: int) -> list[Self]:
-        """The segments in batches of at most ``size``."""
-        return [self.take(slice(i, i + size)) for i in range(0, len(self.number), size)]
+        """The segments in batches of at most ``size``, one where there are no more."""
+        count = len(self.number)
+        if count <= size:
+            return [self]
+        return [self.take(slice(i, i + size)) for i in range(0, count, size)]
 
     def segment(self, index: int, corrector: Corrector, measured: Measure) -> Segment:
         """One segment, with a corrector."""
@@ -117,6 +120,8 @@ class Segments(NamedTuple):
     @classmethod
     def joined(cls, parts: Sequence[Self]) -> Self:
         """The segments of several collections in one."""
+        if len(parts) == 1:
+            return parts[0]
         columns: Any = []
         for column in zip(*parts, strict=True):
             is_path_state: Any = isinstance(column[0], PathState)
@@ -197,30 +202,34 @@ class Doubt(ABC):
 
     def settled(self, segments: Segments) -> Segments:
         """The segments, divided until none is in doubt."""
-        whole = [segments.take(slice(0))]
+        if not len(segments.number):
+            return segments
+        whole = []
         for depth in range(self.depth + 1):
             parts = []
             for some in segments.batches(max(_BATCH_SIZE // self.numbers, 1)):
                 batch = Batch(some, self, depth == self.depth)
                 self.look_at(batch)
                 divided = [*batch.middles]
+                if not divided:
+                    whole.append(some)
+                    continue
                 whole.append(some.take(np.delete(np.arange(len(some.number)), divided)))
-                if divided:
-                    shares, middles = zip(*batch.middles.values(), strict=True)
-                    given = np.array(shares), PathState.stacked(middles)
-                    parts.append(some.take(divided).divided(self.corrector.curve, *given))
+                shares, middles = zip(*batch.middles.values(), strict=True)
+                given = np.array(shares), PathState.stacked(middles)
+                parts.append(some.take(divided).divided(self.corrector.curve, *given))
             if not parts:
                 break
             segments = Segments.joined(parts)
         return Segments.joined(whole)
 
 
-SAFETY_FACTOR = 8.0
+_SAFETY_FACTOR = 8.0
 """Ratio by which the fourth derivative may exceed its estimate."""
 _SLOPE_ERROR, _VALUE_ERROR = 0.0962, 1 / 32
 """Largest errors of slope and value of a cubic with a constant fourth derivative, over the result
 of `errors_within`."""
-OF_SLOPE, OF_VALUE = SAFETY_FACTOR * _SLOPE_ERROR, SAFETY_FACTOR * _VALUE_ERROR
+OF_SLOPE, OF_VALUE = _SAFETY_FACTOR * _SLOPE_ERROR, _SAFETY_FACTOR * _VALUE_ERROR
 """Error bounds of interpolated slopes per unit of length, and of values over the length, both over
 the result of `errors_within`."""
 _LONE_SHARE = 0.5

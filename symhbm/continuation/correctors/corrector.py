@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.balance import Evaluation
-from symhbm.continuation.newton import NewtonResult, newton
+from symhbm.continuation.newton import NewtonResult, newton, newton_step
 from symhbm.continuation.problem import ContinuationProblem, Corrected
 from symhbm.numerics import FloatArray, bordered, length_of
 from symhbm.numerics.loops import Loop
@@ -38,7 +38,7 @@ class Hyperplane(NamedTuple):
         return float(np.dot(self.normal, (point - self.anchor) / self.scale)), self.normal
 
     def write(self, normal: FloatArray, anchor: FloatArray, limit: FloatArray) -> None:
-        """Write the plane."""
+        """Write the plane into the inputs of a bordered system."""
         normal[:], anchor[:], limit[:] = self.normal, self.anchor, 0.0
 
 
@@ -57,7 +57,7 @@ class AtLimit(NamedTuple):
         return margin if known else 0.0, row * self.scale
 
     def write(self, normal: FloatArray, anchor: FloatArray, limit: FloatArray) -> None:
-        """Write the switch."""
+        """Write the switch in place of a plane, whose ``anchor`` then does not count."""
         normal[:], limit[:] = 0.0, 0.0
         limit[self.contact] = 1.0
 
@@ -151,6 +151,11 @@ class Corrector(ABC):
             if result.converged and length_of(result.unknowns - start) <= _FARTHEST:
                 found = self.correct(result.unknowns * scale, plane, switches, precision)
         return found
+
+    def step_at(self, unknowns: FloatArray, value: float) -> tuple[float, FloatArray | None]:
+        """`newton_step` of the curve at a ``value``, states of switches free."""
+        self.solves += 1
+        return newton_step(self.curve.evaluate(unknowns, value))
 
     def free(self, unknowns: FloatArray, value: float) -> NewtonResult:
         """Solution at a ``value`` from ``unknowns`` (n_unknowns,), states of switches free."""

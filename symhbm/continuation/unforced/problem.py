@@ -218,9 +218,9 @@ class LimitCycleProblem(UnforcedProblem):
     """Limit cycles over one named parameter: coefficients and frequency are unknown.
 
     ``phase``, ``index`` and ``smallest`` as of `UnforcedProblem`, for example `phase_of` the first
-    cycle. Cycles are looked for where ``size``
-    (n_coefficients,) times the coefficients, an amplitude [m], is in a band of ``amplitudes``.
-    ``problem`` has no force that oscillates, as `symhbm.balance.unforced` gives it.
+    cycle. Cycles are looked for where ``size`` (n_coefficients,) times the coefficients, an
+    amplitude [m], is in a band of ``amplitudes``. ``problem`` has no force that oscillates, as
+    `symhbm.balance.unforced` gives it.
     """
 
     peaked = False

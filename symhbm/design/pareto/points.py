@@ -307,7 +307,8 @@ class _Searches:
     ) -> SearchResult:
         """What a search finds, or the design that is kept of it, solved for again.
 
-        It begins at ``starts``, and at ``n_starts`` spread designs; without any it is a whole one.
+        It descends from ``starts`` and from the best of ``n_starts`` designs spread over the
+        bounds; without ``starts`` it is the full search.
         """
         x = self.kept.designs.get(name)
         if x is not None:

@@ -63,7 +63,7 @@ class Program:
     statistic: CaseStatistic
     aims: tuple[Aim, ...]
     limits: Limits
-    peaks: tuple[str, ...] = ("largest",)
+    peaks: tuple[str, ...]
 
     @cached_property
     def used(self) -> NDArray[np.bool_]:

@@ -17,7 +17,7 @@ from symhbm.model.matrices import Model
 from symhbm.model.outputs import Output
 from symhbm.model.places import Place, check_whole, own_numbers
 from symhbm.model.plausibility import warn_of_doubts
-from symhbm.model.sectors import check_at_one_speed, check_band
+from symhbm.model.sectors import check_at_one_speed, ends_of
 from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics
 from symhbm.workers import check_progress
 
@@ -143,7 +143,7 @@ def condense(
     check_whole("model", model)
     check_at_one_speed("model", model.structure if isinstance(model, Sector) else model)
     basis = FourierBasis(check_harmonics(harmonics))
-    band = check_band(frequency_band, "positive")
+    band = ends_of(frequency_band, "positive")
     check.one_of("keep", keep, ("touched", "displacements"))
     stability, progress = check.flag("stability", stability), check_progress(progress)
     if tolerance is not None:

@@ -339,8 +339,7 @@ def places_of(
     coordinates = None
     if places.coordinates is not None:
         owner = {int(row): j for j, of in enumerate(structure.contact_rows) for row in of}
-        whole = structure if structure.interfaces is not None else structure.beneath
-        coordinates = whole.contact_coordinates[[owner[row] for row in rows.tolist()]]
+        coordinates = structure.contact_coordinates[[owner[row] for row in rows.tolist()]]
     watched = places.of(dofs[: len(dofs) - len(rows)])
     return watched.beside(rows, names_of(structure, rows), coordinates)
 

@@ -181,7 +181,8 @@ def condense_sector(
             reduced, certificates[n] = reduce(interior, wave.bands, springs, progress)
         else:
             reduced = _at_rest(interior)
-        found[n] = CondensedStiffness.of(reduced, interior, patterns)
+        # Matrices of one wave tell nothing of motions in others.
+        found[n] = CondensedStiffness.of(reduced, interior, patterns)._replace(modal=None)
     arguments = dofs, band, basis.harmonics, found, certificates, displacements
     condensed = CondensedSector(sector, *arguments)
     return condensed.under(excitations[0]) if len(excitations) == 1 else condensed

@@ -17,6 +17,7 @@ from symhbm.model.excitation.values import (
     check_contained,
     check_pattern,
     check_values,
+    scaled,
     shape_of,
     spread,
 )
@@ -148,8 +149,8 @@ class HarmonicForce(Excitation):
 
     ``cosine`` and ``sine`` map a harmonic to one coefficient per degree of freedom, or to
     ``{dof: coefficient}`` by numbers or names, dimensionless where ``amplitude`` is in N.
-    ``amplitude cosine[0]`` does not oscillate: it becomes the ``mean`` [N], one value per degree of
-    freedom, which stays as it is when ``force_amplitude`` changes.
+    ``amplitude cosine[0]`` does not oscillate: it becomes the ``mean`` [N], given likewise, which
+    stays as it is when ``force_amplitude`` changes.
 
     Examples
     --------
@@ -164,7 +165,7 @@ class HarmonicForce(Excitation):
     amplitude: float = 1.0
     mean: ArrayLike | None = None
 
-    _of_places: ClassVar = ("cosine", "sine")
+    _of_places: ClassVar = ("cosine", "sine", "mean")
 
     def __post_init__(self):
         put = object.__setattr__
@@ -188,13 +189,8 @@ class HarmonicForce(Excitation):
         if 0 in self.cosine:
             if mean is not None:
                 raise ValueError(f"mean={check.shown(mean)}: expected None beside cosine[0]")
-            if isinstance(self.cosine[0], dict):
-                raise TypeError(
-                    f"cosine[0]={check.shown(self.cosine[0])}: expected one value per DOF; a "
-                    "symhbm.forces.StaticLoad takes places"
-                )
             # The table is this force's own.
-            mean = self.amplitude * np.array(self.cosine.pop(0))  # type: ignore[attr-defined]
+            mean = scaled(self.cosine.pop(0), self.amplitude)  # type: ignore[attr-defined]
         if mean is not None:
             put(self, "mean", check_values("mean", mean))
 

@@ -182,6 +182,13 @@ def numbered(name: str, given: Any, number_of: Callable[[Place], int]) -> Any:
     return placed
 
 
+def scaled(values: Values, factor: float) -> Values:
+    """Values times a factor."""
+    if isinstance(values, dict):
+        return {dof: factor * value for dof, value in values.items()}
+    return tuple(factor * value for value in values)
+
+
 def spread(name: str, values: Values, n_dof: int) -> Any:
     """Values (n_dof,), 0 where none is given; ValueError if they misfit."""
     if not isinstance(values, dict):

@@ -24,7 +24,7 @@ from symhbm.model.reduction.reduced_model import (
     projected,
     waves_near,
 )
-from symhbm.model.sectors import check_at_one_speed, check_band
+from symhbm.model.sectors import check_at_one_speed, ends_of
 from symhbm.numerics import FloatArray, check
 
 _NOTHING = 1e-12
@@ -114,7 +114,7 @@ def craig_bampton(
     array([ 99, 199])
     """
     modes = check.integer("modes", modes, minimum=0)
-    band = check_band(frequency_band, "non-negative")
+    band = ends_of(frequency_band, "non-negative")
     blade_modes = check.integer("blade_modes", blade_modes, minimum=0)
     if blade_modes and blade is None:
         raise ValueError(f"blade_modes={blade_modes}: expected 0, or a blade that has modes")

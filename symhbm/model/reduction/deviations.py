@@ -12,7 +12,7 @@ from symhbm.model.contacts import Parameter
 from symhbm.model.damping import StructuralDamping
 from symhbm.model.excitation import Excitation, ForceSum, HarmonicForce, StaticLoad
 from symhbm.model.matrices import Model
-from symhbm.model.parameters import ReadOnly, records_of_blade_modes
+from symhbm.model.parameters import records_of_blade_modes
 from symhbm.model.structure import DENSE, Structure
 from symhbm.numerics import FloatArray, FourierBasis, check
 
@@ -125,11 +125,10 @@ class DeviatingModel(Model):
         """What a loss factor makes of the stiffness of the tuned disk, without the air."""
         return self._base["loss"]
 
-    @cached_property
-    def parameters(self) -> dict[str, FloatArray]:
-        """Named parameters: deviations per blade, and those of the contacts."""
+    def _own_parameters(self) -> dict[str, FloatArray]:
+        """Deviations per blade."""
         own = {name: getattr(self, name) for name in self.deviations}
-        return ReadOnly(own | super().parameters)
+        return own | super()._own_parameters()
 
     @property
     def matrix_terms(self) -> dict[str, tuple[str, dict[int, Any]]]:  # type: ignore[override]

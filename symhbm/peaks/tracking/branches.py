@@ -46,6 +46,7 @@ class Parameter:
 
     @cached_property
     def _moving(self) -> ParameterProblem:
+        # Maxima have frequencies of their own.
         return ParameterProblem(self.problem, self.name, np.nan, self.index)
 
     @cached_property
@@ -55,7 +56,7 @@ class Parameter:
     @cached_property
     def at(self) -> Callable[[float], HarmonicBalance]:
         """The problem at a value."""
-        return lru_cache(maxsize=64)(lambda value: self._moving.at(value)[0])
+        return lru_cache(maxsize=64)(self._moving.with_value)
 
     def problem_path(self, first: float, last: float) -> Callable[[float], HarmonicBalance]:
         """The problems from one value (0) to another (1)."""
@@ -204,10 +205,11 @@ class FollowedBranches:
             end, highest = steps[-1]
             self.unbounded.append((last, end) if down else (end, last))
             self.poles.append((parameter.value(first, last, tracked.pole), highest))
-        if down:
-            steps, end_status = steps[::-1], (tracked.status, TrackStatus.REACHED_END)
+        # The step before an event stays where that behind it has the same value to the last digit.
         kept = steps[:1]
-        kept += [step for before, step in pairwise(steps) if step[0] > before[0]]
+        kept += [step for before, step in pairwise(steps) if step[0] != before[0]]
+        if down:
+            kept, end_status = kept[::-1], (tracked.status, TrackStatus.REACHED_END)
         values, conditions = [value for value, _ in kept], [maximum for _, maximum in kept]
         self._join(MaximumBranch(parameter, values, conditions, events, end_status))
 

@@ -179,7 +179,7 @@ def _error(
     return Truncation(float(_SAFETY * error), share, 0, _SAFETY * normal)
 
 
-def has_normal_forces(problem: HarmonicBalance) -> bool:
+def _has_normal_forces(problem: HarmonicBalance) -> bool:
     """Whether normal forces of contacts vary with the motion."""
     laws = [(g.law, problem.model.values_of(g)) for g in problem.model.groups if g.n]
     return any(
@@ -199,7 +199,7 @@ def truncation_table(
         highest_harmonic=np.full(len(errors), problem.basis.highest, dtype=np.int32),
         truncation_error=np.array(errors, dtype=float),
     )
-    if has_normal_forces(problem):
+    if _has_normal_forces(problem):
         rows = np.full((len(errors), problem.model.n_contacts), np.nan)
         for row, known in zip(rows, normal, strict=False):
             row[:] = known if len(known) else np.nan

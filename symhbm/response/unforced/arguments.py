@@ -47,8 +47,8 @@ def axis_of(
         raise ValueError(f"over: {name!r} is the parameter that is followed")
     if nodal_diameter is not None and index is not None:
         raise ValueError(
-            f"nodal_diameter={nodal_diameter}: expected None where the parameter of one contact or "
-            "blade moves, all sectors move alike in a wave"
+            f"nodal_diameter={check.shown(nodal_diameter)}: expected None where the parameter of "
+            "one contact or blade moves, all sectors move alike in a wave"
         )
     return axis
 

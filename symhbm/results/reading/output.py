@@ -70,7 +70,7 @@ def output(result: xr.Dataset, name: str) -> xr.Dataset:
         stored = result["peak_coefficient"].variable
         of_dofs = stored.transpose("dof", ...)
         flat = of_dofs.values.reshape(of_dofs.shape[0], -1)
-        rows = np.where(np.isnan(flat).any(axis=0), np.nan, about.rows @ np.nan_to_num(flat))
+        rows = np.where(np.isnan(flat).any(axis=0), np.nan, about.rows @ flat)
         words = f"Fourier coefficient of the {name.replace('_', ' ')} at the peak"
         attributes = {"units": about.units, "long_name": words}
         peaks = xr.Variable(of_dofs.dims, rows.reshape(len(rows), *of_dofs.shape[1:]), attributes)

@@ -63,7 +63,7 @@ def details_of(packed: Any, size: int) -> dict[str, Any]:
 
 
 def unpack(packed: FloatArray, size: int) -> ContactState:
-    """What the kernel gives, (n_contacts, packed_size)."""
+    """What the kernel gives, a row for each contact, see `layout`."""
     part: dict[str, Any] = {name: packed[:, place] for name, place in layout(size).items()}
     for name in ("slip_margin", "theta_0", "theta_star", "stick_fraction"):
         part[name] = part[name][:, 0]

@@ -5,7 +5,17 @@ from numpy.polynomial import legendre
 
 from symhbm.model.contacts.motions import Behaviour, History, angles_from
 from symhbm.model.contacts.planar.collocation import STAGES, TO_SERIES, TURN
-from symhbm.model.contacts.planar.march import APART, BEGIN, END, FIRST, KIND, LAST, NODE, STICK
+from symhbm.model.contacts.planar.march import (
+    APART,
+    BEGIN,
+    END,
+    FIRST,
+    KIND,
+    LAST,
+    NODE,
+    SLIP,
+    STICK,
+)
 from symhbm.model.contacts.planar.period import NEVER, RESTS, TOO_MANY, period, prepare
 from symhbm.model.contacts.planar.rest import resting_place
 from symhbm.numerics import FloatArray, FourierBasis
@@ -38,8 +48,6 @@ def history_of(
         series = legendre.legint(TO_SERIES @ nodes[node : node + STAGES, TURN], lbnd=-1)
         turned = legendre.legval(2 * share[i] - 1, series) * width[i] / 2
         direction[i] = of_points[i, FIRST] + turned
-    if kind == NEVER:  # the wall of a contact without friction is none, however it is pressed
-        state = np.where(press > 0, Behaviour.SLIPS, Behaviour.OPENS)
     wall = friction * carried * np.array([np.cos(direction), np.sin(direction)])
     rest = place[:2, None] if kind == RESTS else of_points[:, (FIRST, LAST)].T
     moved = np.where(basis.order > 0, parts[:2], 0.0) @ basis.values(angle).T
@@ -71,6 +79,12 @@ def _pieces(
     if count < 0:
         raise ArithmeticError("no periodic slip was found of a motion")
     if count == 0:
-        pieces, count = np.zeros((1, 7)), 1
-        pieces[0, END], pieces[0, KIND] = 2 * np.pi, STICK if kind == RESTS else APART
+        # Without friction it slides where it is closed: its wall is none, however it is pressed.
+        slides = kind == NEVER and n_closed != 0
+        begin, end = closed[:, :n_closed] if slides and n_closed > 0 else ([0.0], [2 * np.pi])
+        of_closed = SLIP if slides else STICK if kind == RESTS else APART
+        pieces, count = np.zeros((2 * len(begin), 7)), 2 * len(begin)
+        pieces[::2, BEGIN], pieces[::2, END], pieces[::2, KIND] = begin, end, of_closed
+        pieces[1::2, BEGIN], pieces[1::2, END] = end, np.append(begin[1:], begin[0] + 2 * np.pi)
+        pieces[1::2, KIND] = APART
     return kind, place, pieces[:count], nodes
