@@ -1,5 +1,6 @@
 """Contacts as springs and dampers of each harmonic: what the modes of a structure feel of them."""
 
+import math
 from functools import lru_cache
 
 import numpy as np
@@ -43,22 +44,12 @@ def by_row(problem: HarmonicBalance, springs: FloatArray) -> FloatArray:
 
     (n_harmonics, n_rows), or (n_harmonics, n_rows, n_rows) where a law couples displacements.
     """
-    groups, n_rows = problem.contacts.groups, problem.layout.n_rows
-    couples = any(group.rows.shape[1] > 1 for group in groups)
-    if not couples and len(groups) == 1 and groups[0].n == n_rows:
+    size, places = problem.contacts.places_of_springs
+    if places is None:
         return springs
-    result = np.zeros((len(springs), n_rows, n_rows) if couples else (len(springs), n_rows))
-    first = 0
-    for group in groups:
-        n, m = group.rows.shape
-        own = springs[:, first : first + n * m * m]
-        first += n * m * m
-        if not couples:
-            result[:, group.rows[:, 0]] += own
-            continue
-        rows, columns = np.repeat(group.rows, m, axis=1), np.tile(group.rows, (1, m))
-        result[:, rows.ravel(), columns.ravel()] += own
-    return result
+    result = np.zeros((len(springs), math.prod(size)))
+    result[:, places] = springs
+    return result.reshape(-1, *size)
 
 
 @lru_cache(maxsize=64)

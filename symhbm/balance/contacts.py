@@ -2,6 +2,7 @@
 
 from collections.abc import Sequence
 from dataclasses import dataclass, field
+from functools import cached_property
 from typing import NamedTuple
 
 import numpy as np
@@ -151,6 +152,19 @@ class BalancedContacts:
         """The contact of each switch, (n_switches,)."""
         each = [np.repeat(group.contacts, len(group.law.switches)) for group in self.groups]
         return np.concatenate([np.zeros(0, dtype=int), *each])
+
+    @cached_property
+    def places_of_springs(self) -> tuple[tuple[int, ...], NDArray[np.intp] | None]:
+        """Shape of springs by displacement, and where those of contacts, m^2 of each, are in it.
+
+        (n_rows,), or (n_rows, n_rows) where a law couples displacements; None where all are theirs.
+        """
+        n_rows = self.layout.n_rows
+        if all(group.rows.shape[1] == 1 for group in self.groups):
+            rows = np.concatenate([np.zeros(0, int), *(g.rows[:, 0] for g in self.groups)])
+            return (n_rows,), None if np.array_equal(rows, np.arange(n_rows)) else rows
+        each = [n_rows * g.rows[:, :, None] + g.rows[:, None] for g in self.groups]
+        return (n_rows, n_rows), np.concatenate([part.ravel() for part in each])
 
     def sizes_at_switches(self, by_row: FloatArray) -> FloatArray:
         """Norms of the motion of the contact of each switch from those of rows (..., n_rows)."""

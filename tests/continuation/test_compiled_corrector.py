@@ -139,7 +139,7 @@ def alike(one, other, scale, rough=1e-9):
     return 1
 
 
-@pytest.mark.parametrize("name", PROBLEMS)
+@pytest.mark.parametrize("name", quick_first(PROBLEMS, 4))
 def test_corrections_are_those_step_by_step(name):
     """From guesses off the path and onto limits; both end on the curve to its tolerance."""
     branch = branch_of(name)

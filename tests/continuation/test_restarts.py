@@ -62,6 +62,7 @@ def test_values_of_a_grid_are_solved_beyond_an_end():
     assert grid.sel(frequency=[22.0, 27.0]).amplitude.max() <= beyond.amplitude.max()
 
 
+@pytest.mark.slow
 def test_more_harmonics_on_both_sides():
     curve, _ = followed(problem(), (15, 28), accuracy=1e-4)
     assert curve.highest_harmonic.max() >= 3

@@ -322,6 +322,7 @@ def assert_lowest_by_hand(optimum, directions, band, **parameters):
 class TestByHand:
     """Designs against responses that nothing of the package computes."""
 
+    @pytest.mark.slow
     def test_each_contact_its_own_load(self, each):
         directions = [[0.02, 0, 0], [0, -0.02, 0.0], [0.01, 0.01, -0.01]]
         assert_lowest_by_hand(each, np.array(directions), (50, 115))

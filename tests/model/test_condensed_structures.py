@@ -188,7 +188,7 @@ def random_case(seed):
 
 
 # In the first two the path passes resonances that what is kept hardly feels.
-@pytest.mark.parametrize("seed", quick_first([32, 28, 0, *sorted({*range(1, 46)} - {28, 32})], 3))
+@pytest.mark.parametrize("seed", quick_first([32, 28, 0, *sorted({*range(1, 46)} - {28, 32})], 1))
 def test_random_structures(seed):
     model, force, band, harmonics, watched = random_case(seed)
     condensed = sh.condense(model, force, band, harmonics, places=[watched])
@@ -234,7 +234,7 @@ def light_case(seed):
 
 
 # Of the first two a mode lies right beside one of the structure with what is kept held.
-@pytest.mark.parametrize("seed", quick_first([1112, 1000, 1164], 1))
+@pytest.mark.parametrize("seed", quick_first([1112, 1000, 1164], 0))
 def test_no_peak_is_lost_where_little_damps_it(seed):
     model, forced, band, watched = light_case(seed)
     force = sh.forces.PointForce(forced)

@@ -267,6 +267,7 @@ def test_no_peak_where_slip_ends_on_a_flank():
     assert response.n_peaks == 0
 
 
+@pytest.mark.slow
 def test_many_contacts_are_each_their_own():
     law, basis, rng = KINDS["load"], FourierBasis((0, 1, 2)), np.random.default_rng(9)
     motions = np.array([random_motion(rng, basis, 3).ravel() for _ in range(6)])

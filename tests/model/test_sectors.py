@@ -87,6 +87,7 @@ def test_a_pattern_that_repeats_makes_sectors_of_several_blades():
     assert_alike(both[0].drop_dims("point"), both[1].drop_dims("point"))
 
 
+@pytest.mark.slow
 def test_accuracy_and_other_parameters_on_one_sector():
     problem = sh.HarmonicBalance(ring(normal_load=10.0), sh.forces.EngineOrder(1))
     grid = [62.0, 77.0]

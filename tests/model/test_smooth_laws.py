@@ -242,6 +242,7 @@ def test_break_points_are_exact_for_powers_and_near_touches():
     assert not len(details.breaks[0].angle)
 
 
+@pytest.mark.slow
 def test_sampling_error_is_that_of_the_response():
     """Of a gap without break points, against the same with them, and no more than stated."""
     expression, parameters, breakpoints = LAWS["gap"]
@@ -260,6 +261,7 @@ def test_sampling_error_is_that_of_the_response():
     assert "sampling_error" not in plain
 
 
+@pytest.mark.slow
 def test_units_meaning_and_bounds_of_parameters():
     """Units as datasets have them, and a record where more is to be said."""
     record = sh.laws.Parameter("N m-3", "how it bends", "$c$", bound="positive", designed=True)
@@ -431,6 +433,7 @@ def test_wrong_laws_are_refused_in_one_sentence(expression, parameters, breakpoi
 UNDEFINED = "the force of a contact law is no number, or jumps at a break point"
 
 
+@pytest.mark.slow
 def test_forces_that_are_undefined_at_some_motions():
     """What depends on the motion is a status, and the points before are valid."""
     root = problem_of(

@@ -6,6 +6,7 @@ import numpy as np
 import pytest
 
 import symhbm as sh
+from tests.quick import quick_first
 
 DAMPER = dict(contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3.0)
 SPEED, RIGIDITY, LENGTH = 100.0, 1e4, 1.0  # m/s, N, m
@@ -53,7 +54,7 @@ def chain(**changes):
     return sh.Model(np.diag([1.0, 1.0, 2.0]), 5e-5 * matrix, matrix, **values)
 
 
-@pytest.mark.parametrize("harmonics", [(1,), (1, 3), (0, 1, 2, 3)])
+@pytest.mark.parametrize("harmonics", quick_first([((1,),), ((1, 3),), ((0, 1, 2, 3),)], 1))
 def test_a_model_and_its_dynamic_stiffness_respond_alike(harmonics):
     """Matrices compiled into the equations, and the same added harmonic by harmonic."""
     force = sh.forces.HarmonicForce(cosine={1: [1, 0, 0]}, amplitude=1.0)

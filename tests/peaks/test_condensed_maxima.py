@@ -88,6 +88,7 @@ def test_sensitivities_are_those_of_the_whole_structure():
             np.testing.assert_allclose(found / size, expected / size, atol=1e-8, rtol=0)
 
 
+@pytest.mark.slow
 def test_a_peak_curve_is_that_of_the_whole_structure():
     whole, small = (
         sh.peak_curve(

@@ -41,6 +41,7 @@ def test_slopes_are_those_of_differences():
     assert found.peak_amplitude_slope.values[1] == pytest.approx(slope, rel=1e-7)
 
 
+@pytest.mark.slow
 def test_values_of_zero_are_refused():
     with pytest.raises(ValueError, match="is 0 at normal_load="):
         curve(GOALS[0], [1.0, 1e3])

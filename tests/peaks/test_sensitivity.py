@@ -10,6 +10,7 @@ from symhbm.peaks.sensitivity import AT_REST, EXACT, NOT_VERIFIED, UNBOUNDED
 from symhbm.results.variables import derivative
 from tests.designs import blade, ring
 from tests.problems import duffing, ring_of_blades
+from tests.quick import quick_first
 
 BLADE = blade(normal_load=3)
 TUNED = ring(5, 1e5, 1)
@@ -93,6 +94,7 @@ def test_which_contact_matters_most():
     assert abs(by_load).max("peaking_dof").idxmax("contact") == abs(exact).argmax("contact")
 
 
+@pytest.mark.slow
 def test_blades_of_a_tuned_disk():
     largest, per_dof = frf(TUNED), frf(TUNED, peaks="each")
     assert largest.n_sectors == 5
@@ -229,6 +231,7 @@ def test_peaks_have_their_own_harmonics():
         np.testing.assert_allclose(derivatives[name].isel(peak=index), reference[name], rtol=1e-7)
 
 
+@pytest.mark.slow
 def test_cubic_springs():
     problem, band = duffing(), (0.08, 0.32)
     derivatives = sh.datasets.sensitivity(frf(problem, band)).squeeze()
@@ -348,7 +351,7 @@ def test_corner_at_a_fold():
             )
 
 
-@pytest.mark.parametrize("engine_order", [0, 1])
+@pytest.mark.parametrize("engine_order", quick_first([0, 1], 1))
 def test_stiff_contacts_and_little_damping(engine_order):
     """The terms of a slope cancel to a ten-millionth, which leaves round-off."""
     problem = ring(
@@ -420,6 +423,7 @@ def check_damaged(response):
     assert derivatives.peak_amplitude_by_mass.isnull().all()
 
 
+@pytest.mark.slow
 def test_archives(tmp_path):
     keep = ["peak_frequency", "peak_amplitude", "peak_dof", "peak_kind", "peak_coefficient"]
     over = {"normal_load": [1.0, 3.0]}

@@ -77,6 +77,7 @@ def test_nonlinear_modes_that_stop():
     assert not any(len(crosses(panel)) for panel in whole.child_axes)
 
 
+@pytest.mark.slow
 def test_limit_cycles_that_stop():
     found = short(sh.limit_cycles, FREE, "damping", (-30, -0.1), max_points=30)
     drawn = crosses(sh.plot.limit_cycles(found).axes[0])

@@ -40,6 +40,7 @@ def pictures(response):
     }
 
 
+@pytest.mark.slow
 def test_every_picture_is_saved_with_its_text(response, tmp_path):
     for name, figure in pictures(response).items():
         words = max((ax.get_xlabel() or ax.get_title() for ax in figure.axes), key=len)
@@ -68,6 +69,7 @@ for kind in sh.plot.FORMATS:
 """
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("process", ["this", pytest.param("another", marks=pytest.mark.slow)])
 def test_the_same_picture_is_the_same_file(process, response, tmp_path):
     if process == "another":
@@ -92,6 +94,7 @@ def test_dots_and_options_of_the_caller(response, tmp_path):
     assert "twelve loads" in (tmp_path / "named.svg").read_text()
 
 
+@pytest.mark.slow
 def test_large_ensembles_are_pixels_in_small_files(tmp_path):
     """200 curves of 601 points each are 280,000 points as they are drawn, 1.9 MB as lines."""
     value = np.linspace(10, 30, 601)

@@ -19,6 +19,7 @@ from symhbm.numerics.loops.interpolation import amplitude_between
 from symhbm.results.variables import SLOPES
 from tests.paper import CLOSE, exact, farthest, level, long_lines, off_paper, values_of
 from tests.problems import duffing, ring_of_blades
+from tests.quick import quick_first
 
 
 def mistuned():
@@ -62,7 +63,7 @@ CURVES = {
 }
 
 
-@pytest.mark.parametrize("name", CURVES)
+@pytest.mark.parametrize("name", quick_first(CURVES, 2))
 def test_a_response_is_drawn_where_it_is(name):
     make, band, options = CURVES[name]
     problem, place = make(), options.get("place")
@@ -73,6 +74,7 @@ def test_a_response_is_drawn_where_it_is(name):
     assert off_paper(line, curve, dof=place, n_values=number, problem=problem) < CLOSE
 
 
+@pytest.mark.slow
 def test_a_curve_over_a_load_is_drawn_where_it_is():
     curve = sh.follow(fig03.problem(), "normal_load", (0.5, 500), frequency=19.5, throw=True)
     (line,) = long_lines(sh.plot.response(curve).axes[0])
@@ -80,6 +82,7 @@ def test_a_curve_over_a_load_is_drawn_where_it_is():
     assert off_paper(line, curve, n_values=500) < CLOSE
 
 
+@pytest.mark.slow
 def test_a_curve_that_folds_is_drawn_where_it_is():
     """Solutions at many values, joined in the order of the path: up, back, and up again."""
     curve = sh.frf(duffing(), (0.08, 0.32), throw=True, progress=False)

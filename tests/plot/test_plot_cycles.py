@@ -15,6 +15,7 @@ def cycles(*given, **options):
     return sh.limit_cycles(PROBLEM, *given, **dict(progress=False) | options)
 
 
+@pytest.mark.slow
 def test_lines_tell_which_cycles_are_stable():
     found = cycles("damping", (-30, -0.1), stability=True, over={"normal_load": [1.0, 3.0]})
     figure, ax = plt.subplots()
@@ -38,6 +39,7 @@ def test_branches_are_not_joined():
     assert len(lines) == 2
 
 
+@pytest.mark.slow
 def test_other_datasets_are_refused():
     with pytest.raises(TypeError, match="over a parameter"):
         sh.plot.limit_cycles(cycles())

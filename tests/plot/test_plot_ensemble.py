@@ -190,6 +190,7 @@ def crossings(curve, at):
     return found.min(), found.max()
 
 
+@pytest.mark.slow
 def test_bands_of_curves_that_fold_hold_every_solution(folded):
     (ax,) = sh.plot.envelope(folded, extremes=False).axes
     upper, lower = ax.lines[:2]

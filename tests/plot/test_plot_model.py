@@ -86,6 +86,7 @@ def ends_at(symbol, centre):
 element = st.tuples(st.integers(0, 5), st.integers(0, 5), st.floats(0.5, 2e6))
 
 
+@pytest.mark.slow
 @given(st.lists(element, max_size=12))
 def test_elements_come_back_from_the_matrix_they_make(given_elements):
     matrix, ground, between = np.zeros((6, 6)), np.zeros(6), {}
@@ -252,6 +253,7 @@ def test_omitted_properties_are_listed():
     assert not elements(figure, "spring")
 
 
+@pytest.mark.slow
 def test_condensed_structure():
     whole = plate()
     force = sh.forces.PointForce(105)

@@ -135,6 +135,7 @@ def test_normal_forces_over_the_period():
     np.testing.assert_allclose(force, 5.0 + 1e4 * 1e-3 * x, atol=1e-10)
 
 
+@pytest.mark.slow
 def test_loops_of_archives_weights_and_gaps(tmp_path):
     """The same contact between weighted places, from an archive, with its load given as a gap."""
     plain = loops_of(sh.solve(*POINTS["opens"], throw=True))[0][()]
@@ -231,6 +232,7 @@ def test_states_of_stops_and_folded_paths():
     assert len(rows) > 6
 
 
+@pytest.mark.slow
 def test_states_of_a_sweep_and_several_contacts(tmp_path):
     contacts = {
         "shroud": sh.Friction(tangential=(0,), normal=(1,), **FRICTION, normal_load=5.0),

@@ -59,7 +59,7 @@ def assert_kept(problem, band, at, accuracy):
     return response
 
 
-@pytest.mark.parametrize("load", quick_first(LOADS, 2))
+@pytest.mark.parametrize("load", quick_first(LOADS, 1))
 def test_blades(load):
     at = np.linspace(10.1, 29.9, 29)
     problem = blade(load)
@@ -69,7 +69,9 @@ def test_blades(load):
     assert len(np.unique(highest[2])) > 1
 
 
-@pytest.mark.parametrize(("order", "load", "at"), [(1, 10, [60, 63, 66.25]), (3, 100, [211, 213])])
+@pytest.mark.parametrize(
+    ("order", "load", "at"), quick_first([(1, 10, [60, 63, 66.25]), (3, 100, [211, 213])], 1)
+)
 def test_rings(order, load, at):
     problem = fig08.problem().with_parameters(engine_order=order, normal_load=load)
     response = assert_kept(problem, (50, 250), at, 1e-3)
@@ -117,6 +119,7 @@ def test_the_path_is_one_curve():
     np.testing.assert_allclose(down.peak_amplitude, path.peak_amplitude, rtol=2 * accuracy)
 
 
+@pytest.mark.slow
 def test_one_point_and_any_parameter():
     problem = blade(1)
     exact = exact_amplitudes(problem, (15.0,))[0]
@@ -134,6 +137,7 @@ def test_one_point_and_any_parameter():
         assert abs(float(loads.amplitude[k, 0]) / motion.amplitude[0] - 1) <= 1e-3
 
 
+@pytest.mark.slow
 def test_more_than_can_be_had_is_said():
     point = sh.solve(blade(1), 15.0, accuracy=1e-8)
     assert point.status.item() == sh.Status.ACCURACY_NOT_REACHED

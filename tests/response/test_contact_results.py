@@ -8,6 +8,7 @@ from studies import fig03_single_blade as fig03
 from studies import fig08_engine_orders as fig08
 from symhbm.time_domain.exact_motion import exact_motion
 from tests.problems import one_blade, ring_of_blades
+from tests.quick import quick_first
 
 RNG = np.random.default_rng(11)
 HALF_STUCK = sh.HarmonicBalance(
@@ -34,7 +35,7 @@ CASES = {
 }
 
 
-@pytest.mark.parametrize("name", CASES)
+@pytest.mark.parametrize("name", quick_first(CASES, 3))
 def test_state_reversals_stick_and_dissipation(name):
     problem, hertz = CASES[name]
     harmonics = range(24) if 0 in problem.harmonics else range(1, 32, 2)

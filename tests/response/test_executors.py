@@ -356,6 +356,7 @@ def without_compiler():
     os.environ[machine_code.COMPILER] = ""
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(machine_code.compiler() is None, reason="no compiler of C")
 @pytest.mark.usefixtures("often")
 def test_results_tell_of_workers_without_a_compiler(tmp_path):

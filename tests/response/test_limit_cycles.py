@@ -275,6 +275,7 @@ def largest(run, linear):
     return np.abs(run.cells.evaluate(linear, np.linspace(0, 2 * np.pi, 4001))[0][:, 0]).max()
 
 
+@pytest.mark.slow
 def test_contacts_open_along_a_branch():
     found = cycles(shroud(-1.0), "friction_coefficient", (0.05, 1.0), harmonics=range(6))
     assert found.status == "the end of the band was reached"
@@ -322,6 +323,7 @@ def test_waves_are_disturbed_by_all_waves():
     assert held.stability.values[-1] == 0
 
 
+@pytest.mark.slow
 def test_fold_of_a_wave():
     ring = ring_of_blades(13, damping=-2.0)
     found = cycles(ring, "damping", (-60, 0), harmonics=(1, 3), nodal_diameter=3)
@@ -382,6 +384,7 @@ def test_air_drives_waves_by_its_coefficients(wave):
 # What is asked for
 
 
+@pytest.mark.slow
 def test_sweeps():
     problem = sh.HarmonicBalance(blade(-0.5), harmonics=(1, 3))
     given = dict(over={"damping": [-40.0, -20.0, -0.5]}, progress=False)

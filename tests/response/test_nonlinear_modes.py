@@ -218,6 +218,7 @@ def test_stop_closes_at_its_gap_and_opens_at_its_preload():
         assert path.frequency[-1].item() == pytest.approx(1 / (np.pi * both.sum()), rel=2e-4)
 
 
+@pytest.mark.slow
 def test_stop_that_just_touches_never_moves_linearly():
     problem = sh.HarmonicBalance(held_blade(stop(gap=0.0)), harmonics=range(40))
     path = modes(problem, band=(1e-6, 1e-2))
@@ -357,6 +358,7 @@ def test_amplitude_that_turns_back_to_its_start_is_told():
     assert with_the_first_alone.status.item() == sh.Status.REACHED_END
 
 
+@pytest.mark.slow
 def test_sweep_is_archived_and_goes_on(tmp_path):
     problem = sh.HarmonicBalance(sh.single_blade(**BLADE), harmonics=(1, 3))
     loads, target = [1.0, 2.0, 3.0], tmp_path / "modes.nc"

@@ -150,7 +150,7 @@ def test_all_solutions_of_a_pair_are_on_its_branches(omega):
     assert distance.min(axis=1).max() < 1e-6
 
 
-@pytest.mark.parametrize(("coupling", "force", "n_branches"), quick_first(CHAINS, 1))
+@pytest.mark.parametrize(("coupling", "force", "n_branches"), quick_first(CHAINS, 0))
 def test_branches_of_a_chain(coupling, force, n_branches):
     """Three masses, the springs between them stiffening: pitchforks by an extended system."""
 
@@ -188,6 +188,7 @@ def test_branches_of_a_chain(coupling, force, n_branches):
             assert omega == pytest.approx(chain_pitchfork(guess, omega, balance), rel=1e-8)
 
 
+@pytest.mark.slow
 def test_a_pair_of_branch_points_within_one_step():
     """The path alone passes over both; the search looks where derivatives are nearly singular."""
     response = followed(pair(0.6, 0.2), (0.5, 3.0))
@@ -244,6 +245,7 @@ def closed_forms_at(omega, coupling):
     return springs, np.sqrt((1 - omega**2 + springs) ** 2 + loss)
 
 
+@pytest.mark.slow
 def test_branch_points_over_the_force():
     """At one frequency a pair gives way at forces that have a closed form."""
     omega, coupling = 1.3, 0.02
@@ -295,6 +297,7 @@ def test_other_solutions_at_an_end_of_the_band_are_followed():
     np.testing.assert_allclose(found, alike(1.2, 0.18), rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_the_dataset_is_read_as_others_are(tmp_path):
     response = followed(pair(0.3, 0.02), (0.5, 2.0), at=np.linspace(0.1, 0.3, 5))
     sh.save(response, tmp_path / "response.nc")

@@ -9,6 +9,7 @@ import scipy.sparse as sp
 import symhbm as sh
 from tests.paper import level
 from tests.problems import one_blade, ring_of_blades
+from tests.quick import quick_first
 
 FRICTION = dict(contact_stiffness=1e4, friction_coefficient=0.5, normal_load=[1.0, 1.5])
 STRESS = 2e11 * np.array([[1.0, -1.0, 0.0], [0.0, 0.5, 2.0]])
@@ -80,6 +81,7 @@ def test_an_output_without_a_peak():
     assert seen.peak_coefficient.sizes["dof"] == len(STRESS)
 
 
+@pytest.mark.slow
 def test_peaks_of_an_output_are_where_a_dense_scan_has_them(response):
     assert response.peak_amplitude.attrs["units"] == "Pa"
     grid = np.linspace(*BAND, 1201)
@@ -103,6 +105,7 @@ def test_peaks_of_an_output_are_where_a_dense_scan_has_them(response):
     )
 
 
+@pytest.mark.slow
 def test_archives_hold_outputs(response, tmp_path):
     sh.save(response, tmp_path / "stress.nc")
     stored = sh.load(tmp_path / "stress.nc")
@@ -121,6 +124,7 @@ def test_archives_hold_outputs(response, tmp_path):
     assert sh.verify(damaged).attrs["verification"].startswith('{"passed": false')
 
 
+@pytest.mark.slow
 def test_outputs_of_samples_and_their_amplification(tmp_path):
     ring = ring_of_blades(5, contact_stiffness=1e5)
     turned = np.eye(5) - np.roll(np.eye(5), 1, axis=1)
@@ -200,7 +204,7 @@ def test_outputs_of_a_sector_go_around_the_disk_with_its_phase():
         disk().with_outputs({"root": {2: 1.0}}, units="Pa")
 
 
-@pytest.mark.parametrize("keep", ["touched", "displacements"])
+@pytest.mark.parametrize("keep", quick_first(["touched", "displacements"], 1))
 def test_condensed_structures_keep_what_outputs_read(keep, tmp_path):
     n = 30
     stiffness = 1e4 * (3 * np.eye(n) - np.eye(n, k=1) - np.eye(n, k=-1))
@@ -248,6 +252,7 @@ def test_exact_motions_have_exact_outputs():
     assert motion.tip_amplitude.item() == pytest.approx(tip, rel=1e-12)
 
 
+@pytest.mark.slow
 def test_tracked_peaks_and_designs_are_those_of_the_output():
     blade = one_blade()
     force, factor = sh.forces.PointForce(), 3.7e11

@@ -5,6 +5,7 @@ import pytest
 
 import symhbm as sh
 from tests.published import duffing, duffing_problem, two_masses
+from tests.quick import quick_first
 from tests.reference import STATED
 
 DRY_FRICTION = STATED["two_masses_on_dry_friction"]
@@ -43,7 +44,7 @@ def test_fold_of_two_masses_on_dry_friction_is_truncation():
     assert 1e-5 < difference < 3e-5
 
 
-@pytest.mark.parametrize("cubic", [0.5, -0.5])
+@pytest.mark.parametrize("cubic", quick_first([0.5, -0.5], 1))
 def test_duffing_oscillator(cubic):
     problem = duffing_problem(cubic)
     largest = 3.0 if cubic > 0 else 1.2
@@ -53,6 +54,7 @@ def test_duffing_oscillator(cubic):
     assert np.abs(found.damping_ratio).max() < 1e-12
 
 
+@pytest.mark.slow
 def test_similar_modes_of_two_equal_oscillators():
     """R. M. Rosenberg's similar modes: both masses move alike or opposed, at any amplitude."""
     coupling, cubic = 0.3, 0.5

@@ -54,6 +54,7 @@ def test_a_damper_in_its_groove_bears_the_closed_form(angle):
     np.testing.assert_allclose(found.mean_normal_force, load / (2 * cosine), rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_a_random_structure_rests_where_its_energy_is_least():
     rng = np.random.default_rng(4)
     for _ in range(5):

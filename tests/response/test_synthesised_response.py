@@ -63,6 +63,7 @@ def test_error_of_a_ring_is_told(harmonics):
     assert near.synthesis_error[1, k].item() == pytest.approx(error, rel=1e-6, abs=1e-11)
 
 
+@pytest.mark.slow
 def test_sector_of_a_disk():
     whole = random_disk(5, cartesian=True)
     given = whole.structure
@@ -82,6 +83,7 @@ def test_sector_of_a_disk():
     assert error < 0.2
 
 
+@pytest.mark.slow
 def test_bad_input_is_named():
     ring = sh.bladed_disk(13, **BLADE)
     problem = sh.HarmonicBalance(ring, sh.forces.EngineOrder(3))

@@ -21,6 +21,7 @@ from symhbm.response.describe import describe, describe_each
 from symhbm.results import tables
 from symhbm.results.archive.working_files import Store
 from tests.problems import BLADE
+from tests.quick import quick_first
 
 BAND = (18.0, 21.0)
 LOADS = np.linspace(1, 4, 12)
@@ -156,7 +157,7 @@ def call(problem, loads: Any = LOADS, **options):
     return sh.frf(problem, BAND, over={"normal_load": loads}, progress=False, **options)
 
 
-@pytest.mark.parametrize("seconds", [0.0, 1e9])
+@pytest.mark.parametrize("seconds", quick_first([0.0, 1e9], 1))
 def test_the_size_of_pieces_changes_nothing(seconds, monkeypatch, tmp_path):
     expected = call(blade())
     monkeypatch.setattr(ensemble, "_PIECE", seconds)
@@ -265,6 +266,7 @@ def test_spooled_results_do_not_stay_in_memory(monkeypatch):
     assert largest < 1.2 * stacked.nbytes
 
 
+@pytest.mark.slow
 @pytest.mark.skipif(machine_code.compiler() is None, reason="no compiler of C")
 def test_checks_of_a_large_sweep_are_machine_code(tmp_path, monkeypatch):
     """To the same bits, and not where corrections are none."""

@@ -109,7 +109,7 @@ def assert_archive_of(name, path):
         assert loaded[variable].dtype == saved[variable].dtype, variable
 
 
-@pytest.mark.parametrize("name", quick_first(CALLS, 6))
+@pytest.mark.parametrize("name", quick_first(CALLS, 2))
 def test_an_interrupted_archive_goes_on(name, tmp_path, monkeypatch):
     """From the file alone it ends as what is computed in memory, and nothing is computed twice."""
     path, size = tmp_path / "x.nc", in_memory(name).status.size

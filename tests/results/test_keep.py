@@ -13,6 +13,7 @@ from symhbm.response.verification.figures import FIGURES
 from symhbm.response.verification.verify import summary
 from tests.archives import run
 from tests.problems import one_blade, ring_of_blades
+from tests.quick import quick_first
 
 RING = sh.HarmonicBalance(
     ring_of_blades(5, contact_stiffness=1e6, normal_load=10),
@@ -51,7 +52,7 @@ def verified(dataset, **options):
     return result, json.loads(result.attrs["verification"])
 
 
-@pytest.mark.parametrize("name", CALLS)
+@pytest.mark.parametrize("name", quick_first(CALLS, 3))
 def test_peaks_that_were_kept_are_verified(name, tmp_path):
     kept = ensemble(name)
     loaded = sh.load(sh.save(kept, tmp_path / "x.nc"))
@@ -101,7 +102,7 @@ DAMAGE = {
 }
 
 
-@pytest.mark.parametrize("whole", [False, True])
+@pytest.mark.parametrize("whole", quick_first([False, True], 1))
 @pytest.mark.parametrize("name", DAMAGE)
 def test_damage_of_a_peak_is_named(name, whole):
     """Also where the points are there, which are as they were."""

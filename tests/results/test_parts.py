@@ -97,7 +97,7 @@ def interrupted(tmp_path):
     return tmp_path / "two.nc"
 
 
-@pytest.mark.parametrize("name", quick_first(CALLS, 4))
+@pytest.mark.parametrize("name", quick_first(CALLS, 2))
 def test_merged_parts_are_the_archive_of_one_job(name, made, tmp_path):
     parts = [made(name, (k, 2)) for k in (2, 1)]
     with merge(parts, tmp_path / "all") as result:

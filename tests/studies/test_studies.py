@@ -808,6 +808,7 @@ def test_a_study_that_fails_does_not_stop_the_others(tmp_path, monkeypatch, caps
     assert 'id="fig04_hysteresis_loop"' in page
 
 
+@pytest.mark.slow
 def test_studies_run_from_the_command_line():
     """The documented command, on one study."""
     done = subprocess.run(

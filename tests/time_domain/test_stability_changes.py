@@ -158,6 +158,7 @@ def test_a_law_of_velocity():
         check_change(curve, index, motion, lambda values: np.abs(values).max() - 1, 1e-6)
 
 
+@pytest.mark.slow
 def test_odd_motions_lose_their_symmetry_where_even_harmonics_branch_off():
     """A multiplier of the half period that odd harmonics alone do not balance."""
     odd = followed(stiffening(10.0, 0.1, range(1, 20, 2)), (2.5, 1.0))

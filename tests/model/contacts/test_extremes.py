@@ -24,7 +24,7 @@ def problem_of(**changes):
     "contact",
     [
         sh.Friction(**PRESSED),
-        sh.Friction(**PRESSED, across=(2,)),
+        pytest.param(sh.Friction(**PRESSED, across=(2,)), marks=pytest.mark.slow),
         sh.Gap(normal=(1,), normal_stiffness=2e4, normal_load=5.0),
     ],
     ids=["line", "plane", "stop"],
@@ -43,6 +43,7 @@ def test_a_small_force_has_the_response_of_a_larger_one(contact):
     np.testing.assert_allclose(*found, rtol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("none", ["friction_coefficient", "contact_stiffness"])
 def test_without_friction_a_contact_is_a_stop(none):
     alone = sh.frf(problem_of(**{none: 0.0}), BAND, progress=False)
@@ -52,6 +53,7 @@ def test_without_friction_a_contact_is_a_stop(none):
     np.testing.assert_allclose(both.peak_amplitude, alone.peak_amplitude, rtol=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("hertz", "changes"),
     [(9.9, dict(normal=(0,))), (10.0, dict(friction_coefficient=100.0))],
@@ -84,6 +86,7 @@ def test_constant_planar_friction_beside_a_coupled_stop():
     assert at_rest[0, 0] == pytest.approx((20.0 + 1e4 * 1e-3) / 2e4, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_stored_results_of_contacts_are_verified():
     response = sh.frf(problem_of(), (14, 16), progress=False)
     assert sh.verify(response, exact="none", progress=False).contact_mismatch.max() < 1e-9

@@ -46,7 +46,7 @@ def direct(disk, n, s, force):
     return spsolve(sp.csc_array(stiffness + 1j * s * damping - s**2 * mass, dtype=complex), force)
 
 
-@pytest.mark.parametrize("order", [3, 21, 0])
+@pytest.mark.parametrize("order", quick_first([3, 21, 0], 1))
 def test_condensed_stiffness_is_that_of_all_equations(order):
     """At frequencies that it was not made from, of both senses of one wave, and of none."""
     disk, tip, pattern = damped_disk((2, 3, 1, 2))

@@ -78,6 +78,7 @@ def test_texts_run_nothing(response, look, tmp_path):
     assert "window.hacked = 1" in seen.text("#status")
 
 
+@pytest.mark.slow
 def test_the_policy_of_the_page_stops_scripts_that_got_in(response, look, tmp_path):
     path = sh.view(response.isel(sample=0), tmp_path / "policy.html")
     text = path.read_text(encoding="utf-8")
@@ -145,6 +146,7 @@ def test_pages_of_broken_archives_say_what_they_lack(broken, response, look, tmp
     assert said, body[:2000]
 
 
+@pytest.mark.slow
 def test_long_texts_are_cut(response, tmp_path):
     long = response.copy(deep=True)
     long.attrs["note"] = "x" * 10_000_000

@@ -148,6 +148,7 @@ def test_numbers_are_those_of_the_chosen_set_and_scale(shown):
         assert number_of(lines, "amplitude of blade 0") == digits(point.amplitude)
 
 
+@pytest.mark.slow
 def test_numbers_are_those_of_the_chosen_place(shown):
     seen, one = shown("mistuned"), dataset("mistuned").isel(sample=0)
     for place in (3, 0):
@@ -178,6 +179,7 @@ def test_peaks_and_events_are_marked_where_they_are(shown):
     assert number_of(lines, "amplitude") == digits(peak.peak_amplitude)
 
 
+@pytest.mark.slow
 def test_folds_and_unstable_responses(shown):
     seen, one = shown("duffing"), dataset("duffing")
     marks = {trace["name"]: trace["x"] for trace in seen.trace("marks")}
@@ -257,6 +259,7 @@ def drawn_in(seen, figure):
     return [(name, np.array(y, dtype=float)) for name, y in seen.run(script)]
 
 
+@pytest.mark.slow
 def test_bands_are_quantiles_of_the_samples(shown):
     seen, every = shown("grid"), dataset("grid")
     smallest, largest, low, high, middle = drawn_in(seen, "band")

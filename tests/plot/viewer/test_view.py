@@ -151,6 +151,7 @@ def test_of_many_sets_the_extremes_are_shown():
     assert sets_of(many.isel(sample=slice(17))).n_shown == 119
 
 
+@pytest.mark.slow
 def test_a_page_never_has_more_than_it_may(tmp_path, monkeypatch):
     disk = ring_of_blades(5, contact_stiffness=1e6, normal_load=10)
     orders = {"engine_order": [1, 2], "normal_load": [5, 10, 20]}

@@ -109,6 +109,7 @@ def test_no_more_modes_than_there_are():
         sh.campbell(massless, [0, 100])
 
 
+@pytest.mark.slow
 def test_pictures_show_every_crossing(tmp_path):
     lines = sh.campbell(disk(), [0, 1500, 3000], orders=range(1, 8), count=2)
     for draw in (sh.plot.campbell, sh.plot.interference):
