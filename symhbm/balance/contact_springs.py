@@ -45,11 +45,11 @@ def by_row(problem: HarmonicBalance, springs: FloatArray) -> FloatArray:
     (n_harmonics, n_rows), or (n_harmonics, n_rows, n_rows) where a law couples displacements.
     """
     size, places = problem.contacts.places_of_springs
-    if places is None:
-        return springs
-    result = np.zeros((len(springs), math.prod(size)))
-    result[:, places] = springs
-    return result.reshape(-1, *size)
+    result, first = np.zeros((len(springs), math.prod(size))), 0
+    for of_group in places:  # groups may act on the same displacements
+        result[:, of_group] += springs[:, first : first + len(of_group)]
+        first += len(of_group)
+    return result.reshape(len(springs), *size)
 
 
 @lru_cache(maxsize=64)

@@ -154,17 +154,15 @@ class BalancedContacts:
         return np.concatenate([np.zeros(0, dtype=int), *each])
 
     @cached_property
-    def places_of_springs(self) -> tuple[tuple[int, ...], NDArray[np.intp] | None]:
-        """Shape of springs by displacement, and where those of contacts, m^2 of each, are in it.
+    def places_of_springs(self) -> tuple[tuple[int, ...], list[NDArray[np.intp]]]:
+        """Shape of springs by displacement, and where those of each group, m^2 a contact, are in it.
 
-        (n_rows,), or (n_rows, n_rows) where a law couples displacements; None where all are theirs.
+        (n_rows,), or (n_rows, n_rows) where a law couples displacements.
         """
-        n_rows = self.layout.n_rows
-        if all(group.rows.shape[1] == 1 for group in self.groups):
-            rows = np.concatenate([np.zeros(0, int), *(g.rows[:, 0] for g in self.groups)])
-            return (n_rows,), None if np.array_equal(rows, np.arange(n_rows)) else rows
-        each = [n_rows * g.rows[:, :, None] + g.rows[:, None] for g in self.groups]
-        return (n_rows, n_rows), np.concatenate([part.ravel() for part in each])
+        rows, n_rows = [group.rows for group in self.groups], self.layout.n_rows
+        if all(of_group.shape[1] == 1 for of_group in rows):
+            return (n_rows,), [of_group[:, 0] for of_group in rows]
+        return (n_rows, n_rows), [(n_rows * r[:, :, None] + r[:, None]).ravel() for r in rows]
 
     def sizes_at_switches(self, by_row: FloatArray) -> FloatArray:
         """Norms of the motion of the contact of each switch from those of rows (..., n_rows)."""
