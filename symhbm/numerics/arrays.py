@@ -1,6 +1,8 @@
 """Arrays: their types, and linear algebra of dense and sparse Jacobians."""
 
-from functools import partial
+from collections.abc import Callable
+from contextlib import suppress
+from functools import cached_property, partial
 from math import sqrt
 from typing import Any
 
@@ -8,7 +10,6 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 from scipy.linalg import get_lapack_funcs
-from scipy.sparse.csgraph import connected_components
 from scipy.sparse.linalg import splu
 
 FloatArray = NDArray[np.float64]
@@ -107,13 +108,12 @@ def negative_eigenvalues(matrix: NDArray) -> int:
 
 
 class Factorisation:
-    """LU factors of a square matrix; ``sign`` is that of its determinant, 0 if it is singular."""
+    """LU factors of a square matrix."""
 
     def __init__(self, matrix: Any):
-        self._solve = None
-        self.sign = 0
+        self._solve: Callable[[FloatArray], FloatArray] | None = None
         if sp.issparse(matrix):
-            try:
+            with suppress(RuntimeError):  # SuperLU: exactly singular
                 # An ordering for symmetric patterns, as of structures, but for a border.
                 factors = splu(
                     sp.csc_matrix(matrix),
@@ -121,20 +121,27 @@ class Factorisation:
                     diag_pivot_thresh=0.1,
                     options=dict(SymmetricMode=True),
                 )
-            except RuntimeError:  # SuperLU: exactly singular
-                return
-            self._solve = factors.solve
-            pivots = factors.U.diagonal()
-            parity = _parity(factors.perm_r) * _parity(factors.perm_c)
+                self._solve, self._factors = factors.solve, factors
         else:
             lu, pivot, info = _DGETRF(matrix)
-            pivots = lu.diagonal()
-            if info != 0:
-                return
-            parity = 1 - 2 * (np.count_nonzero(pivot != np.arange(len(pivot))) % 2)
-            self._solve = partial(_solve_columns, lu, pivot)
-        if np.all(np.isfinite(pivots)):
-            self.sign = int(parity * (1 - 2 * (np.count_nonzero(pivots < 0) % 2)))
+            if info == 0:
+                self._solve, self._factors = partial(_solve_columns, lu, pivot), (lu, pivot)
+
+    @cached_property
+    def sign(self) -> int:
+        """The sign of the determinant, 0 of a singular matrix."""
+        if self._solve is None:
+            return 0
+        if isinstance(self._factors, tuple):
+            lu, pivot = self._factors
+            pivots, exchanges = lu.diagonal(), np.count_nonzero(pivot != np.arange(len(pivot)))
+        else:
+            factors = self._factors
+            pivots = factors.U.diagonal()
+            exchanges = sum(map(_exchanges, (factors.perm_r, factors.perm_c)))
+        if not np.all(np.isfinite(pivots)):
+            return 0
+        return 1 - 2 * ((exchanges + np.count_nonzero(pivots < 0)) % 2)
 
     def solve(self, right: FloatArray) -> FloatArray | None:
         """Solution for one or several right-hand sides, None if there is no finite one."""
@@ -156,8 +163,11 @@ def _solve_columns(lu: FloatArray, pivot: NDArray, right: FloatArray) -> FloatAr
     return solution
 
 
-def _parity(permutation: np.ndarray) -> int:
-    """Sign of a permutation: a cycle of ``n`` entries is ``n - 1`` exchanges."""
-    size = len(permutation)
-    graph = sp.csr_array((np.ones(size), permutation, np.arange(size + 1)))
-    return 1 - 2 * ((size - connected_components(graph)[0]) % 2)
+def _exchanges(permutation: NDArray) -> int:
+    """How many exchanges make a permutation: a cycle of ``n`` entries takes ``n - 1``."""
+    following, count = permutation.tolist(), 0
+    for place in range(len(following)):
+        while (other := following[place]) != place:
+            following[place], following[other] = following[other], other
+            count += 1
+    return count

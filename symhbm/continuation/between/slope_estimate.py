@@ -11,9 +11,9 @@ from numpy.typing import NDArray
 
 from symhbm.balance import HarmonicBalance
 from symhbm.continuation.between.segments import OF_SLOPE, Segments, errors_within
-from symhbm.continuation.between.slopes import FLAT_SLOPE, TIE, Slopes, amplitude_and_slope
+from symhbm.continuation.between.slopes import FLAT_SLOPE, TIE, Slopes, largest_and_slope
 from symhbm.continuation.segment import Measure, ahead
-from symhbm.numerics import FloatArray
+from symhbm.numerics import FloatArray, FourierBasis, largest_displacement
 from symhbm.numerics.loops import Loop, interpolation
 
 _MIN_SHARE = 0.95
@@ -70,7 +70,16 @@ def estimate_slopes(
     ends = left.state, right.state, measured.left, measured.right
     interpolation.interpolate(*ends, _SHARES, motions)
     interpolation.differentiate(*ends, _SHARES, rates)
-    amplitudes, inside = amplitude_and_slope(problem, motions, rates)
+    motions, rates = problem.peaking(motions), problem.peaking(rates)
+    amplitudes, inside = np.zeros((2, n, n_shares, n_dof))
+    examined = np.ones((n, n_dof), dtype=bool)
+    if not per_dof:
+        examined = _may_lead(problem.basis, motions, error * measured.length)
+        for at in (left, right):
+            examined |= at.amplitude >= _MIN_SHARE * at.amplitude.max(axis=1, keepdims=True)
+    chosen = np.broadcast_to(examined[:, None], amplitudes.shape)
+    found = largest_and_slope(problem.basis, motions[chosen], rates[chosen])
+    amplitudes[chosen], inside[chosen] = found
     ends = (left.amplitude, right.amplitude), (left.slope, right.slope)
     slopes = np.empty((n, N_SLOPES, n_dof))
     turns, is_doubtful = np.empty((2, n, n_dof), dtype=bool)
@@ -80,6 +89,20 @@ def estimate_slopes(
     given = ends[0], amplitudes, slopes, inside, error, measured.length
     _judge(*given, segments.switch_events, per_dof, turns, is_doubtful)
     return SlopeEstimate(turns, is_doubtful, slopes, error, left, right, inside)
+
+
+def _may_lead(basis: FourierBasis, motions: FloatArray, reserve: FloatArray) -> NDArray[np.bool_]:
+    """Which motions (n, n_shares, n_dof, n_components) may be among the largest, (n, n_dof).
+
+    A largest value is no more than the sum of the harmonics. It may be in error by a ``reserve``
+    (n, n_dof).
+    """
+    of_harmonics = basis.order[:, None] == np.array(basis.harmonics)
+    most = np.sqrt(motions**2 @ of_harmonics).sum(axis=-1)
+    first = np.argmax(most, axis=-1)[..., None, None]
+    one = np.take_along_axis(motions, first, axis=2).reshape(-1, basis.n_components)
+    largest = largest_displacement(basis, one)[0].reshape(*most.shape[:2], 1)
+    return np.any(~(most + reserve[:, None] < _MIN_SHARE * largest), axis=1)
 
 
 @Loop

@@ -9,7 +9,7 @@ import numpy as np
 
 from symhbm.balance import HarmonicBalance
 from symhbm.continuation.segment import PathState
-from symhbm.numerics import FloatArray, largest_displacement
+from symhbm.numerics import FloatArray, FourierBasis, largest_displacement
 from symhbm.numerics.loops import Loop
 
 TIE = 1e-9
@@ -53,21 +53,29 @@ def amplitude_and_slope(
 
     Both ``(..., n_peaking)``: displacements, or rows of an output.
     """
-    size = problem.basis.n_components
     shape = (*unknowns.shape[:-1], problem.n_peaking)
-    coefficients = problem.peaking(unknowns).reshape(-1, size)
-    derivative = problem.peaking(derivative)
-    if problem.basis.has_one_harmonic and size == 2:
-        rows = np.ascontiguousarray(coefficients), np.ascontiguousarray(derivative).reshape(-1, 2)
-        amplitude, slope = np.empty((2, *shape))
-        _of_one_harmonic(*rows, amplitude.reshape(-1), slope.reshape(-1))
-        return amplitude, slope
-    amplitude, angle = largest_displacement(problem.basis, coefficients)
-    values = problem.basis.values(angle)
-    # The angle of the maximum varies, but the displacement is stationary by the angle.
-    sign = np.sign(np.einsum("dm,dm->d", values, coefficients))
-    slope = sign * np.einsum("dm,dm->d", values, derivative.reshape(-1, size))
+    motions, rates = (
+        problem.peaking(each).reshape(-1, problem.basis.n_components)
+        for each in (unknowns, derivative)
+    )
+    amplitude, slope = largest_and_slope(problem.basis, motions, rates)
     return amplitude.reshape(shape), slope.reshape(shape)
+
+
+def largest_and_slope(
+    basis: FourierBasis, motions: FloatArray, rates: FloatArray
+) -> tuple[FloatArray, FloatArray]:
+    """Largest values (n,) of motions (n, n_components), and their slopes from ``rates`` of these."""
+    if basis.has_one_harmonic and basis.n_components == 2:
+        amplitude, slope = np.empty((2, len(motions)))
+        rows = np.ascontiguousarray(motions), np.ascontiguousarray(rates)
+        _of_one_harmonic(*rows, amplitude, slope)
+        return amplitude, slope
+    amplitude, angle = largest_displacement(basis, motions)
+    values = basis.values(angle)
+    # The angle of the maximum varies, but the displacement is stationary by the angle.
+    sign = np.sign(np.einsum("dm,dm->d", values, motions))
+    return amplitude, sign * np.einsum("dm,dm->d", values, rates)
 
 
 @Loop

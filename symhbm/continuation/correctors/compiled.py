@@ -77,12 +77,12 @@ class LocatedCorrector(StepwiseCorrector):
         norm, value = self._system.outputs[2][:2].tolist()
         return norm, value, states
 
-    def _step(self, at: Any, scale: FloatArray) -> tuple[FloatArray | None, int]:
+    def _step(self, at: Any, scale: FloatArray) -> tuple[FloatArray | None, Factorisation]:
         """As of any equations; the system is that of the last call."""
         entries, right, _, _ = self._system.outputs
         self.solves += 1
         factors = Factorisation(self._assemble(entries))
-        return factors.solve(right.reshape(2, -1).T), factors.sign
+        return factors.solve(right.reshape(2, -1).T), factors
 
     def step_at(self, unknowns: FloatArray, value: float) -> tuple[float, FloatArray | None]:
         """As of any equations: a step of the system that keeps the frequency."""
@@ -102,10 +102,8 @@ class LocatedCorrector(StepwiseCorrector):
 
 
 def is_located(curve: ContinuationProblem) -> bool:
-    """Whether a curve has a `LocatedCorrector`: one over the frequency, with full matrices."""
-    if not isinstance(curve, FrequencyProblem) or curve.problem.structure is not None:
-        return False
-    return curve.problem.compiled[0].assemble.as_full
+    """Whether a curve has a `LocatedCorrector`: one over the frequency of compiled equations."""
+    return isinstance(curve, FrequencyProblem) and curve.problem.structure is None
 
 
 def _fill(target: FloatArray, parts: list[FloatArray]) -> None:

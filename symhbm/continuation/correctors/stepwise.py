@@ -25,7 +25,7 @@ class StepwiseCorrector(Corrector):
         radius: float = 0.5,
     ) -> Corrected | None:
         """As `Corrector.correct`."""
-        point, direction, sign, scale = guess, None, 0, constraint.scale
+        point, direction, factors, scale = guess, None, None, constraint.scale
         last_step, correction = np.inf, 0
         while True:
             try:
@@ -42,7 +42,7 @@ class StepwiseCorrector(Corrector):
                 if direction is None or not on_curve or last_step > STAGNATION:
                     return None
                 break
-            columns, sign = self._step(at, scale)
+            columns, factors = self._step(at, scale)
             if columns is None:
                 return None
             step, direction = columns[:, 0], columns[:, 1] / length_of(columns[:, 1])
@@ -54,7 +54,8 @@ class StepwiseCorrector(Corrector):
             if last_step > radius:
                 return None
             point, correction = point + step * scale, correction + 1
-        return self._corrected(point, at, scale, direction, sign, guess, switches)
+        assert factors is not None
+        return self._corrected(point, at, scale, direction, factors.sign, guess, switches)
 
     def tangent_along(
         self, point: FloatArray, plane: Hyperplane, switches: NDArray[np.bool_]
@@ -64,11 +65,11 @@ class StepwiseCorrector(Corrector):
             _, _, at = self._linearised(point, point, plane, switches)
         except ArithmeticError:
             return None
-        columns, sign = self._step(at, plane.scale)
+        columns, factors = self._step(at, plane.scale)
         if columns is None:
             return None
         direction = columns[:, 1] / length_of(columns[:, 1])
-        return self._corrected(point, at, plane.scale, direction, sign, point, switches)
+        return self._corrected(point, at, plane.scale, direction, factors.sign, point, switches)
 
     def _linearised(
         self,
@@ -100,8 +101,8 @@ class StepwiseCorrector(Corrector):
             *counted(self.curve, point, evaluation.states),
         )
 
-    def _step(self, at: Any, scale: FloatArray) -> tuple[FloatArray | None, int]:
-        """Newton step and unnormalised tangent as two columns, and the sign of the determinant."""
+    def _step(self, at: Any, scale: FloatArray) -> tuple[FloatArray | None, Factorisation]:
+        """Newton step and unnormalised tangent as two columns, and the factors of their system."""
         evaluation, value, row = at
         force = evaluation.magnitude or 1.0
         matrix = bordered(
@@ -114,4 +115,4 @@ class StepwiseCorrector(Corrector):
         right[-1] = -value, 1.0
         self.solves += 1
         factors = Factorisation(matrix)
-        return factors.solve(right), factors.sign
+        return factors.solve(right), factors
