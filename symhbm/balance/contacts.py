@@ -155,7 +155,7 @@ class BalancedContacts:
 
     @cached_property
     def places_of_springs(self) -> tuple[tuple[int, ...], list[NDArray[np.intp]]]:
-        """Shape of springs by displacement, and where those of each group, m^2 a contact, are in it.
+        """Shape of springs by displacement, and where those of each group are, m^2 a contact.
 
         (n_rows,), or (n_rows, n_rows) where a law couples displacements.
         """

@@ -16,7 +16,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from symhbm.model.damping import Damping, RayleighDamping
-from symhbm.model.linear import hermitian, lowest_modes
+from symhbm.model.linear import all_modes, hermitian
 from symhbm.model.mass import check_semidefinite
 from symhbm.model.parameters import BLADE_PARAMETERS, CONTACT_PARAMETERS, PARAMETERS
 from symhbm.model.places import check_places
@@ -57,13 +57,14 @@ class PolynomialStructure(Structure):
             result[power] = result[power] + added if power in result else added
         return result
 
-    def _dense(self, harmonic: int) -> tuple[dict[int, ComplexArray], ComplexArray]:
-        """``A_k`` and directions of the contacts as arrays."""
+    def _dense(self, harmonic: int) -> tuple[dict[int, ComplexArray], ComplexArray, ComplexArray]:
+        """``A_k``, directions of the contacts and the mass matrix as arrays."""
 
-        def made() -> tuple[dict[int, ComplexArray], ComplexArray]:
+        def made() -> tuple[dict[int, ComplexArray], ComplexArray, ComplexArray]:
             powers = self.powers(harmonic).items()
             dense = {k: part.toarray().astype(complex) for k, part in powers}
-            return dense, self.directions_in(harmonic).toarray()
+            mass = self.matrices_in(harmonic).mass_matrix.toarray()
+            return dense, self.directions_in(harmonic).toarray(), mass
 
         return self.of_matrices(harmonic, made)
 
@@ -71,7 +72,7 @@ class PolynomialStructure(Structure):
         self, harmonic: int, frequency: float
     ) -> tuple[ComplexArray, ComplexArray]:
         """The polynomial and its derivative by the frequency, dense."""
-        parts, _ = self._dense(harmonic)
+        parts = self._dense(harmonic)[0]
         value, slope = np.zeros((2, self.n_dof, self.n_dof), dtype=complex)
         for power, part in parts.items():
             value += frequency**power * part
@@ -93,8 +94,8 @@ class PolynomialStructure(Structure):
         return result
 
     def _undamped(self, harmonic: int, frequency: float, springs: FloatArray) -> ComplexArray:
-        _, directions = self._dense(harmonic)
-        whole = self.dynamic_stiffness(harmonic, frequency)[0]
+        parts, directions, _ = self._dense(harmonic)
+        whole = sum(frequency**power * part for power, part in parts.items())
         return hermitian(whole + weighted(directions.conj().T, springs) @ directions)
 
     def modes_below(self, harmonic: int, frequency: float, springs: FloatArray) -> int | None:
@@ -105,16 +106,15 @@ class PolynomialStructure(Structure):
         self, harmonic: int, frequency: float, springs: FloatArray, losses: FloatArray
     ) -> NearModes | None:
         """All modes of a harmonic, with springs and losses; None where a motion has no inertia."""
-        exciting, inertia = harmonic * frequency, self.matrices_in(harmonic).mass_matrix
-        elastic = self._undamped(harmonic, frequency, springs) + exciting**2 * inertia.toarray()
+        exciting, (_, directions, mass) = harmonic * frequency, self._dense(harmonic)
+        elastic = self._undamped(harmonic, frequency, springs) + exciting**2 * mass
         try:
-            squares, shapes = lowest_modes(sp.csc_array(elastic), inertia)
-        except ValueError:
+            squares, shapes = all_modes(elastic, mass)
+        except np.linalg.LinAlgError:
             return None
         if len(squares) < self.n_dof:
             return None
         natural = np.sqrt(np.maximum(squares, 1e-300))
-        _, directions = self._dense(harmonic)
         whole = self.dynamic_stiffness(harmonic, frequency)[0]
         loss = (whole - whole.conj().T) / 2j + weighted(directions.conj().T, losses) @ directions
         width = np.einsum("ik,ij,jk->k", shapes.conj(), loss / exciting, shapes, optimize=True)

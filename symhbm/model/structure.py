@@ -603,7 +603,8 @@ class Structure(Record, ABC):
 
     def directions_in(self, harmonic: int) -> Any:
         """Directions in one harmonic (n_rows, n_dof), complex for a sector of a disk."""
-        return self.directions_of(self.wave(harmonic))
+        wave = self.wave(harmonic)
+        return self.of_matrices(("directions", wave), lambda: self.directions_of(wave))
 
     def displacements(self, basis: FourierBasis) -> Any:
         """Coefficients of all displacements from those of all degrees of freedom, flattened."""

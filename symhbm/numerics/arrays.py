@@ -141,7 +141,7 @@ class Factorisation:
             exchanges = sum(map(_exchanges, (factors.perm_r, factors.perm_c)))
         if not np.all(np.isfinite(pivots)):
             return 0
-        return 1 - 2 * ((exchanges + np.count_nonzero(pivots < 0)) % 2)
+        return 1 - 2 * int((exchanges + np.count_nonzero(pivots < 0)) % 2)
 
     def solve(self, right: FloatArray) -> FloatArray | None:
         """Solution for one or several right-hand sides, None if there is no finite one."""

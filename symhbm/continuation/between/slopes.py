@@ -65,7 +65,7 @@ def amplitude_and_slope(
 def largest_and_slope(
     basis: FourierBasis, motions: FloatArray, rates: FloatArray
 ) -> tuple[FloatArray, FloatArray]:
-    """Largest values (n,) of motions (n, n_components), and their slopes from ``rates`` of these."""
+    """Largest values (n,) of motions (n, n_components), and their slopes from their ``rates``."""
     if basis.has_one_harmonic and basis.n_components == 2:
         amplitude, slope = np.empty((2, len(motions)))
         rows = np.ascontiguousarray(motions), np.ascontiguousarray(rates)

@@ -1,6 +1,7 @@
 """Natural modes, matrices of low rank beside sparse ones, and displacements as coordinates."""
 
 from symhbm.model.linear.eigenmodes import (
+    all_modes,
     gyroscopic_part,
     hermitian,
     lowest_gyroscopic,
@@ -24,6 +25,7 @@ from symhbm.model.linear.low_rank import (
 __all__ = [
     "LowRankSum",
     "RelativeCoordinates",
+    "all_modes",
     "check_held",
     "components",
     "definite",

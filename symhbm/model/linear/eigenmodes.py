@@ -40,7 +40,7 @@ def lowest_modes(
     below = _below(stiffness, mass)
     try:
         if size <= DENSE_LIMIT or count is None or count > _MOST * size:
-            squares, shapes = _all(stiffness.toarray(), mass.toarray())
+            squares, shapes = all_modes(stiffness.toarray(), mass.toarray())
             held = bool(squares.min(initial=0.0) >= below)
         else:
             squares, shapes, held = _some(sp.csc_array(stiffness), sp.csc_array(mass), count, below)
@@ -135,7 +135,8 @@ def hermitian(matrix: Any) -> Any:
     return (matrix + matrix.conj().T) / 2
 
 
-def _all(stiffness: NDArray, mass: NDArray) -> tuple[FloatArray, NDArray]:
+def all_modes(stiffness: NDArray, mass: NDArray) -> tuple[FloatArray, NDArray]:
+    """As `lowest_modes`, of arrays; LinAlgError where a motion has neither mass nor stiffness."""
     moving = np.real(mass.diagonal()) > 0
     if moving.all():
         squares, shapes = eigh(stiffness, mass)
