@@ -12,6 +12,7 @@ from scipy.optimize import minimize
 
 import symhbm as sh
 from symhbm.ensembles.statistics import population
+from symhbm.ensembles.statistics.confidence import drop
 
 BLADES = 5
 SAMPLES = 5
@@ -278,6 +279,12 @@ def test_generalised_extreme_values_are_found_again():
 
 EIGHTY = stats.genextreme(0.2, loc=2.0, scale=0.3)
 """A distribution with an upper bound at 3.5."""
+
+
+@pytest.mark.parametrize("confidence", [0.5, 0.95, 0.999])
+def test_the_drop_of_many_values_is_that_of_chi_squared(confidence):
+    expected = stats.chi2.ppf(confidence, 1) / 2
+    assert drop(10**6, 3, confidence) == pytest.approx(expected, rel=1e-4)
 
 
 def _drop(values, fit, name, value, index=()):
