@@ -233,10 +233,7 @@ def solution_beside(
         corrector.solves += 1
         return curve.evaluate(unknowns, value)
 
-    def step_at(unknowns: FloatArray) -> tuple[float, FloatArray | None]:
-        return corrector.step_at(unknowns, value)
-
-    return other_solution(balance, known[0], starts, *known[1:], step_at=step_at)
+    return other_solution(balance, known[0], starts, *known[1:])
 
 
 _FIRST, _FARTHER, _NOT_CONVERGED = 1e-3, 1.5, 4

@@ -95,23 +95,16 @@ _FARTHEST = 1e6
 """Distance from the known solution, relative to it, beyond which an iteration has diverged."""
 
 
-def newton_step(evaluation: Evaluation) -> tuple[float, FloatArray | None]:
-    """The norm of the residual, and Newton's step (n_unknowns,) from there if there is one."""
-    return evaluation.norm, Factorisation(evaluation.jacobian).solve(-evaluation.residual)
-
-
 def other_solution(
     evaluate: Callable[[FloatArray], Evaluation],
     known: FloatArray,
     starts: Iterable[FloatArray],
     *others: FloatArray,
-    step_at: Callable[[FloatArray], tuple[float, FloatArray | None]] | None = None,
 ) -> FloatArray | None:
     """A solution (n_unknowns,) other than the ``known`` one, None if no start leads to one.
 
-    ``others`` are known, too. ``step_at`` is a faster `newton_step` of the same equations.
+    ``others`` are known, too.
     """
-    step_at = step_at or (lambda unknowns: newton_step(evaluate(unknowns)))
     size = np.linalg.norm(known) or 1.0
     all_known = np.array([known, *others])
     for start in starts:
@@ -122,12 +115,13 @@ def other_solution(
             if not (np.all(squares > DISTINCT**2) and squares[0] < _FARTHEST**2):
                 break
             try:
-                norm, step = step_at(unknowns)
+                evaluation = evaluate(unknowns)
             except ArithmeticError:
                 break
+            step = Factorisation(evaluation.jacobian).solve(-evaluation.residual)
             if step is None:
                 break
-            if norm < _NEAR:
+            if evaluation.norm < _NEAR:
                 result = newton(evaluate, unknowns)
                 distances = np.linalg.norm(result.unknowns - all_known, axis=1)
                 if result.converged and np.all(distances > DISTINCT * size):

@@ -50,7 +50,7 @@ def solved_between(
     if len(points) < 2:
         return {}, {}
     segments, lines = Segments.of(points), _Lines(corrector, per_dof)
-    lines.settled(segments.take(segments.left.state[:, -1] != segments.right.state[:, -1]))
+    lines.settle(segments.take(segments.left.state[:, -1] != segments.right.state[:, -1]))
     for number, several in lines.solutions.items():
         heading = np.sign(points[number + 1].value - points[number].value)
         several.sort(key=lambda pair, heading=heading: heading * pair[0].state[-1])

@@ -139,7 +139,7 @@ class Maxima(Doubt):
 
     def between(self, segments: Segments) -> dict[int, list[LocatedMaximum]]:
         """All maxima in the segments, in the order of the path."""
-        self.settled(segments)
+        self.settle(segments)
         for maxima in self._maxima.values():
             maxima.sort(key=lambda maximum: maximum.share)
         return self._maxima

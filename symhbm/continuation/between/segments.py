@@ -202,26 +202,30 @@ class Doubt(ABC):
 
     def settled(self, segments: Segments) -> Segments:
         """The segments, divided until none is in doubt."""
-        if not len(segments.number):
-            return segments
-        whole = []
+        whole = [
+            some.take(np.delete(np.arange(len(some.number)), divided)) if divided else some
+            for some, divided in self.settle(segments)
+        ]
+        return Segments.joined(whole)
+
+    def settle(self, segments: Segments) -> list[tuple[Segments, list[int]]]:
+        """Divide segments until none is in doubt: all batches, and which of each were divided."""
+        whole: list[tuple[Segments, list[int]]] = []
         for depth in range(self.depth + 1):
             parts = []
             for some in segments.batches(max(_BATCH_SIZE // self.numbers, 1)):
                 batch = Batch(some, self, depth == self.depth)
-                self.look_at(batch)
-                divided = [*batch.middles]
-                if not divided:
-                    whole.append(some)
-                    continue
-                whole.append(some.take(np.delete(np.arange(len(some.number)), divided)))
-                shares, middles = zip(*batch.middles.values(), strict=True)
-                given = np.array(shares), PathState.stacked(middles)
-                parts.append(some.take(divided).divided(self.corrector.curve, *given))
+                if len(some.number):
+                    self.look_at(batch)
+                whole.append((some, divided := [*batch.middles]))
+                if divided:
+                    shares, middles = zip(*batch.middles.values(), strict=True)
+                    given = np.array(shares), PathState.stacked(middles)
+                    parts.append(some.take(divided).divided(self.corrector.curve, *given))
             if not parts:
                 break
             segments = Segments.joined(parts)
-        return Segments.joined(whole)
+        return whole
 
 
 _SAFETY_FACTOR = 8.0

@@ -11,13 +11,21 @@ from numpy.typing import NDArray
 
 from symhbm.balance import HarmonicBalance
 from symhbm.continuation.between.segments import OF_SLOPE, Segments, errors_within
-from symhbm.continuation.between.slopes import FLAT_SLOPE, TIE, Slopes, largest_and_slope
+from symhbm.continuation.between.slopes import (
+    FLAT_SLOPE,
+    TIE,
+    Slopes,
+    amplitude_and_slope,
+    largest_and_slope,
+)
 from symhbm.continuation.segment import Measure, ahead
 from symhbm.numerics import FloatArray, FourierBasis, largest_displacement
 from symhbm.numerics.loops import Loop, interpolation
 
 _MIN_SHARE = 0.95
 """Share of the largest response that another one must reach to be examined."""
+_MANY = 16
+"""Motions of several harmonics from which leaving out those that cannot lead takes less time."""
 _SHARES = np.arange(1, 16) / 16
 N_SLOPES = len(_SHARES) + 2
 _MAX_SIGN_RANGE = 4
@@ -70,16 +78,17 @@ def estimate_slopes(
     ends = left.state, right.state, measured.left, measured.right
     interpolation.interpolate(*ends, _SHARES, motions)
     interpolation.differentiate(*ends, _SHARES, rates)
-    motions, rates = problem.peaking(motions), problem.peaking(rates)
-    amplitudes, inside = np.zeros((2, n, n_shares, n_dof))
-    examined = np.ones((n, n_dof), dtype=bool)
-    if not per_dof:
+    if per_dof or n_dof < _MANY or problem.basis.has_one_harmonic:
+        amplitudes, inside = amplitude_and_slope(problem, motions, rates)
+    else:
+        amplitudes, inside = np.zeros((2, n, n_shares, n_dof))
+        motions, rates = problem.peaking(motions), problem.peaking(rates)
         examined = _may_lead(problem.basis, motions, error * measured.length)
         for at in (left, right):
             examined |= at.amplitude >= _MIN_SHARE * at.amplitude.max(axis=1, keepdims=True)
-    chosen = np.broadcast_to(examined[:, None], amplitudes.shape)
-    found = largest_and_slope(problem.basis, motions[chosen], rates[chosen])
-    amplitudes[chosen], inside[chosen] = found
+        chosen = np.broadcast_to(examined[:, None], amplitudes.shape)
+        found = largest_and_slope(problem.basis, motions[chosen], rates[chosen])
+        amplitudes[chosen], inside[chosen] = found
     ends = (left.amplitude, right.amplitude), (left.slope, right.slope)
     slopes = np.empty((n, N_SLOPES, n_dof))
     turns, is_doubtful = np.empty((2, n, n_dof), dtype=bool)

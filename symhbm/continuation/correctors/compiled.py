@@ -17,12 +17,7 @@ from numpy.typing import NDArray
 
 from symhbm.balance import DynamicStiffness, Equations
 from symhbm.continuation.correctors.bordered_system import SCALARS, located_system, point_system
-from symhbm.continuation.correctors.corrector import (
-    Constraint,
-    Corrector,
-    Hyperplane,
-    unit_parameter,
-)
+from symhbm.continuation.correctors.corrector import Constraint, Corrector, Hyperplane
 from symhbm.continuation.correctors.newton_graph import DONE, correction, is_generated, tangent
 from symhbm.continuation.correctors.resonance_count import counted, resonances_below
 from symhbm.continuation.correctors.stepwise import StepwiseCorrector
@@ -58,11 +53,10 @@ class LocatedCorrector(StepwiseCorrector):
         point: FloatArray,
         guess: FloatArray,
         constraint: Constraint,
-        switches: NDArray[np.bool_] | None,
+        switches: NDArray[np.bool_],
     ) -> tuple[float, float, Any]:
         frequency, inputs = float(point[-1]), self._system.inputs
         states = self._contacts.locate(point[:-1], frequency, switches)
-        switches = states.switches if switches is None else switches
         _, at, start, normal, anchor, limit, imposed, sizes, *of_contacts = inputs
         at[:], start[:], imposed[:] = point, guess, switches
         sizes[0], sizes[1] = constraint.scale[0], constraint.scale[-1]
@@ -83,14 +77,6 @@ class LocatedCorrector(StepwiseCorrector):
         self.solves += 1
         factors = Factorisation(self._assemble(entries))
         return factors.solve(right.reshape(2, -1).T), factors
-
-    def step_at(self, unknowns: FloatArray, value: float) -> tuple[float, FloatArray | None]:
-        """As of any equations: a step of the system that keeps the frequency."""
-        point = np.append(unknowns, value)
-        plane = Hyperplane(point, self.curve.scale(point), unit_parameter(len(point)))
-        norm, _, at = self._linearised(point, point, plane, None)
-        columns, _ = self._step(at, plane.scale)
-        return norm, None if columns is None else columns[:-1, 0] * plane.scale[:-1]
 
     def _corrected(self, point, at, scale, direction, sign, guess, switches) -> Corrected:
         _, _, values, limits = self._system.outputs

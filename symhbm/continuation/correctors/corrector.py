@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.balance import Evaluation
-from symhbm.continuation.newton import NewtonResult, newton, newton_step
+from symhbm.continuation.newton import NewtonResult, newton
 from symhbm.continuation.problem import ContinuationProblem, Corrected
 from symhbm.numerics import FloatArray, bordered, length_of
 from symhbm.numerics.loops import Loop
@@ -151,11 +151,6 @@ class Corrector(ABC):
             if result.converged and length_of(result.unknowns - start) <= _FARTHEST:
                 found = self.correct(result.unknowns * scale, plane, switches, precision)
         return found
-
-    def step_at(self, unknowns: FloatArray, value: float) -> tuple[float, FloatArray | None]:
-        """`newton_step` of the curve at a ``value``, states of switches free."""
-        self.solves += 1
-        return newton_step(self.curve.evaluate(unknowns, value))
 
     def free(self, unknowns: FloatArray, value: float) -> NewtonResult:
         """Solution at a ``value`` from ``unknowns`` (n_unknowns,), states of switches free."""
