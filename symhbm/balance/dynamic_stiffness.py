@@ -147,7 +147,7 @@ class DynamicStiffness:
         x = unknowns.reshape(size, n_components)
         forces, slopes, terms = np.empty((3, size, n_components))
         jacobian = contacts.jacobian
-        jacobian = np.asfortranarray(jacobian.toarray() if sp.issparse(jacobian) else jacobian)
+        jacobian = jacobian.toarray("F") if sp.issparse(jacobian) else np.asfortranarray(jacobian)
         # Columns are stored one after the other.
         blocks = jacobian.T.reshape(size, n_components, size, n_components)
         factors, rates = (np.array(self.factors(frequency, d)) for d in (0, 1))

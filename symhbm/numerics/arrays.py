@@ -39,14 +39,14 @@ _SMALL = 20_000
 """Entries of a full matrix whose product with a vector takes less time than a sparse one's call."""
 
 
-def bordered(jacobian: Any, column: FloatArray, row: FloatArray) -> Any:
-    """The matrix ``[jacobian, column; row]``, dense or sparse as ``jacobian`` is."""
+def bordered(jacobian: Any, column: FloatArray, row: FloatArray, scale: Any = 1.0) -> Any:
+    """The matrix ``[jacobian scale, column; row]``, dense or sparse as ``jacobian`` is."""
     if sp.issparse(jacobian):
-        top = sp.hstack([jacobian, sp.csc_array(column[:, None])])
+        top = sp.hstack([jacobian * scale, sp.csc_array(column[:, None])])
         return sp.vstack([top, sp.csc_array(row[None, :])]).tocsc()
     size = len(column)
     matrix = np.empty((size + 1, size + 1), order="F")
-    matrix[:size, :size] = jacobian
+    np.multiply(jacobian, scale, out=matrix[:size, :size])
     matrix[:size, size] = column
     matrix[size] = row
     return matrix

@@ -9,7 +9,7 @@ for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
 
 import click  # noqa: E402
 
-from tests.benchmarks import comparison, contacts, own, scale, structures  # noqa: E402
+from tests.benchmarks import comparison, contacts, elements, own, scale, structures  # noqa: E402
 from tests.benchmarks.table import PAGE, SCALE, machine, write  # noqa: E402
 
 MEASUREMENTS = {
@@ -20,6 +20,7 @@ MEASUREMENTS = {
     "penalty": contacts.penalty,
     "step": own.step,
     "structures": structures.structures,
+    "elements": elements.elements,
     "ensemble": own.ensemble,
     "processes": own.processes,
     "growth": own.growth,

@@ -105,11 +105,8 @@ class StepwiseCorrector(Corrector):
         """Newton step and unnormalised tangent as two columns, and the factors of their system."""
         evaluation, value, row = at
         force = evaluation.magnitude or 1.0
-        matrix = bordered(
-            evaluation.jacobian * (scale[:-1] / force),
-            evaluation.by_parameter * (scale[-1] / force),
-            row,
-        )
+        column = evaluation.by_parameter * (scale[-1] / force)
+        matrix = bordered(evaluation.jacobian, column, row, scale[:-1] / force)
         right = np.zeros((len(row), 2), order="F")
         right[:-1, 0] = -evaluation.residual / force
         right[-1] = -value, 1.0
