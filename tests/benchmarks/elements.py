@@ -63,7 +63,9 @@ class Ring(NamedTuple):
         """What holds the root, and what couples the directions of a node."""
         root = np.zeros(3 * self.n_nodes)
         root[:3] = 4e6, 4e6, 8e6
-        coupling = 2e4 * np.array([[2, -0.5, -0.5], [-0.5, 2, -0.5], [-0.5, -0.5, 2]])
+        coupling = (
+            4e5 / self.n_nodes * np.array([[2, -0.5, -0.5], [-0.5, 2, -0.5], [-0.5, -0.5, 2]])
+        )
         whole = sp.diags_array(root) + sp.kron(sp.eye_array(self.n_nodes), coupling)
         return sp.csc_array(whole)
 
