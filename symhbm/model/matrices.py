@@ -110,7 +110,7 @@ class PolynomialStructure(Structure):
         elastic = self._undamped(harmonic, frequency, springs) + exciting**2 * mass
         try:
             squares, shapes = all_modes(elastic, mass)
-        except np.linalg.LinAlgError:
+        except ValueError:
             return None
         if len(squares) < self.n_dof:
             return None

@@ -9,6 +9,7 @@ import scipy.sparse as sp
 
 import symhbm as sh
 from studies import fig03_single_blade as fig03
+from symhbm.continuation.between import slope_estimate
 from symhbm.continuation.between.segments import Segments
 from symhbm.continuation.between.slope_estimate import estimate_slopes
 from symhbm.continuation.correctors import StepwiseCorrector, compiled, corrector_of, newton_graph
@@ -83,6 +84,12 @@ def several_harmonics():
     return ring(4, 1e5, 1, (1, 3), stiffness=stiffness, normal_load=3.0)
 
 
+def many_sectors():
+    """Matrices that are factorised as sparse ones."""
+    stiffness = 1e4 * (1 + 0.02 * np.random.default_rng(3).standard_normal(42))
+    return ring(42, 1e5, 3, (1, 3), stiffness=stiffness, normal_load=3.0)
+
+
 def stiffening():
     """Closed forms of contacts, and several responses at one frequency."""
     return blade(force=20.0, cubic_stiffness=1e6, contact_stiffness=1e3)
@@ -109,10 +116,11 @@ PROBLEMS = {
     "condensed with a mean": (lambda: condensed((0, 1)), (4, 8)),
     "rubbing": (rubbing, (12, 30)),
     "several harmonics": (several_harmonics, (14, 60)),
+    "many sectors": (many_sectors, (14, 18)),
     "stiffening": (stiffening, (6, 40)),
     "opening": (opening, (15, 45)),
 }
-LOCATED = "rubbing", "several harmonics", "stiffening", "opening"
+LOCATED = "rubbing", "several harmonics", "many sectors", "stiffening", "opening"
 """Whose events are located before the equations are evaluated."""
 
 
@@ -152,9 +160,10 @@ def test_corrections_are_those_step_by_step(name):
     # The force of one blade of a sector, or the largest of all as they turn.
     rough = 0.3 if name == "sector" else 1e-8
     rng, compared, limits = np.random.default_rng(0), 0, 0
+    aside = 1e-5 if name == "many sectors" else 1e-3  # farther, so many contacts slip otherwise
     for point in branch.points:
         scale = point.scale
-        guess = point.state + scale * 1e-3 * rng.normal(size=len(scale))
+        guess = point.state + scale * aside * rng.normal(size=len(scale))
         constraints = [
             Hyperplane(guess, scale, point.after / scale),
             Hyperplane(guess, scale, unit_parameter(len(scale))),
@@ -169,7 +178,7 @@ def test_corrections_are_those_step_by_step(name):
         alike(*(c.tangent(*given) for c in (fast, slow)), scale, rough)
     for left, right in pairwise(branch.points):
         for contact in np.flatnonzero(left.switches != right.switches).tolist():
-            guess = right.state + 1e-3 * right.scale * rng.normal(size=len(right.scale))
+            guess = right.state + aside * right.scale * rng.normal(size=len(right.scale))
             limit = AtLimit(curve, contact, right.scale)
             given = guess, limit, left.switches, 1e-8
             limits += alike(*(c.correct(*given) for c in (fast, slow)), right.scale, rough)
@@ -371,6 +380,23 @@ def test_slopes_of_many_segments_are_those_of_each():
         alone = estimated(segments.take([k]))
         for single, many in zip(alone[:4], together[:4], strict=True):
             np.testing.assert_array_equal(single[0], many[k])
+
+
+def test_motions_that_cannot_lead_need_not_be_examined(monkeypatch):
+    branch = branch_of("many sectors")
+    assert not branch.curve.problem.compiled[0].assemble.as_full
+    problem, segments = branch.curve.problem, Segments.of(branch.points)
+    measured = measure(problem.single_valued, segments.left, segments.right, segments.scale)
+    some = estimate_slopes(problem, segments, measured)
+    monkeypatch.setattr(slope_estimate, "_MANY", np.inf)
+    every = estimate_slopes(problem, segments, measured)
+    assert every.of_states.all()
+    assert not some.of_states.all()
+    for name in ("turns", "is_doubtful", "error"):
+        np.testing.assert_array_equal(getattr(some, name), getattr(every, name))
+    assert every.turns.any()
+    examined = some.of_states != 0
+    np.testing.assert_allclose(some.of_states[examined], every.of_states[examined], rtol=1e-9)
 
 
 def test_a_force_that_is_no_number_is_told():

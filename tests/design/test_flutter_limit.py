@@ -159,7 +159,8 @@ def test_closed_form_of_the_limits_of_one_blade():
     np.testing.assert_allclose(found.flutter_limit_slope[3], slope, rtol=1e-7)
 
 
-@pytest.mark.parametrize("disturbance", quick_first([2e-4, 1e-6], 0))
+@pytest.mark.slow
+@pytest.mark.parametrize("disturbance", [2e-4, 1e-6])
 def test_limit_that_loads_do_not_change_is_a_range(disturbance):
     ratio, per_load = most_per_load()
     best = most_held(ALONE, "normal_load", (0.1, 10), (disturbance, 4e-4))

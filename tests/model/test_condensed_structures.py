@@ -234,7 +234,8 @@ def light_case(seed):
 
 
 # Of the first two a mode lies right beside one of the structure with what is kept held.
-@pytest.mark.parametrize("seed", quick_first([1112, 1000, 1164], 0))
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [1112, 1000, 1164])
 def test_no_peak_is_lost_where_little_damps_it(seed):
     model, forced, band, watched = light_case(seed)
     force = sh.forces.PointForce(forced)

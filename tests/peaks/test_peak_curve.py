@@ -13,7 +13,6 @@ from symhbm.continuation.status import Status
 from symhbm.model.linear import natural_band
 from tests.designs import BAND, Failing, blade, mistuned, ring
 from tests.problems import duffing
-from tests.quick import quick_first
 
 SINGLE = blade()
 
@@ -296,7 +295,8 @@ def opening():
     return sh.HarmonicBalance(blade, force, (0, 1, 2, 3))
 
 
-@pytest.mark.parametrize("at", quick_first([[1.6, 1.64, 1.66, 1.67, 1.7], None], 0))
+@pytest.mark.slow
+@pytest.mark.parametrize("at", [[1.6, 1.64, 1.66, 1.67, 1.7], None])
 def test_peaks_on_islands_are_told(at):
     problem = opening()
     peaks = curve(problem, band=(1.5, 1.75), frequency_band=(10, 25), at=at)

@@ -150,7 +150,8 @@ def test_all_solutions_of_a_pair_are_on_its_branches(omega):
     assert distance.min(axis=1).max() < 1e-6
 
 
-@pytest.mark.parametrize(("coupling", "force", "n_branches"), quick_first(CHAINS, 0))
+@pytest.mark.slow
+@pytest.mark.parametrize(("coupling", "force", "n_branches"), CHAINS)
 def test_branches_of_a_chain(coupling, force, n_branches):
     """Three masses, the springs between them stiffening: pitchforks by an extended system."""
 

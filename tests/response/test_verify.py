@@ -342,7 +342,8 @@ def test_structures_without_contacts_pass():
     assert verified.energy_error.max() < 1e-9
 
 
-@pytest.mark.parametrize("seed", quick_first([4, 5, 23, 28], 0))
+@pytest.mark.slow
+@pytest.mark.parametrize("seed", [4, 5, 23, 28])
 def test_round_off_of_contacts_that_hardly_touch_is_no_mismatch(seed):
     """Neither of what was found, nor of coefficients with another last digit; a millionth is."""
     problem, band = random_system(seed)

@@ -50,6 +50,21 @@ def test_what_is_not_kept_is_not_computed(monkeypatch):
     assert "growth_rate" in without.attrs["left_out"]
 
 
+def test_what_is_not_asked_for_is_not_computed(monkeypatch):
+    """By default responses that may be several tell which are stable."""
+    band, at = (0.5 / TURN, 2 / TURN), [1.2 / TURN]
+    told = sh.frf(duffing(), band, at=at), sh.solve(duffing(), at[0])
+    assert all("stability" in found for found in told)
+    monkeypatch.setattr("symhbm.response.describe.growth", None)
+    untold = (
+        sh.frf(duffing(), band, at=at, stability=False),
+        sh.solve(duffing(), at[0], stability=False),
+    )
+    for one, other in zip(told, untold, strict=True):
+        assert not {"growth_rate", "stability"} & {*other.variables}
+        assert other.amplitude.identical(one.amplitude)
+
+
 def fastest_growth(omega, amplitude):
     """Largest real part of the exponents of one harmonic beside a response of the Duffing one.
 

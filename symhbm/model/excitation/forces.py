@@ -149,8 +149,8 @@ class HarmonicForce(Excitation):
 
     ``cosine`` and ``sine`` map a harmonic to one coefficient per degree of freedom, or to
     ``{dof: coefficient}`` by numbers or names, dimensionless where ``amplitude`` is in N.
-    ``amplitude cosine[0]`` does not oscillate: it becomes the ``mean`` [N], given likewise, which
-    stays as it is when ``force_amplitude`` changes.
+    ``amplitude cosine[0]`` does not oscillate: it becomes the ``mean`` [N], by degree of freedom as
+    they are, which stays as it is when ``force_amplitude`` changes.
 
     Examples
     --------
@@ -163,7 +163,7 @@ class HarmonicForce(Excitation):
     cosine: Mapping[int, ArrayLike] = field(default_factory=dict)
     sine: Mapping[int, ArrayLike] = field(default_factory=dict)
     amplitude: float = 1.0
-    mean: ArrayLike | None = None
+    mean: ArrayLike | Mapping[Place, float] | None = None
 
     _of_places: ClassVar = ("cosine", "sine", "mean")
 

@@ -136,7 +136,7 @@ def hermitian(matrix: Any) -> Any:
 
 
 def all_modes(stiffness: NDArray, mass: NDArray) -> tuple[FloatArray, NDArray]:
-    """As `lowest_modes`, of arrays; LinAlgError where a motion has neither mass nor stiffness."""
+    """As `lowest_modes`, of arrays; LinAlgError, a ValueError, as it does."""
     moving = np.real(mass.diagonal()) > 0
     if moving.all():
         squares, shapes = eigh(stiffness, mass)
