@@ -14,3 +14,4 @@ def _values(name: str) -> dict[str, Any]:
 EXACT = _values("exact_values")
 PRESSED = _values("varying_normal_load")["cases"]
 STATED = _values("stated_values")
+CASES = _values("published_cases")

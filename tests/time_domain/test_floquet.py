@@ -101,17 +101,17 @@ def test_against_the_exact_motion(name):
 def test_events_of_the_exact_motion_leave_no_error(name, monkeypatch):
     problem, omega, motion = solved(name)
 
-    def exact_stretches(*_):
+    def exact_intervals(*_):
         rows = []
         for contact in np.unique(motion.event_contact):
             mine = motion.event_contact == contact
-            angle, slips = motion.event_angle[mine], motion.event_kind[mine] != "stick"
-            assert np.all(slips != np.roll(slips, 1))
+            angle, sticks = motion.event_angle[mine], motion.event_kind[mine] == "stick"
+            assert np.all(sticks != np.roll(sticks, 1))
             end = np.append(angle[1:], angle[0] + TURN)
-            rows += [(contact, a, b, 1.0) for a, b in zip(angle[slips], end[slips], strict=True)]
-        return sliders.Stretches(*map(np.array, zip(*rows, strict=True)))
+            rows += [(contact, a, b) for a, b in zip(angle[sticks], end[sticks], strict=True)]
+        return tuple(map(np.array, zip(*rows, strict=True)))
 
-    monkeypatch.setattr(sliders, "stretches", exact_stretches)
+    monkeypatch.setattr(sliders, "stick_intervals", exact_intervals)
     computed = multipliers(problem, omega, np.zeros(problem.n_unknowns))
     assert distance(computed, motion.multipliers) < 1e-11
 

@@ -9,12 +9,16 @@ from numpy.typing import NDArray
 
 from symhbm.balance import HarmonicBalance
 from symhbm.numerics import FloatArray
-from symhbm.time_domain.linear_motion import acting, curved, in_plane
+from symhbm.time_domain.event_march import March, march
+from symhbm.time_domain.linear_motion import LinearMotion, acting, curved, in_plane
 from symhbm.time_domain.periodic_orbit import size_of, state_of
 from symhbm.time_domain.perturbations.curved import along_curved
 from symhbm.time_domain.perturbations.sliders import along_sliders
 from symhbm.time_domain.planar_march import planar_march
 from symhbm.time_domain.planar_motion import PlanarMotion
+
+_SHORT = 1e-7
+"""Share of a cell over which friction forces are nearly linear."""
 
 
 def multipliers(
@@ -24,9 +28,9 @@ def multipliers(
 
     ``unknowns`` (n_unknowns,) is a solution [m], ``frequency`` in rad/s. The state is displacement,
     velocity and the friction forces of the contacts that slip; one that never slips is a spring,
-    whose neutral multiplier is left out. Friction is located, whatever law the problem has. Beside
-    planar friction they are those of the period that follows the state at ``tau = 0``, else those
-    along the motion of the solution.
+    whose neutral multiplier is left out. Friction is located, whatever law the problem has. Where
+    contacts open or their normal load moves they are those of the exact period that follows the
+    state at ``tau = 0``, else those along the motion of the solution.
 
     Raises errors as `multipliers_of_part`.
     """
@@ -82,13 +86,37 @@ class PeriodMap(NamedTuple):
 def period_map(problem: HarmonicBalance, frequency: float, unknowns: FloatArray) -> PeriodMap:
     """The map of small perturbations of a solution, as of `multipliers`; no planar friction."""
     laws = curved(problem)
-    if laws and moving_loads(problem):
-        raise ArithmeticError("perturbations of smooth laws beside loads that move are not known")
-    odd = not moving_loads(problem) and all(group.law.odd for group in laws)
+    if moving_loads(problem):
+        if laws:
+            raise ArithmeticError("smooth laws beside loads that move are not known in time")
+        return _of_march(problem, frequency, unknowns)
+    odd = all(group.law.odd for group in laws)
     parts = repeats(problem.harmonics, odd)
     along = along_curved if laws else along_sliders
     matrix, drift = along(problem, frequency, unknowns, 2 * np.pi / parts)
     return PeriodMap(matrix, drift, parts, odd and parts > math.gcd(*problem.harmonics))
+
+
+def _of_march(problem: HarmonicBalance, frequency: float, unknowns: FloatArray) -> PeriodMap:
+    """The map along the exact motion over a period from the state of a solution.
+
+    How long a stiff contact stays closed decides what becomes of perturbations, and few harmonics
+    miss that by far more than the displacement; a march from their state does not.
+    """
+    linear = LinearMotion(problem, frequency)
+    state = linear.of_active(state_of(problem.located(), unknowns, frequency))
+    run = march(linear, state, 2 * np.pi)
+    kept, matrix = run.perturbed(linear)
+    return PeriodMap(matrix, _drift(linear, run)[kept], 1, False)
+
+
+def _drift(linear: LinearMotion, run: March) -> FloatArray:
+    """Derivative of the state (2 n_dof + n_active,) by the angle, at the start of a march."""
+    cells, first = run.cells, np.zeros(2, dtype=int)
+    width, powers = cells.width[0], cells.displacement[0]
+    friction = cells.inside(linear, first, np.array([0.0, _SHORT]))[2]
+    rates = (friction[1] - friction[0]) / (_SHORT * width)
+    return np.concatenate([powers[1] / width, 2 * powers[2] / width**2, rates])
 
 
 def moving_loads(problem: HarmonicBalance) -> bool:

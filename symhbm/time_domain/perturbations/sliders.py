@@ -1,10 +1,10 @@
-"""Small perturbations of a motion whose contacts are springs and sliders.
+"""Small perturbations of a motion whose contacts are sliders under constant loads.
 
-A given motion determines where its contacts stick, slip, open and close. In between a perturbation
-is a linear motion without a force, whose matrices do not depend on the frequency: its modes are
-known once for each state of the contacts. Acceleration is continuous at all events, so that nothing
-jumps there but friction forces, see `symhbm.time_domain.event_march`. The only error is that of the
-given motion.
+A given motion determines where its contacts stick and slip. In between a perturbation is a linear
+motion without a force, whose matrices do not depend on the frequency: its modes are known once for
+each state of the contacts. Acceleration is continuous at all events, so that nothing jumps there
+but friction forces, see `symhbm.time_domain.event_march`. The only error is that of the given
+motion.
 """
 
 from functools import lru_cache
@@ -16,12 +16,12 @@ from numpy.typing import NDArray
 
 from symhbm.balance import HarmonicBalance
 from symhbm.model import Structure
-from symhbm.model.contacts import Motions, VariableLoadFriction
+from symhbm.model.contacts import stick_intervals
 from symhbm.numerics import FloatArray
-from symhbm.time_domain.active_contacts import APART, STICK, ActiveContacts
+from symhbm.time_domain.active_contacts import STICK, ActiveContacts
 
-_FRICTION = VariableLoadFriction()
-"""The law of all springs and sliders; a constant load is one without a normal spring."""
+_SLIP = 1.0
+"""State of a contact that slips, in either direction: under a constant load they are alike."""
 _MOST_WORK = 1e9
 """Stretches times the cube of the size of the state: seconds."""
 _KEPT_NUMBERS = 3e7
@@ -32,38 +32,6 @@ _SMALL = 1e-8
 """Exponents whose ``(exp(z) - 1) / z`` is 1."""
 _INSTANT = 1e-13
 """Distance of events [rad] below which they share one instant."""
-
-
-class Stretches(NamedTuple):
-    """What contacts do one after the other, arrays over all stretches.
-
-    The active ``contact``, where it begins and ends [rad], and its ``state``, see
-    `symhbm.time_domain.active_contacts`.
-    """
-
-    contact: np.ndarray
-    begin: FloatArray
-    end: FloatArray
-    state: FloatArray
-
-
-def stretches(
-    contacts: ActiveContacts, problem: HarmonicBalance, frequency: float, unknowns: FloatArray
-) -> Stretches:
-    """Those of the motion with ``unknowns`` (n_unknowns,) [m]; ``frequency`` in rad/s."""
-    relative = problem.layout.relative(unknowns)
-    pulling = np.where(contacts.rubs[:, None], relative[contacts.tangential_rows], 0.0)
-    pressing = np.where(contacts.presses[:, None], relative[contacts.normal_rows], 0.0)
-    values = dict(
-        contact_stiffness=contacts.contact_stiffness,
-        normal_stiffness=contacts.normal_stiffness,
-        friction_coefficient=contacts.friction,
-        normal_load=contacts.loads,
-    )
-    motion = np.concatenate([pulling, pressing], axis=1)
-    located = _FRICTION.locate(Motions(problem.basis, motion, frequency, values))
-    contact, begin, end, direction, apart = located.details.stretches()
-    return Stretches(contact, begin, end, np.where(apart, APART, direction))
 
 
 class _Modes(NamedTuple):
@@ -95,17 +63,16 @@ class _Perturbations(ActiveContacts):
             getattr(model, f"{name}_matrix").toarray() for name in ("mass", "damping", "stiffness")
         )
         factor = np.linalg.cholesky(mass)
-        forces = stiffness, damping, self.directions.T, self.normal.T
+        forces = stiffness, damping, self.directions.T
         parts = (scipy.linalg.cho_solve((factor, True), part) for part in forces)
-        self._elastic, self._viscous, self._push, self._push_normal = parts
+        self._elastic, self._viscous, self._push = parts
         stuck = self._stiffness(np.full(len(self.active), STICK))
         self.unit = np.sqrt(np.linalg.norm(stuck, 2))
         self._modes: dict[bytes, _Modes] = {}
 
     def _stiffness(self, state: FloatArray) -> FloatArray:
         """Acceleration by displacement, (n_dof, n_dof) [1/s^2]."""
-        result = self._elastic + self._push @ self.friction_slopes(state)
-        return result + self._push_normal @ self.normal_slopes(state)
+        return self._elastic + self._push @ self.friction_slopes(state)
 
     def modes(self, state: FloatArray) -> _Modes:
         """Those in a ``state`` (n_active,) of the contacts."""
@@ -168,28 +135,27 @@ def along_sliders(
 ) -> tuple[FloatArray, FloatArray]:
     """The map of perturbations over a ``length`` [rad] from ``tau = 0``, and the drift there.
 
-    States are displacement, its derivative by ``tau`` and the friction forces of contacts that slip
-    or open, (n_state,). Raises ArithmeticError for a structure too large.
+    States are displacement, its derivative by ``tau`` and the friction forces of contacts that
+    slip, (n_state,). Raises ArithmeticError for a structure too large.
     """
     model, n = problem.model, problem.model.n_dof
     contacts = ActiveContacts(model, frequency)
-    known, key = _known(model), (contacts.active.tobytes(), contacts.presses.tobytes())
+    known, key = _known(model), contacts.active.tobytes()
     if key not in known:
         known[key] = _Perturbations(model, frequency)
-    linear, each = known[key], stretches(contacts, problem, frequency, unknowns)
-    edges, states = _between_events(each, len(contacts.active), length)
+    linear, relative = known[key], problem.layout.relative(unknowns)[contacts.tangential_rows]
+    springs = contacts.contact_stiffness, contacts.friction
+    sticks = stick_intervals(problem.basis, relative, *springs)
+    slipped = np.isin(np.arange(len(contacts.active)), sticks[0])
+    edges, states = _between_events(*sticks, slipped, length)
     size = 2 * n + len(contacts.active)
     if len(states) * size**3 > _MOST_WORK:
         raise ArithmeticError("a structure too large to follow its perturbations")
     maps, times = np.empty((len(states), size, size)), np.diff(edges) / frequency
-    # Under a constant load both directions of slip have the same stiffness.
-    alike = np.where(contacts.presses, states, np.abs(states))
-    distinct, which = np.unique(alike, axis=0, return_inverse=True)
+    distinct, which = np.unique(states, axis=0, return_inverse=True)
     for number, state in enumerate(distinct):
         maps[which == number] = linear.maps(state, times[which == number])
 
-    moves = np.isin(np.arange(len(contacts.active)), each.contact[each.state != STICK])
-    slipped = contacts.rubs & moves
     kept = np.concatenate([np.arange(2 * n), 2 * n + np.flatnonzero(slipped)])
     variation = np.eye(size)[:, kept]
     # The friction of contacts that never slip follows the displacement through their springs.
@@ -202,24 +168,23 @@ def along_sliders(
     for k, state in enumerate(states):
         moved = np.flatnonzero(begins[k] & (state != STICK))
         variation[2 * n + moved] = linear.friction_slopes(state)[moved] @ variation[:n]
-        closed = begins[k] & (state == STICK) & (states[k - 1] == APART)
-        for j in np.flatnonzero(closed).tolist():
-            slope = coefficients @ problem.basis.values(edges[k], 1)
-            variation[2 * n + j] = linear.friction_since_closing(slope, j) @ variation[:n]
         variation = maps[k] @ variation
     by_angle = np.ones(size)
     by_angle[n : 2 * n] = linear.unit / frequency
     return (by_angle[:, None] * variation / by_angle[kept])[kept], drift
 
 
-def _between_events(each: Stretches, n_active: int, length: float) -> tuple[FloatArray, FloatArray]:
-    """Ends (n + 1,) [rad] of intervals between events, and the states (n, n_active) in them."""
-    events = np.concatenate([each.begin, each.end]) % (2 * np.pi)
+def _between_events(
+    contact: np.ndarray, begin: FloatArray, end: FloatArray, slipped: np.ndarray, length: float
+) -> tuple[FloatArray, FloatArray]:
+    """Ends (n + 1,) [rad] of intervals between events, and the states (n, n_active) in them.
+
+    From the intervals in which each ``contact`` of those that have ``slipped`` sticks.
+    """
+    events = np.concatenate([begin, end]) % (2 * np.pi)
     edges = np.unique(np.concatenate([[0.0, length], events[events < length - _INSTANT]]))
     edges = edges[np.concatenate([[True], np.diff(edges) > _INSTANT])]
     middle = (edges[1:] + edges[:-1]) / 2
-    inside = (middle[:, None] - each.begin) % (2 * np.pi) < each.end - each.begin
-    states = np.full((len(middle), n_active), STICK)
-    interval, stretch = np.nonzero(inside & (each.state != STICK))
-    states[interval, each.contact[stretch]] = each.state[stretch]
-    return edges, states
+    inside = (middle[:, None] - begin) % (2 * np.pi) < end - begin
+    sticks = inside @ (contact[:, None] == np.arange(len(slipped)))
+    return edges, np.where(slipped & ~sticks, _SLIP, STICK)

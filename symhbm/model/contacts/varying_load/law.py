@@ -30,13 +30,6 @@ from symhbm.model.contacts.normal import (
 )
 from symhbm.model.contacts.varying_load.batch import estimate, locate, most_pieces
 from symhbm.model.contacts.varying_load.march import (
-    APART,
-    BEGIN,
-    END,
-    KIND,
-    LIFTED,
-    PUSHED_DOWN,
-    PUSHED_UP,
     history_of,
 )
 from symhbm.model.contacts.varying_load.moving import moving_events
@@ -61,18 +54,6 @@ class Marched(Periods):
     pieces: FloatArray
     counts: NDArray[np.intp]
     turning: FloatArray
-
-    def stretches(self) -> tuple[NDArray[np.intp], FloatArray, FloatArray, FloatArray, FloatArray]:
-        """What contacts do one after the other, arrays over all of it.
-
-        The contact, where it begins and ends [rad], in which direction the contact slips, 0 where
-        it does not, and whether it is open.
-        """
-        valid = np.arange(self.pieces.shape[1]) < self.counts[:, None]
-        kind = self.pieces[valid][:, KIND]
-        begin, end = self.pieces[valid][:, (BEGIN, END)].T
-        direction = (kind == PUSHED_UP) - 1.0 * (kind == PUSHED_DOWN)
-        return np.nonzero(valid)[0], begin, end, direction, (kind == APART) | (kind == LIFTED)
 
 
 class VariableLoadFriction(NormalLaw):
