@@ -8,7 +8,6 @@ from typing import TYPE_CHECKING, Any
 from symhbm.balance import HarmonicBalance, SwitchingAngles, goals
 from symhbm.continuation import SolveError, Status
 from symhbm.model import (
-    ContactPairs,
     ModalDamping,
     Model,
     Places,
@@ -31,6 +30,7 @@ if TYPE_CHECKING:
     from symhbm import plot
     from symhbm.design import (
         flutter_limit,
+        identify,
         maximise_damping,
         maximise_flutter_limit,
         minimise_peak,
@@ -60,7 +60,6 @@ if TYPE_CHECKING:
 __version__ = version("symhbm")
 
 __all__ = [
-    "ContactPairs",
     "Contacts",
     "Friction",
     "Gap",
@@ -89,6 +88,7 @@ __all__ = [
     "forces",
     "frf",
     "goals",
+    "identify",
     "laws",
     "limit_cycles",
     "load",
@@ -119,7 +119,7 @@ __all__ = [
 
 
 _LATER = {
-    "symhbm.design": "flutter_limit maximise_damping maximise_flutter_limit minimise_peak"
+    "symhbm.design": "flutter_limit identify maximise_damping maximise_flutter_limit minimise_peak"
     " pareto_front",
     "symhbm.ensembles": "mistuning statistics",
     "symhbm.peaks": "peak_curve",

@@ -5,10 +5,11 @@ from symhbm.response.disks import sector_response
 from symhbm.response.recover import recover
 from symhbm.response.unforced import synthesised_response
 from symhbm.results.archive import ArchiveError, merge, rebuild
-from symhbm.results.reading import motion, output, seen_from, table, trimmed
+from symhbm.results.reading import measured, motion, output, seen_from, table, trimmed
 
 __all__ = [
     "ArchiveError",
+    "measured",
     "merge",
     "motion",
     "output",

@@ -143,7 +143,7 @@ def read_variables(
         n_entries = np.size(problem.parameters[name])
         if not n_entries:
             raise ValueError(f"parameters={name!r}: expected contacts, the structure has none")
-        pattern = _pattern(_entry_of("vary", vary, said, 1), n_entries)
+        pattern = read_pattern(_entry_of("vary", vary, said, 1), n_entries)
         groups += groups_of(name, pattern, n_entries, lower, upper)
     if isinstance(bounds, scipy.optimize.Bounds):
         groups = _within(groups, bounds)
@@ -215,7 +215,8 @@ def _within(groups: list[Group], bounds: Any) -> list[Group]:
     return result
 
 
-def _pattern(value: Any, n_entries: int) -> Any:
+def read_pattern(value: Any, n_entries: int) -> Any:
+    """Which values of a parameter are one variable; ValueError for what does not tell it."""
     if isinstance(value, str):
         if value not in ("common", "each"):
             raise ValueError(f"vary={check.shown(value)}: expected {_FORMS}")

@@ -16,6 +16,7 @@ from symhbm.results.reading.blockwise import (
     set_dimensions,
     trimmed,
 )
+from symhbm.results.reading.measured import MEASURED, measured
 from symhbm.results.reading.motions import HISTORIES, MOTIONS, motion
 from symhbm.results.reading.moving_base import seen_from
 from symhbm.results.reading.output import output
@@ -27,6 +28,7 @@ __all__ = [
     "HISTORIES",
     "INNER",
     "KINDS",
+    "MEASURED",
     "MOTIONS",
     "SAMPLE",
     "blocks",
@@ -34,6 +36,7 @@ __all__ = [
     "is_inner",
     "largest",
     "largest_of",
+    "measured",
     "motion",
     "motions_of",
     "moving",

@@ -9,6 +9,7 @@ import xarray as xr
 from symhbm.results import NUMBERS, VARIABLES, parts
 from symhbm.results.reading import printable, read
 from symhbm.results.telling.findings import findings
+from symhbm.results.telling.identified import identified, of_fits
 from symhbm.results.telling.problem import MOST_LISTED, problem
 from symhbm.results.telling.words import Rows, Words, designs
 
@@ -33,6 +34,7 @@ def account(dataset: xr.Dataset, digits: int = 6) -> Iterator[tuple[str, Rows]]:
     if "status" in dataset.variables:
         yield "results", findings(words)
     yield "design", designs(words)
+    yield "identification", identified(words)
     yield "others", _others(words)
 
 
@@ -67,7 +69,7 @@ def _others(words: Words) -> Rows:
     followed = [*parameters, words.along]
     described |= {f"{prefix}_{name}" for prefix in ("peak", "event") for name in followed}
     described |= {f"{name}_nominal" for name in parameters}
-    described |= {NUMBERS, *parts.variables_of_whole(dataset)}
+    described |= {NUMBERS, *parts.variables_of_whole(dataset), *of_fits(words)}
     if "status" not in dataset.variables:
         described -= {str(name) for name in dataset.data_vars} - {*parameters}
         sizes = ", ".join(f"{size} {dim}" for dim, size in dataset.sizes.items())

@@ -1,0 +1,5 @@
+"""Identification: parameters from measurements, how sure they are, and what to measure next."""
+
+from symhbm.design.identification.identify import identify
+
+__all__ = ["identify"]

@@ -1,0 +1,246 @@
+"""The best values: least squares with exact Jacobians from several starts, then Newton steps."""
+
+from __future__ import annotations
+
+from collections.abc import Callable
+from dataclasses import dataclass
+from typing import Any
+
+import numpy as np
+from scipy.optimize import least_squares
+from scipy.special import chdtrc
+
+from symhbm.design.identification.objective import Objective, Point
+from symhbm.design.identification.unknowns import Unknowns
+from symhbm.numerics import FloatArray
+
+LOSSES = ("linear", "soft_l1", "huber", "cauchy", "arctan")
+_TOLERANCE = 1e-14
+"""Relative decrease of the sum of squares, and relative step, at which SciPy's solver ends."""
+_ROUGH = 1e-7
+"""The same of fits along a profile."""
+_MOST = 100
+"""Points of one descent."""
+_FAR = 1e3
+"""Residuals where no response is found, over the largest at the start: such steps are refused."""
+_EXACT = 1e-10
+"""Norm of residuals relative to that of the motion below which no other start does better."""
+_SPREAD = np.log(10.0)
+"""How far beside the given start others are, in logarithms."""
+_SCREENED, _SHARP = 4, 10.0
+"""Starts that are looked at for each one that is descended from, and how strictly."""
+_LIKELY = 1e-3
+"""Probability of residuals as large by noise alone, above which no better optimum is looked for."""
+_STATIONARY = 1e-6
+"""Distance from the optimum, in standard errors, of a point that is one."""
+_AT_BOUND = 1e-9
+"""Distance of a variable from its bound, over that between the bounds, at which it is there."""
+
+
+@dataclass(frozen=True)
+class Descent:
+    """Where a search from one ``start`` ended: a point, and how far from stationary it is.
+
+    ``distance`` is that in standard errors, by Newton's step; ``failed`` tells why there is none.
+    """
+
+    start: FloatArray
+    point: Point | None
+    distance: float
+    failed: str = ""
+
+    @property
+    def value(self) -> float:
+        """Half the sum of squares, infinite where the start has no response."""
+        return np.inf if self.point is None else self.point.value
+
+    @property
+    def converged(self) -> bool:
+        """Whether the point is an optimum."""
+        return self.distance <= _STATIONARY
+
+
+def descend(
+    objective: Objective,
+    start: FloatArray,
+    loss: str = "linear",
+    free: np.ndarray | None = None,
+    tick: Callable[[], Any] = lambda: None,
+    precise: bool = True,
+) -> Descent:
+    """The optimum that a start leads to; ``free`` are the variables that move, by default all.
+
+    One that is not ``precise`` is as close as sums of squares need to be compared.
+    """
+    free = np.arange(len(start)) if free is None else free
+    lower, upper = objective.unknowns.bounds
+    inside = np.clip(start, lower, upper)
+
+    def whole(part: FloatArray) -> FloatArray:
+        x = inside.copy()
+        x[free] = part
+        return x
+
+    try:
+        first = objective.at(inside)
+        refused = np.full(len(first.residuals), _FAR * float(np.abs(first.residuals).max() or 1.0))
+    except ArithmeticError as error:
+        return Descent(start, None, np.inf, str(error))
+
+    def residuals(part: FloatArray) -> FloatArray:
+        tick()
+        try:
+            return objective.at(whole(part)).residuals
+        except ArithmeticError:
+            return refused
+
+    def jacobian(part: FloatArray) -> FloatArray:
+        point = objective.at(whole(part))
+        objective.remember(point)
+        return point.jacobian[:, free]
+
+    x, tolerance = inside, _TOLERANCE if precise else _ROUGH
+    if len(free):
+        found = least_squares(
+            residuals,
+            np.clip(inside[free], *_strictly(lower[free], upper[free])),
+            jacobian,  # pyright: ignore[reportArgumentType]
+            (lower[free], upper[free]),
+            x_scale="jac",
+            loss=loss,
+            ftol=tolerance,
+            xtol=tolerance,
+            gtol=tolerance,
+            max_nfev=_MOST,
+        )
+        x = whole(found.x)
+    try:
+        point = objective.at(x)
+        if not precise:
+            return Descent(start, point, np.nan)
+        return Descent(start, *polished(objective, point, free, loss))
+    except ArithmeticError as error:
+        return Descent(start, None, np.inf, str(error))
+
+
+def _strictly(lower: FloatArray, upper: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Bounds that a start is within, which has to be inside them."""
+    inside = 1e-10 * (upper - lower)
+    return lower + inside, upper - inside
+
+
+def polished(
+    objective: Objective, point: Point, free: np.ndarray, loss: str
+) -> tuple[Point, float]:
+    """A point after Newton steps with the exact Hessian, and its distance from the optimum."""
+    distance = _distance(point, free, loss)
+    for _ in range(3):
+        inner = inside(objective.unknowns, point.x)[free]
+        if loss != "linear" or distance <= _TOLERANCE or not inner.any():
+            break
+        moved = free[inner]
+        hessian = point.hessian[np.ix_(moved, moved)]
+        if np.linalg.eigvalsh(hessian)[0] <= 0:
+            break
+        x = point.x.copy()
+        x[moved] -= np.linalg.solve(hessian, point.gradient[moved])
+        x = np.clip(x, *objective.unknowns.bounds)
+        objective.remember(point)
+        try:
+            other = objective.at(x)
+            nearer = _distance(other, free, loss)
+        except ArithmeticError:
+            break
+        if nearer >= distance or other.value > point.value * (1 + 1e-12):
+            break
+        point, distance = other, nearer
+    return point, distance
+
+
+def inside(unknowns: Unknowns, x: FloatArray) -> np.ndarray:
+    """Which variables are not at one of their bounds, (n,)."""
+    lower, upper = unknowns.bounds
+    near = _AT_BOUND * (upper - lower)
+    return (x > lower + near) & (x < upper - near)
+
+
+def weights_of(residuals: FloatArray, loss: str) -> FloatArray:
+    """Square roots of the slopes of a loss over squared residuals: how much each row counts."""
+    square = residuals**2
+    slopes = {
+        "linear": np.ones_like(square),
+        "soft_l1": (1 + square) ** -0.5,
+        "huber": np.minimum(1.0, np.maximum(square, 1e-300) ** -0.5),
+        "cauchy": 1 / (1 + square),
+        "arctan": 1 / (1 + square**2),
+    }
+    return np.sqrt(slopes[loss])
+
+
+def _distance(point: Point, free: np.ndarray, loss: str) -> float:
+    """Length of the step to the optimum of a linear model, in standard errors of known noise.
+
+    Variables at a bound that the sum of squares falls beyond do not count.
+    """
+    weights = weights_of(point.residuals, loss)
+    jacobian, residuals = weights[:, None] * point.jacobian[:, free], weights * point.residuals
+    inner = inside(point.objective.unknowns, point.x)[free]
+    left, singular, _ = np.linalg.svd(jacobian[:, inner], full_matrices=False)
+    seen = singular > 1e-10 * max(point.size, singular.max(initial=0.0))
+    return float(np.linalg.norm(left.T[seen] @ residuals))
+
+
+def starts_of(unknowns: Unknowns, n_starts: int) -> list[FloatArray]:
+    """The given start, and others spread evenly around it within the bounds."""
+    first = unknowns.start
+    lower, upper = unknowns.bounds
+    near = np.array([_SPREAD if one.logarithmic else np.inf for one in unknowns.each])
+    low, high = np.maximum(lower, first - near), np.minimum(upper, first + near)
+    # Multiples of powers of a root of x^(n+1) = x + 1 spread evenly in n dimensions.
+    root = 2.0
+    for _ in range(50):
+        root = (1 + root) ** (1 / (unknowns.n + 1))
+    steps = root ** -np.arange(1, unknowns.n + 1)
+    shares = np.outer(np.arange(1, n_starts), steps)
+    return [first, *(low + (0.5 + shares) % 1 * (high - low))]
+
+
+def search(
+    objective: Objective, n_starts: int, loss: str, tick: Callable[[], Any] = lambda: None
+) -> list[Descent]:
+    """Descents from the given start and from others that promise most, the best first.
+
+    No more follow one that leaves nothing to explain.
+    """
+    starts = starts_of(objective.unknowns, _SCREENED * n_starts)
+    descents = [descend(objective, starts[0], loss, tick=tick)]
+    if n_starts > 1 and not _explains(descents[0]):
+        tick()
+        others = sorted(starts[1:], key=lambda start: _misfit(objective, start))
+        for start in others[: n_starts - 1]:
+            descents.append(descend(objective, start, loss, tick=tick))
+            if _explains(descents[-1]):
+                break
+    return sorted(descents, key=lambda descent: descent.value)
+
+
+def _explains(descent: Descent) -> bool:
+    """Whether the residuals are round-off, or no more than their known noise explains."""
+    point = descent.point
+    if point is None:
+        return False
+    if np.linalg.norm(point.residuals) <= _EXACT * point.size:
+        return True
+    n = len(point.residuals) - len(point.x)
+    return point.objective.rows.has_noise and n > 0 and chdtrc(n, 2 * point.value) > _LIKELY
+
+
+def _misfit(objective: Objective, start: FloatArray) -> float:
+    """How badly a start fits, counting factors: far responses count little more than near ones."""
+    try:
+        residuals = objective.at(start).residuals
+    except ArithmeticError:
+        return np.inf
+    rows = objective.rows
+    size = float(np.sqrt(np.mean((rows.value / rows.scales)[rows.kept] ** 2))) or 1.0
+    return float(np.sum(np.log1p((_SHARP * residuals / size) ** 2)))
