@@ -147,7 +147,8 @@ def _by_arc_length(direction: Any, scale: Any, scale_there: Any, result: Any) ->
     square = 0.0
     for i in range(len(direction)):
         result[i] = direction[i] * scale[i]
-        square += (result[i] / scale_there[i]) ** 2
+        scaled = result[i] / scale_there[i]
+        square += scaled * scaled
     length = math.sqrt(square)
     for i in range(len(direction)):
         result[i] /= length
@@ -200,18 +201,20 @@ def _through(
     """
     square_of_chord = square_of_tangent = square_of_turn = 0.0
     for i in range(len(scale)):
-        square_of_chord += ((last[i] - first[i]) / scale[i]) ** 2
-        square_of_tangent += (leaving[i] / scale[i]) ** 2
+        chord, tangent = (last[i] - first[i]) / scale[i], leaving[i] / scale[i]
+        square_of_chord += chord * chord
+        square_of_tangent += tangent * tangent
     if square_of_chord == 0.0:
         second[:] = third[:] = 0.0
         return
     size = math.sqrt(square_of_tangent)
     for i in range(len(scale)):
-        square_of_turn += ((arriving[i] - leaving[i] / size) / scale[i]) ** 2
+        turn = (arriving[i] - leaving[i] / size) / scale[i]
+        square_of_turn += turn * turn
     # The arc of a circle whose tangent turns as much.
     length = math.sqrt(square_of_chord) * (1 + square_of_turn / 24)
     for i in range(len(scale)):
         tangent = leaving[i] / size
         mismatch = arriving[i] + tangent - 2 * (last[i] - first[i]) / length
         second[i] = (arriving[i] - tangent + 3 * mismatch) / length
-        third[i] = 6 * mismatch / length**2
+        third[i] = 6 * mismatch / (length * length)

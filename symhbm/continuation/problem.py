@@ -105,7 +105,7 @@ def _write_scale(point: Any, smallest: float, scale: Any) -> None:
     last = len(point) - 1
     square = 0.0
     for i in range(last):
-        square += point[i] ** 2
+        square += point[i] * point[i]
     scale[:last] = math.sqrt(square) if square > 0 else 1.0
     value = max(abs(point[last]), smallest)
     scale[last] = value if value > 0 else 1.0
@@ -117,14 +117,17 @@ def _distance(point: Any, other: Any, scale: Any, same_harmonic: Any) -> float:
     size, last = len(same_harmonic), len(point) - 1
     apart, level = np.zeros(size), np.zeros(size)
     for i in range(last):
-        apart[i % size] += ((point[i] - other[i]) / scale[i]) ** 2
-        level[i % size] += (point[i] / scale[i]) ** 2
-    total = ((point[last] - other[last]) / scale[last]) ** 2
+        between, scaled = (point[i] - other[i]) / scale[i], point[i] / scale[i]
+        apart[i % size] += between * between
+        level[i % size] += scaled * scaled
+    between = (point[last] - other[last]) / scale[last]
+    total = between * between
     for k in range(size):
         strength = 0.0
         for m in range(size):
             strength += same_harmonic[k, m] * math.sqrt(level[m])
-        total += apart[k] / min(max(strength, WEAKEST), 1.0) ** 2
+        strength = min(max(strength, WEAKEST), 1.0)
+        total += apart[k] / (strength * strength)
     return math.sqrt(total)
 
 

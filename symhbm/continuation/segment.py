@@ -116,12 +116,13 @@ def _normal(
     """Write the normal of one segment; gives its length."""
     size, first, last, both = len(scale), 0.0, 0.0, 0.0
     for k in range(size):
-        first += (begin[k] / scale[k]) ** 2
-        last += (end[k] / scale[k]) ** 2
+        at_begin, at_end = begin[k] / scale[k], end[k] / scale[k]
+        first += at_begin * at_begin
+        last += at_end * at_end
     first, last = math.sqrt(first), math.sqrt(last)
     for k in range(size):
         normal[k] = begin[k] / scale[k] / first + end[k] / scale[k] / last
-        both += normal[k] ** 2
+        both += normal[k] * normal[k]
     both = math.sqrt(both)
     # A path that turns by up to 180 degrees meets each plane across the mean tangent once.
     opposite = both < 2 * _ACROSS
@@ -130,7 +131,7 @@ def _normal(
         normal[k] = begin[k] / scale[k] / first if opposite else normal[k] / both
         step = (right[k] - left[k]) / scale[k]
         length += normal[k] * step
-        chord += step**2
+        chord += step * step
     # Along a path that turns sharply, only the parameter increases throughout.
     if single_valued and (opposite or length < math.sqrt(chord) / 2):
         for k in range(size - 1):

@@ -18,6 +18,7 @@ from symhbm.numerics.arrays import (
     relative_difference,
     saddle,
 )
+from symhbm.numerics.c_library import to_machine_code
 from symhbm.numerics.compiled import Assembly, Compiled, constant, sparsity_of
 from symhbm.numerics.fourier import (
     FourierBasis,
@@ -27,7 +28,6 @@ from symhbm.numerics.fourier import (
     larger_set,
     unknowns_of,
 )
-from symhbm.numerics.machine_code import to_machine_code
 from symhbm.numerics.refinement import refined
 from symhbm.numerics.roots import MACHINE, bracketed_root, monotone_root
 from symhbm.numerics.threads import on_one_thread

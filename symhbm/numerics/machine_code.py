@@ -1,41 +1,45 @@
-"""Machine code that is kept: of loops by numba, of CasADi functions by a compiler of C.
+"""Loops: Python until machine code pays, then compiled by numba; where machine code is kept.
+
+A first curve takes 1 to 5 seconds as Python, compiling all that it calls 10 to 30. Where numba is
+missing, or ``NUMBA_DISABLE_JIT`` is set, loops stay Python. numba is imported with the first
+machine code, so that importing symhbm stays light.
 
 Code in files is run where they are of this user alone. Who may write a folder may put something
 else in the place of what it holds, so that all folders on the way count, and those that symbolic
 links lead through. The administrator may write anywhere, and so may the group that many systems
-make for each user alone.
-
-A plain loop is compiled at its first call; without numba the same lines run as Python. numba is
-imported with the first call of a loop, so that importing symhbm stays light; it does nothing where
-``NUMBA_DISABLE_JIT`` is set. The code of loops is kept beside the sources, where who may write it
-may write these, or in a folder of the user alone: a loop may call others, so that each is kept for
-the sources of all.
-
-The library of some functions of CasADi is a file of the user's cache, called by a checksum of what
-it is made of and one of its own bytes: a file that is damaged, that somebody else may write or
-replace, or that is a symbolic link, is never loaded. Files come to be under another name and are
-then renamed, so that processes may write the same one at once. Those that nobody used for long are
-removed.
+make for each user alone. The code of loops is kept beside the sources, where who may write it may
+write these, or in a folder of the user alone.
 """
 
 from __future__ import annotations
 
+import atexit
 import hashlib
+import json
 import os
-import platform
-import shutil
 import stat
-import subprocess
 import time
-import warnings
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator
 from contextlib import contextmanager, suppress
-from functools import cache, cached_property, lru_cache, update_wrapper
+from copy import deepcopy
+from functools import cache, cached_property, update_wrapper
+from inspect import ismodule
 from pathlib import Path
-from tempfile import TemporaryDirectory
+from threading import local
 from typing import Any, ClassVar
 
-import casadi as ca
+import numpy as np
+
+CACHE = "SYMHBM_CACHE"
+"""Environment variable that names the folder of what is kept for this user."""
+_TIMES = "loops.json"
+"""File of that folder: seconds that each loop ran as Python."""
+_MOST_TIMES = 2000
+_UNTIL_READ = 0.1
+"""Seconds that all loops of a process run as Python before kept machine code is looked for."""
+_UNTIL_COMPILED = 2e-4
+"""Seconds that a loop runs as Python, for each byte of it and what it calls: half of what compiling
+takes."""
 
 
 def is_own(path: Path) -> bool:
@@ -100,17 +104,95 @@ def _is_private(group: int) -> bool:
     return is_own_name and set(told.gr_mem) <= {user.pw_name}
 
 
-class Loop:
-    """A function that is compiled when it is called first, on its own or by another one."""
+def folder() -> Path:
+    """The folder of compiled functions, of this user alone."""
+    given = os.environ.get(CACHE)
+    root = os.environ.get("LOCALAPPDATA" if os.name == "nt" else "XDG_CACHE_HOME")
+    return Path(given) if given else Path(root or Path.home() / ".cache") / "symhbm"
 
-    _sources: ClassVar[set[str]] = set()
-    _functions: ClassVar[set[Callable[..., Any]]] = set()
+
+class Loop:
+    """A function that runs as Python until machine code pays, to the same bits.
+
+    It is compiled once it took half of the time that compiling takes, in this process and those
+    before, or where another one that is compiled calls it. Python rounds ``x**2`` and
+    ``math.hypot`` in another way: loops have products and ``np.hypot`` in their place.
+    """
+
+    _all: ClassVar[list[Loop]] = []
+    _within = local()
+    """Whether another loop of the thread runs as Python: that one takes the time of both."""
 
     def __init__(self, function: Callable[..., Any]):
         self._function = function
-        self._sources.add(function.__code__.co_filename)
-        self._functions.add(function)
+        self._run = self._as_python
+        self._seconds = 0.0
+        self._all.append(self)
         update_wrapper(self, function)
+
+    def __call__(self, *arguments: Any) -> Any:
+        """The result of the function."""
+        return self._run(*arguments)
+
+    def _as_python(self, *arguments: Any) -> Any:
+        if getattr(self._within, "loop", False):
+            return self._function(*arguments)
+        start = time.perf_counter()
+        before = deepcopy(arguments)
+        self._within.loop = True
+        try:
+            with np.errstate(all="ignore"):
+                return self._function(*arguments)
+        except (ArithmeticError, ValueError):  # machine code gives infinity or NaN in its place
+            _write_again(before, arguments)
+            self._run = self._compiled
+            return self._run(*arguments)
+        finally:
+            self._within.loop = False
+            self._seconds += time.perf_counter() - start
+            if self._is_hot():
+                self._run = self._compiled
+
+    def _is_hot(self) -> bool:
+        """Whether machine code is kept or pays."""
+        if sum(loop._seconds for loop in self._all) < _UNTIL_READ:
+            return False
+        return self._is_kept or self._seconds + _earlier().get(self._stamp, 0.0) > self._patience
+
+    @cached_property
+    def _called(self) -> list[Loop]:
+        """It and all loops that it calls, in depth."""
+        found: list[Loop] = [self]
+        for loop in found:
+            names, known = loop._function.__code__.co_names, loop._function.__globals__
+            modules = filter(ismodule, map(known.get, names))
+            parts = [getattr(module, name, None) for module in modules for name in names]
+            for part in [*map(known.get, names), *parts]:
+                if isinstance(part, Loop) and part not in found:
+                    found.append(part)
+        return found
+
+    @cached_property
+    def _patience(self) -> float:
+        """Seconds that it runs as Python."""
+        return _UNTIL_COMPILED * sum(len(loop._function.__code__.co_code) for loop in self._called)
+
+    @cached_property
+    def _stamp(self) -> str:
+        """Checksum of what machine code is made of."""
+        parts = []
+        for loop in self._called:
+            code, known = loop._function.__code__, loop._function.__globals__
+            numbers = [known.get(name) for name in code.co_names]
+            numbers = [each for each in numbers if isinstance(each, int | float | complex | tuple)]
+            parts += [code.co_code.hex(), repr((code.co_consts, code.co_names, numbers))]
+        return hashlib.sha256("\0".join(parts).encode()).hexdigest()
+
+    @cached_property
+    def _is_kept(self) -> bool:
+        with suppress(AttributeError):
+            return bool(self._compiled._cache._cache_file._load_index())
+        return False
 
     @cached_property
     def _compiled(self) -> Any:
@@ -132,7 +214,7 @@ class Loop:
             compiled.enable_caching()
             kept: Any = compiled
             with suppress(AttributeError):
-                kept._cache._cache_file._source_stamp = _fingerprint(frozenset(self._sources))
+                kept._cache._cache_file._source_stamp = self._stamp
             folder = Path(kept._cache.cache_path)
             beside = Path(self._function.__code__.co_filename).absolute().parent
             if folder.parent != beside and not is_own(folder):
@@ -144,9 +226,43 @@ class Loop:
         """What it is for a loop that calls it."""
         return self._compiled._numba_type_
 
-    def __call__(self, *arguments: Any) -> Any:
-        """The result of the function."""
-        return self._compiled(*arguments)
+
+def _write_again(before: Any, arguments: Any) -> None:
+    """Write what arrays held into them, those in tuples, too."""
+    for held, argument in zip(before, arguments, strict=True):
+        if isinstance(argument, np.ndarray):
+            argument[...] = held
+        elif isinstance(argument, tuple):
+            _write_again(held, argument)
+
+
+@cache
+def _earlier() -> dict[str, float]:
+    """Seconds that loops took as Python in processes before, by their checksum."""
+    atexit.register(_tell_later)
+    return _times()
+
+
+def _times() -> dict[str, float]:
+    with suppress(OSError, ValueError, TypeError, AttributeError):
+        if is_own(folder()) and is_own_file(folder() / _TIMES):
+            times = json.loads((folder() / _TIMES).read_text())
+            return {stamp: float(seconds) for stamp, seconds in times.items()}
+    return {}
+
+
+def _tell_later() -> None:
+    """Add what loops took as Python to what is kept for processes that come later."""
+    times = _times()
+    for loop in Loop._all:
+        if loop._seconds:
+            times[loop._stamp] = times.pop(loop._stamp, 0.0) + loop._seconds
+    newest = dict([*times.items()][-_MOST_TIMES:])
+    with suppress(OSError):
+        if own_folder(folder()):
+            scratch = folder() / f"{_TIMES}.{os.getpid()}"
+            scratch.write_text(json.dumps(newest))
+            scratch.replace(folder() / _TIMES)
 
 
 @contextmanager
@@ -161,7 +277,7 @@ def told_of_compiling(tell: Callable[[], None]) -> Iterator[None]:
 
     class Listener(event.Listener):
         def on_start(self, event: Any) -> None:
-            if event.data["dispatcher"].py_func in Loop._functions:
+            if event.data["dispatcher"].py_func in {loop._function for loop in Loop._all}:
                 first()
 
         def on_end(self, event: Any) -> None:
@@ -169,140 +285,3 @@ def told_of_compiling(tell: Callable[[], None]) -> Iterator[None]:
 
     with event.install_listener("numba:compile", Listener()):
         yield
-
-
-@cache
-def _fingerprint(sources: frozenset[str]) -> str:
-    texts = [Path(source).read_bytes() for source in sorted(sources)]
-    return hashlib.sha256(b"\0".join(texts)).hexdigest()
-
-
-COMPILER = "SYMHBM_C_COMPILER"
-"""Environment variable that names the compiler of C; empty for none."""
-CACHE = "SYMHBM_CACHE"
-"""Environment variable that names the folder of compiled functions."""
-_COMPILERS = ("cc", "gcc", "clang")
-_FLAGS = ("-O1", "-ffp-contract=off", "-fPIC", "-shared")
-"""Every operation rounded by itself, as in CasADi's virtual machine: the same bits."""
-_MOST_INSTRUCTIONS = 50_000
-"""Length of a function that is compiled within seconds."""
-_UNUSED = 30 * 86400.0
-"""Seconds after which a file that nobody used is removed."""
-_LARGEST_CACHE = 500_000_000
-"""Bytes of all files, above which those used longest ago are removed."""
-
-
-def compiler() -> str | None:
-    """Path of the compiler of C, None where there is none."""
-    chosen = os.environ.get(COMPILER)
-    names = _COMPILERS if chosen is None else (chosen,)
-    return next(filter(None, map(shutil.which, filter(None, names))), None)
-
-
-def to_machine_code(
-    functions: Sequence[ca.Function],
-    make: bool = True,
-    announce: Callable[[], None] = lambda: None,
-) -> tuple[ca.Function, ...] | None:
-    """The same functions as machine code; None without a compiler, or for what is too long.
-
-    Without ``make``, only what was compiled before, by this process or another. ``announce`` is
-    called before the compiler is.
-    """
-    path = compiler()
-    if path is None or any(map(_is_long, functions)):
-        return None
-    try:
-        key = _key(functions, path)
-        library = _found(key)
-        if library is None and make:
-            announce()
-            library = _made(key, functions, path)
-        if library is None:
-            return None
-        return tuple(ca.external(function.name(), str(library)) for function in functions)
-    except (OSError, RuntimeError, subprocess.SubprocessError):
-        return None  # a compiler that fails, or a folder nothing may be run from
-
-
-def folder() -> Path:
-    """The folder of compiled functions, of this user alone."""
-    given = os.environ.get(CACHE)
-    root = os.environ.get("LOCALAPPDATA" if os.name == "nt" else "XDG_CACHE_HOME")
-    return Path(given) if given else Path(root or Path.home() / ".cache") / "symhbm"
-
-
-def _is_long(function: ca.Function) -> bool:
-    return function.is_a("SXFunction") and function.n_instructions() > _MOST_INSTRUCTIONS
-
-
-def _key(functions: Sequence[ca.Function], path: str) -> str:
-    """Checksum of functions, compiler and machine."""
-    parts = [ca.CasadiMeta.version(), platform.machine(), platform.system(), *_FLAGS]
-    parts += [_version(path), *(function.serialize() for function in functions)]
-    return hashlib.sha256("\0".join(parts).encode()).hexdigest()[:32]
-
-
-@lru_cache
-def _version(path: str) -> str:
-    told = subprocess.run([path, "--version"], capture_output=True, text=True, timeout=10)
-    return f"{path} {told.stdout}"
-
-
-def _found(key: str) -> Path | None:
-    """The library of a key; one that is damaged is removed."""
-    target = folder()
-    if not is_own(target):
-        return None
-    for library in target.glob(f"{key}-*.so"):
-        if not is_own_file(library):
-            continue
-        if library.stem == f"{key}-{_checksum(library)}":
-            with suppress(OSError):
-                os.utime(library)
-            return library
-        library.unlink(missing_ok=True)
-    return None
-
-
-def _made(key: str, functions: Sequence[ca.Function], path: str) -> Path | None:
-    """The library of functions, compiled; None where the cache is not this user's alone."""
-    target = folder()
-    if not own_folder(target):
-        warnings.warn(
-            f"nothing is compiled: others may write the folder {target} or one above it; take "
-            f"that right from them, or name a folder of your own in {CACHE}",
-            RuntimeWarning,
-            stacklevel=2,
-        )
-        return None
-    _clean(target)
-    generator = ca.CodeGenerator("functions.c")
-    for function in functions:
-        generator.add(function)
-    with TemporaryDirectory(dir=target) as scratch:
-        source, compiled = Path(scratch) / "functions.c", Path(scratch) / "functions.so"
-        source.write_text(generator.dump())
-        command = [path, *_FLAGS, str(source), "-o", str(compiled), "-lm"]
-        subprocess.run(command, capture_output=True, check=True)
-        library = target / f"{key}-{_checksum(compiled)}.so"
-        compiled.chmod(0o700)
-        return compiled.replace(library)
-
-
-def _checksum(library: Path) -> str:
-    return hashlib.sha256(library.read_bytes()).hexdigest()[:32]
-
-
-def _clean(target: Path) -> None:
-    """Remove files that nobody used for long, and those used longest ago where there are many."""
-    kept = 0
-    libraries = [(each.lstat(), each) for each in target.glob("*-*.so")]
-    for status, library in sorted(libraries, key=lambda pair: pair[0].st_mtime, reverse=True):
-        kept += status.st_size
-        if time.time() - status.st_mtime > _UNUSED or kept > _LARGEST_CACHE:
-            library.unlink(missing_ok=True)
-    for left in target.glob("tmp*"):  # of a process that was killed
-        with suppress(OSError):
-            if time.time() - left.lstat().st_mtime > _UNUSED:
-                shutil.rmtree(left)

@@ -238,7 +238,7 @@ def _write_series(
                 right = -(k + 1) * by_velocity[i, j] - by_displacement[i, j]
                 series[k + 2, i, j] = right / ((k + 1) * (k + 2))
             if k == 0:
-                series[2, i, constant + i] += width**2 / 2
+                series[2, i, constant + i] += width * width / 2
             for j in range(n_waves):
                 force = turned[i, j] if k % 2 else wave[i, j]
                 force *= factor[j] / ((k + 1) * (k + 2))

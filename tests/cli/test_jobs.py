@@ -13,7 +13,7 @@ from pathlib import Path
 import pytest
 
 import symhbm as sh
-from symhbm.numerics.machine_code import COMPILER
+from symhbm.numerics.c_library import COMPILER
 from tests.archives import assert_same
 
 PAGE = Path(__file__).parent.parent.parent / "docs" / "guide" / "ensembles-by-parts.md"

@@ -19,7 +19,7 @@ from symhbm.continuation.events.modes import modes
 from symhbm.continuation.following import follow_branch
 from symhbm.continuation.problem import FrequencyProblem
 from symhbm.continuation.segment import measure
-from symhbm.numerics import machine_code
+from symhbm.numerics import c_library
 from symhbm.numerics.compiled import Compiled
 from symhbm.peaks.survey import sector_of
 from tests.designs import blade, ring
@@ -276,14 +276,14 @@ def test_one_nan_is_no_solution(index):
 @pytest.fixture
 def cache(tmp_path, monkeypatch):
     """An empty folder of compiled functions, and no structure prepared so far."""
-    monkeypatch.setenv(machine_code.CACHE, str(tmp_path / "cache"))
+    monkeypatch.setenv(c_library.CACHE, str(tmp_path / "cache"))
     monkeypatch.setattr(compiled, "_OFTEN", 3)
     compiled._programs.cache_clear()
     yield tmp_path / "cache"
     compiled._programs.cache_clear()
 
 
-needs_compiler = pytest.mark.skipif(machine_code.compiler() is None, reason="no compiler of C")
+needs_compiler = pytest.mark.skipif(c_library.compiler() is None, reason="no compiler of C")
 
 
 @needs_compiler
@@ -294,7 +294,7 @@ def test_machine_code_gives_the_same_bits(build, cache):
     equations, arguments = problem.compiled
     system = point_system(equations)
     function = newton_graph.correction(system)
-    [code] = machine_code.to_machine_code([function])
+    [code] = c_library.to_machine_code([function])
     rng = np.random.default_rng(0)
     one, other = Compiled(function), Compiled(code)
     n, n_contacts = problem.n_unknowns, problem.n_contacts
@@ -337,7 +337,7 @@ def test_many_curves_are_machine_code_to_the_same_bits(cache, monkeypatch):
     again = curves(problem, 2)
     assert again.attrs[name] == "machine code"
     assert again.drop_attrs().equals(few.drop_attrs())
-    monkeypatch.setenv(machine_code.COMPILER, "")
+    monkeypatch.setenv(c_library.COMPILER, "")
     compiled._programs.cache_clear()
     without = curves(problem, 3)
     assert without.attrs[name] == "the virtual machine of CasADi"

@@ -15,7 +15,7 @@ import xarray as xr
 
 import symhbm as sh
 from symhbm.continuation.correctors import compiled as compiled_corrector
-from symhbm.numerics import machine_code
+from symhbm.numerics import c_library
 from symhbm.response import ensemble
 from tests.problems import ring_of_blades
 from tests.quick import quick_first
@@ -311,7 +311,7 @@ BY, VIRTUAL = "equations_evaluated_by", "the virtual machine of CasADi"
 @cache
 def in_this_process(ensemble):
     with pytest.MonkeyPatch.context() as patch:
-        patch.setenv(machine_code.COMPILER, "")
+        patch.setenv(c_library.COMPILER, "")
         compiled_corrector._programs.cache_clear()
         return ENSEMBLES[ensemble](None)
 
@@ -320,7 +320,7 @@ def in_this_process(ensemble):
 def often(monkeypatch, tmp_path):
     """Each structure becomes machine code at its first curve, as it does after many."""
     monkeypatch.setattr(compiled_corrector, "_OFTEN", 1)
-    monkeypatch.setenv(machine_code.CACHE, str(tmp_path / "cache"))
+    monkeypatch.setenv(c_library.CACHE, str(tmp_path / "cache"))
     compiled_corrector._programs.cache_clear()
     yield
     compiled_corrector._programs.cache_clear()
@@ -338,8 +338,8 @@ def often(monkeypatch, tmp_path):
 @pytest.mark.usefixtures("often")
 def test_neither_executors_nor_machine_code_change_a_bit(pool, compiler, monkeypatch):
     if compiler == "without":
-        monkeypatch.setenv(machine_code.COMPILER, "")
-    elif machine_code.compiler() is None:
+        monkeypatch.setenv(c_library.COMPILER, "")
+    elif c_library.compiler() is None:
         pytest.skip("no compiler of C")
     expected = {name: in_this_process(name) for name in ENSEMBLES}
     compiled_corrector._programs.cache_clear()
@@ -353,11 +353,11 @@ def test_neither_executors_nor_machine_code_change_a_bit(pool, compiler, monkeyp
 
 def without_compiler():
     """As on another machine."""
-    os.environ[machine_code.COMPILER] = ""
+    os.environ[c_library.COMPILER] = ""
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(machine_code.compiler() is None, reason="no compiler of C")
+@pytest.mark.skipif(c_library.compiler() is None, reason="no compiler of C")
 @pytest.mark.usefixtures("often")
 def test_results_tell_of_workers_without_a_compiler(tmp_path):
     expected, curves = in_this_process("one harmonic"), ENSEMBLES["one harmonic"]

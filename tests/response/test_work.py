@@ -13,7 +13,7 @@ import symhbm as sh
 from symhbm.balance import harmonic_balance
 from symhbm.balance.equations import Equations
 from symhbm.continuation.correctors import compiled as compiled_corrector
-from symhbm.numerics import machine_code
+from symhbm.numerics import c_library
 from symhbm.numerics.arrays import RADIANS
 from symhbm.response import curve, ensemble
 from symhbm.response import describe as point
@@ -267,11 +267,11 @@ def test_spooled_results_do_not_stay_in_memory(monkeypatch):
 
 
 @pytest.mark.slow
-@pytest.mark.skipif(machine_code.compiler() is None, reason="no compiler of C")
+@pytest.mark.skipif(c_library.compiler() is None, reason="no compiler of C")
 def test_checks_of_a_large_sweep_are_machine_code(tmp_path, monkeypatch):
     """To the same bits, and not where corrections are none."""
     folder = tmp_path / "cache"
-    monkeypatch.setenv(machine_code.CACHE, str(folder))
+    monkeypatch.setenv(c_library.CACHE, str(folder))
     monkeypatch.setattr(compiled_corrector, "_OFTEN", 3)
     monkeypatch.setattr(curve, "_MANY", 4)
     compiled_corrector._programs.cache_clear()

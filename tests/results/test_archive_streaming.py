@@ -14,7 +14,7 @@ import xarray as xr
 
 import symhbm as sh
 from symhbm.continuation.correctors import compiled
-from symhbm.numerics.machine_code import COMPILER
+from symhbm.numerics.c_library import COMPILER
 from symhbm.response import ensemble
 from symhbm.results.archive import from_working_file
 from symhbm.results.archive.working_files import Store, working_file

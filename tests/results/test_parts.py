@@ -11,7 +11,7 @@ import xarray as xr
 
 import symhbm as sh
 from symhbm.continuation.correctors import compiled
-from symhbm.numerics.machine_code import COMPILER
+from symhbm.numerics.c_library import COMPILER
 from symhbm.results.archive import merging, pieces
 from symhbm.results.archive.working_files import working_file
 from tests.archives import assert_same, counted, interrupt

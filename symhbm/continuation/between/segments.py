@@ -250,7 +250,7 @@ def _distance(first: Any, second: Any, direction: Any, normal: Any, scale: Any) 
         tangent = direction[k] / scale[k]
         distance += normal[k] * (second[k] - first[k]) / scale[k]
         along += normal[k] * tangent
-        size += tangent**2
+        size += tangent * tangent
     valid = along > _MIN_ALIGNMENT * math.sqrt(size) and distance > 0
     return distance if valid else math.nan
 
@@ -272,7 +272,7 @@ def _one_sided(
         interpolation.cubic_slope_at(neighbour[0], near[0], slopes, 1 + length / distance)
         / distance
     )
-    reach = length**2 / ((length + distance) * (2 * length + distance))
+    reach = length * length / ((length + distance) * (2 * length + distance))
     return abs(reach * (far_slope - expected))
 
 

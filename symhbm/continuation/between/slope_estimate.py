@@ -149,7 +149,7 @@ def _write_slopes(
             for h in range(1, n_slopes - 1):
                 t = h / (n_slopes - 1)
                 t = t if at_left else 1 - t
-                slopes[i, h, j] = slip_slope + c * t + (rise - c) * t**2
+                slopes[i, h, j] = slip_slope + c * t + (rise - c) * (t * t)
 
 
 @Loop
@@ -218,7 +218,7 @@ def _turn_of(
     # Shares at which the slope may have changed its sign already, or may keep its first sign.
     first_negative, last_positive, any_negative = -1, -1, False
     for h in range(last + 1):
-        margin = 4 * h * (last - h) / last**2 * error  # exact at both ends
+        margin = 4 * h * (last - h) / (last * last) * error  # exact at both ends
         if sign * slopes[h] < margin:
             first_negative = h if first_negative < 0 else first_negative
             any_negative = any_negative or 0 < h < last

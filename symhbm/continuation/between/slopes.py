@@ -1,6 +1,5 @@
 """Largest displacements along a path with their slopes, and what peaks of them are."""
 
-import math
 from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any
@@ -83,7 +82,7 @@ def _of_one_harmonic(motions: Any, derivatives: Any, amplitude: Any, slope: Any)
     """Write amplitudes (n,) of one harmonic each, and their slopes, from cosines and sines."""
     for i in range(len(motions)):
         cosine, sine = motions[i, 0], motions[i, 1]
-        size = math.hypot(cosine, sine)
+        size = np.hypot(cosine, sine)
         projection = cosine * derivatives[i, 0] + sine * derivatives[i, 1]
         amplitude[i], slope[i] = size, projection / size if size > 0 else 0.0
 

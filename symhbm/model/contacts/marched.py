@@ -3,7 +3,6 @@
 A march is of first order: others with fewer samples tell how far it is off.
 """
 
-import math
 from itertools import pairwise
 from typing import Any, NamedTuple
 
@@ -49,7 +48,7 @@ def _slide(pull: Any, limit: Any, most: int, settled: float) -> tuple[float, flo
     x, y, size, path, before = 0.0, 0.0, 0.0, 0.0, np.inf
     for i in range(count):
         size = max(size, abs(pull[0, i]) + abs(pull[1, i]))
-        path += math.hypot(pull[0, i] - pull[0, i - 1], pull[1, i] - pull[1, i - 1])
+        path += np.hypot(pull[0, i] - pull[0, i - 1], pull[1, i] - pull[1, i - 1])
     work, left, farthest = 0.0, 0.0, 2 * max(limit.max(), 0.0)
     for _ in range(most):
         first_x, first_y, work = x, y, 0.0
@@ -62,7 +61,7 @@ def _slide(pull: Any, limit: Any, most: int, settled: float) -> tuple[float, flo
                 since = limit[i] / (limit[i] - limit[i - 1])
                 dx, dy = dx * since, dy * since
             new_x, new_y, largest = x + dx, y + dy, max(limit[i], 0.0)
-            force = math.hypot(new_x, new_y)
+            force = np.hypot(new_x, new_y)
             if force > largest:
                 share, cosine, sine = largest / force, new_x / force, new_y / force
                 # What is along the force is lost.
@@ -82,7 +81,7 @@ def _slide(pull: Any, limit: Any, most: int, settled: float) -> tuple[float, flo
         if determinant > 0:
             ahead_x = ((1 - yy) * step_x + xy * step_y) / determinant
             ahead_y = ((1 - xx) * step_y + yx * step_x) / determinant
-            left = min(math.hypot(ahead_x, ahead_y), farthest)
+            left = min(np.hypot(ahead_x, ahead_y), farthest)
         if rests:
             break
         if left < farthest and change < 0.5 * before:

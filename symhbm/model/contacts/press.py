@@ -46,7 +46,7 @@ def closed_intervals(press: Any, turning: Any, closed: Any) -> int:
     """
     highest, size = press.shape[1] - 1, 0.0
     for h in range(highest + 1):
-        size += math.hypot(press[0, h], press[1, h])
+        size += np.hypot(press[0, h], press[1, h])
     rate, zeros = np.empty((2, highest + 1)), np.empty(2 * highest)
     rises = np.empty(2 * highest, dtype=np.bool_)
     series.derive(press[0], press[1], rate[0], rate[1])
@@ -101,7 +101,7 @@ def over_size(order: Any, variables: Any, load: int, value: float, slope: Any) -
         component = (j if j < load else j - load - 1) % size
         if j != load and order[component] > 0:
             by[j] = variables[j]
-            square += variables[j] ** 2
+            square += variables[j] * variables[j]
         elif j > load:
             mean += variables[j]
     by[load] = mean

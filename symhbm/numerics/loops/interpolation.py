@@ -26,8 +26,9 @@ def cubic(left: Any, right: Any, slopes: tuple[Any, Any], share: Any) -> Any:
 
     Arrays broadcast against each other.
     """
-    value = left + share**2 * (3 - 2 * share) * (right - left)
-    return value + share * (1 - share) ** 2 * slopes[0] + share**2 * (share - 1) * slopes[1]
+    square, rest = share * share, 1 - share
+    value = left + square * (3 - 2 * share) * (right - left)
+    return value + share * (rest * rest) * slopes[0] + square * (share - 1) * slopes[1]
 
 
 def cubic_slope(left: Any, right: Any, slopes: tuple[Any, Any], share: Any) -> Any:
@@ -45,7 +46,7 @@ cubic_at, cubic_slope_at = Loop(cubic), Loop(cubic_slope)
 def cubic_top(left: float, right: float, slopes: tuple[float, float]) -> tuple[float, float]:
     """Share at which a cubic that rises first and falls last is largest, and its value there."""
     cube, square, slope = _powers(left, right, slopes)
-    root = math.sqrt(square**2 - 3 * cube * slope)
+    root = math.sqrt(square * square - 3 * cube * slope)
     # Of two forms of the same zero, the one without a difference of large numbers.
     above, below = (root + square, -3 * cube) if square > 0 else (slope, root - square)
     if below == 0:
@@ -87,7 +88,7 @@ def _powers(left: float, right: float, slopes: tuple[float, float]) -> tuple[flo
 @Loop
 def _turns(cube: float, square: float, slope: float) -> tuple[float, float]:
     """Shares at which the derivative of a cubic vanishes, ascending; NaN for those it has not."""
-    root = square**2 - 3 * cube * slope
+    root = square * square - 3 * cube * slope
     if root <= 0:
         return math.nan, math.nan
     larger = -square - math.copysign(math.sqrt(root), square)
@@ -153,8 +154,9 @@ def amplitude_at(left: float, right: float, first: float, last: float, share: fl
         return _rooted(left, right, last, share)
     lowest = min(left, right)
     if (first < 0 and last > 0) or lowest <= 0:
-        square = cubic_at(left**2, right**2, (2 * left * first, 2 * right * last), share)
-        return math.sqrt(max(square, (_LOWEST * lowest) ** 2))
+        square = cubic_at(left * left, right * right, (2 * left * first, 2 * right * last), share)
+        least = _LOWEST * lowest
+        return math.sqrt(max(square, least * least))
     level = math.log(left)
     mean = math.log(right) - level
     slopes = _limited(first / left, mean), _limited(last / right, mean)
@@ -176,4 +178,4 @@ def _rooted(fold: float, end: float, slope: float, share: float) -> float:
     rise = end - fold
     bend = 0.0 if math.isinf(slope) else 2 * slope - rise
     root = math.sqrt(min(max(share, 0.0), 1.0))
-    return fold + (rise - bend) * root + bend * root**2
+    return fold + (rise - bend) * root + bend * (root * root)

@@ -185,7 +185,7 @@ def _of_one_harmonic(
     cosine: Any, sine: Any, noise: float, half: bool, angles: Any, rises: Any
 ) -> int:
     """As `sign_changes_in`, in closed form."""
-    size, mean = math.hypot(cosine[1], sine[1]), cosine[0]
+    size, mean = np.hypot(cosine[1], sine[1]), cosine[0]
     if size - abs(mean) <= noise:
         return 0
     top = math.atan2(sine[1], cosine[1])
@@ -243,7 +243,7 @@ def sign_changes_in(
     for h in range(highest + 1):
         amplitude = abs(cosine[h]) + abs(sine[h])
         size += amplitude
-        bound += amplitude * float(h * h) ** 2
+        bound += amplitude * float(h * h * h * h)
     if size <= noise:
         return 0
     if highest == 1:
@@ -313,12 +313,12 @@ def _scan(
             first, first_slope = stack[depth, 2], stack[depth, 3]
             last, last_slope = stack[depth, 4], stack[depth, 5]
             width = right - left
-            error = bound * width**4 / 384 + noise
+            error = bound * (width * width) * (width * width) / 384 + noise
             # Coefficients of the cubic in the Bernstein basis bound it, and those of its slope.
             second, third = first + first_slope * width / 3, last - last_slope * width / 3
             lowest, largest = min(first, second, third, last), max(first, second, third, last)
             if lowest <= error and largest >= -error:
-                steepest = bound * width**3 / 96
+                steepest = bound * (width * width * width) / 96
                 inner = 3 * (third - second) / width
                 gentlest = min(first_slope, inner, last_slope)
                 monotone = gentlest > steepest or max(first_slope, inner, last_slope) < -steepest

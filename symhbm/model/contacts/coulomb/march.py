@@ -224,7 +224,7 @@ def add_force(order: Any, is_sine: Any, norm: Any, runs: Any, times: float, forc
         # The integral of the sign, by parts: functions are integrals of their slopes over -n^2.
         fourier.functions_at(order, is_sine, runs[k, END], 1, row)
         for i in range(size):
-            part = -row[i] / order[i] ** 2 if order[i] else runs[k, END]
+            part = -row[i] / (order[i] * order[i]) if order[i] else runs[k, END]
             force[size, i] -= times * norm[i] * runs[k, JUMP] * part
     if order[0] == 0:
         force[size, 0] += times
@@ -258,7 +258,7 @@ def range_margins(basis: FourierBasis, motion: FloatArray, error: FloatArray) ->
 def _of_one_harmonic(motion: Any, error: Any, margins: Any) -> None:
     """Write the margins of motions with a cosine and a sine alone."""
     for i in range(len(motion)):
-        size = math.sqrt(motion[i, 0] ** 2 + motion[i, 1] ** 2) + error[i, 0]
+        size = math.sqrt(motion[i, 0] * motion[i, 0] + motion[i, 1] * motion[i, 1]) + error[i, 0]
         margins[i, 0] = math.log(size) if size > 0 else -math.inf
 
 

@@ -93,8 +93,8 @@ def bounds_of(waves: Any, out: Any) -> None:
     for h in range(waves.shape[2]):
         size = 0.0
         for part in range(2):
-            size += math.hypot(waves[0, part, h], waves[1, part, h])
-        limit = math.hypot(waves[2, 0, h], waves[2, 1, h])
+            size += np.hypot(waves[0, part, h], waves[1, part, h])
+        limit = np.hypot(waves[2, 0, h], waves[2, 1, h])
         for d in range(4):
             if h > 0:
                 out[0, d] += size * float(h) ** d

@@ -16,7 +16,7 @@ def _worst(points: Any, count: int, x: float, y: float) -> Any:
     """Which of the points (n, 3) of ``x``, ``y`` and ``r`` asks most, and how much."""
     at, largest = 0, -np.inf
     for i in range(count):
-        value = math.hypot(points[i, 0] - x, points[i, 1] - y) - points[i, 2]
+        value = np.hypot(points[i, 0] - x, points[i, 1] - y) - points[i, 2]
         if value > largest:
             at, largest = i, value
     return at, largest
@@ -100,7 +100,7 @@ def smallest_of(points: Any, count: int, basis: Any, out: Any) -> int:
             elif members == 2:
                 j = chosen[1]
                 dx, dy = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1]
-                apart = math.hypot(dx, dy)
+                apart = np.hypot(dx, dy)
                 if apart <= abs(points[i, 2] - points[j, 2]):
                     continue
                 tried[2] = 0.5 * (apart - points[i, 2] - points[j, 2])
@@ -113,7 +113,7 @@ def smallest_of(points: Any, count: int, basis: Any, out: Any) -> int:
             allowed = True
             for k in range(total):
                 b = basis[k]
-                asks = math.hypot(points[b, 0] - tried[0], points[b, 1] - tried[1]) - points[b, 2]
+                asks = np.hypot(points[b, 0] - tried[0], points[b, 1] - tried[1]) - points[b, 2]
                 if asks > tried[2] + 1e-14 * size:
                     allowed = False
             if allowed:

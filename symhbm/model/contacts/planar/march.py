@@ -68,7 +68,7 @@ def _stick_until(
     for count in range(_MOST):
         motion_at(waves, angle, at)
         tx, ty = at[0, 0] - q[0], at[1, 0] - q[1]
-        force, limit, rate = math.hypot(tx, ty), at[2, 0], at[2, 1]
+        force, limit, rate = np.hypot(tx, ty), at[2, 0], at[2, 1]
         slow = at[0, 1] * at[0, 1] + at[1, 1] * at[1, 1]
         if count == 0 and departs:
             # The square of the force over that of the limit: its second derivative is negative.
@@ -100,14 +100,16 @@ def _stick_until(
             right = min(right + 2 * (abs(rate) + math.sqrt(slow)) / (second + 1e-300), 7.0)
             below = -gap
             x, y = tx + right * at[0, 1], ty + right * at[1, 1]
-            above = math.hypot(x, y) - limit - right * rate + 0.5 * second * right * right
+            above = np.hypot(x, y) - limit - right * rate + 0.5 * second * right * right
             if above <= 0:
                 left = right
             else:
                 for _ in range(12):
                     middle = 0.5 * (left + right)
                     x, y = tx + middle * at[0, 1], ty + middle * at[1, 1]
-                    value = math.hypot(x, y) - limit - middle * rate + 0.5 * second * middle**2
+                    value = (
+                        np.hypot(x, y) - limit - middle * rate + 0.5 * second * (middle * middle)
+                    )
                     if value > 0:
                         right, above = middle, value
                     else:
@@ -116,7 +118,7 @@ def _stick_until(
                         break
                     chord = left - below * (right - left) / (above - below)
                     x, y = tx + chord * at[0, 1], ty + chord * at[1, 1]
-                    value = math.hypot(x, y) - limit - chord * rate + 0.5 * second * chord**2
+                    value = np.hypot(x, y) - limit - chord * rate + 0.5 * second * (chord * chord)
                     if value > 0:
                         right, above = chord, value
                     else:
@@ -224,12 +226,12 @@ def lap(
     motion_at(waves, angle, at)
     if how == CLOSED:
         q[0], q[1] = at[0, 0], at[1, 0]
-        slips = math.hypot(at[0, 1], at[1, 1]) > at[2, 1]
+        slips = np.hypot(at[0, 1], at[1, 1]) > at[2, 1]
         direction = math.atan2(at[1, 1], at[0, 1])
         departs = True
     else:
         tx, ty = at[0, 0] - q[0], at[1, 0] - q[1]
-        if math.hypot(tx, ty) >= at[2, 0] * (1 - 1e-13):
+        if np.hypot(tx, ty) >= at[2, 0] * (1 - 1e-13):
             direction = math.atan2(ty, tx)
             slips = _push(at, direction)[0] > 0
             for k in range(2):
@@ -272,7 +274,7 @@ def lap(
         limit_begin, first_direction = at[2, 0], direction
         shrink, moved_x, moved_y, ends = 1.0, 0.0, 0.0, False
         if length == 0.0:
-            speed = math.hypot(at[0, 1], at[1, 1])
+            speed = np.hypot(at[0, 1], at[1, 1])
             length = longest
             if how != CLOSED and speed > 0:
                 length = min(longest, 4 * at[2, 0] / speed)

@@ -73,7 +73,7 @@ def _most_inside(waves: Any, q: Any, at: Any) -> float:
     for i in range(samples):
         tau = 2 * math.pi * i / samples
         motion_at(waves, tau, at)
-        value = math.hypot(at[0, 0] - q[0], at[1, 0] - q[1]) - at[2, 0]
+        value = np.hypot(at[0, 0] - q[0], at[1, 0] - q[1]) - at[2, 0]
         if value < best:
             best, angle = value, tau
     return angle
@@ -90,21 +90,21 @@ def _newton(transfer: Any, tiny: float, step: Any) -> Any:
     a, b, x = transfer[0, 0], transfer[0, 1], transfer[0, 2]
     c, d, y = transfer[1, 0], transfer[1, 1], transfer[1, 2]
     step[:] = 0.0
-    first, second = math.hypot(a, c), math.hypot(b, d)
+    first, second = np.hypot(a, c), np.hypot(b, d)
     if max(first, second) == 0.0:
-        return 0.0, math.hypot(x, y)
+        return 0.0, np.hypot(x, y)
     along_x, along_y = (a / first, c / first) if first > second else (b / second, d / second)
     share = along_x * x + along_y * y
-    rest = math.hypot(x - share * along_x, y - share * along_y)
+    rest = np.hypot(x - share * along_x, y - share * along_y)
     if rest <= tiny:
         x, y = share * along_x, share * along_y
     determinant = (1 - a) * (1 - d) - b * c
     if determinant <= 0.0:
-        return math.hypot(x, y), rest
+        return np.hypot(x, y), rest
     start_x = ((1 - d) * x + b * y) / determinant
     start_y = ((1 - a) * y + c * x) / determinant
     step[0], step[1] = a * start_x + b * start_y, c * start_x + d * start_y
-    return math.hypot(x + step[0], y + step[1]), rest
+    return np.hypot(x + step[0], y + step[1]), rest
 
 
 @Loop

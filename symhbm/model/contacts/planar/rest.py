@@ -34,7 +34,7 @@ def _asks(waves: Any, angle: float, x: float, y: float, at: Any) -> Any:
     """What an instant asks of a position, with its first and second derivative by the angle."""
     motion_at(waves, angle, at)
     tx, ty = at[0, 0] - x, at[1, 0] - y
-    size = math.hypot(tx, ty)
+    size = np.hypot(tx, ty)
     if size == 0:
         return -at[2, 0], -at[2, 1], -at[2, 2]
     nx, ny = tx / size, ty / size
@@ -85,7 +85,7 @@ def _closest(waves: Any, angle: float, cell: float, x: float, y: float, at: Any)
         if abs(step) <= 1e-3 * cell:
             break
     motion_at(waves, centre, at)
-    length = math.hypot(at[0, 0] - x, at[1, 0] - y)
+    length = np.hypot(at[0, 0] - x, at[1, 0] - y)
     return centre, max(length / math.sqrt(slow), 1e-9 * cell)
 
 
@@ -148,7 +148,7 @@ def _polish(waves: Any, angles: Any, n: int, out: Any, at: Any) -> bool:
                     break
             value, slope, bend = _asks(waves, angles[i], x, y, at)
             tx, ty = at[0, 0] - x, at[1, 0] - y
-            length = math.hypot(tx, ty)
+            length = np.hypot(tx, ty)
             if length == 0:
                 return False
             size = max(size, length)
@@ -206,11 +206,11 @@ def weights_of(waves: Any, angles: Any, n: int, place: Any, sides: Any) -> None:
     for i in range(n):
         _, _, bend = _asks(waves, angles[i], place[0], place[1], at)
         tx, ty = at[0, 0] - place[0], at[1, 0] - place[1]
-        length = math.hypot(tx, ty)
+        length = np.hypot(tx, ty)
         nx, ny = (tx / length, ty / length) if length > 0 else (0.0, 0.0)
         sides[i, 0], sides[i, 1], sides[i, 2] = nx, ny, 1.0 / n
         sides[i, 3], sides[i, 4] = at[1, 1] * nx - at[0, 1] * ny, length
-        size = max(size, length, math.hypot(at[0, 1], at[1, 1]))
+        size = max(size, length, np.hypot(at[0, 1], at[1, 1]))
         sides[i, 5] = bend
     for i in range(n):
         if sides[i, 5] > -_FLAT * size:
@@ -254,7 +254,7 @@ def resting_place(waves: Any, angles: Any, out: Any) -> int:
         size = max(size, abs(grid[i, 0] - out[0]) + abs(grid[i, 1] - out[1]) + abs(grid[i, 2]))
     for _ in range(_ROUNDS):
         for i in range(samples):
-            asked[i] = math.hypot(grid[i, 0] - out[0], grid[i, 1] - out[1]) - grid[i, 2]
+            asked[i] = np.hypot(grid[i, 0] - out[0], grid[i, 1] - out[1]) - grid[i, 2]
         count, largest = 0, -np.inf
         for i in range(samples):
             if asked[i] >= asked[i - 1] and asked[i] >= asked[(i + 1) % samples]:
@@ -303,7 +303,7 @@ def resting_place(waves: Any, angles: Any, out: Any) -> int:
             if settles:
                 worst = -np.inf
                 for i in range(samples):
-                    value = math.hypot(grid[i, 0] - polished[0], grid[i, 1] - polished[1])
+                    value = np.hypot(grid[i, 0] - polished[0], grid[i, 1] - polished[1])
                     worst = max(worst, value - grid[i, 2])
                 near = abs(polished[2] - out[2]) <= 1e-3 * size
                 if near and worst <= polished[2] + 1e-14 * size:

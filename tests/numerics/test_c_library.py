@@ -7,16 +7,16 @@ from multiprocessing import get_context
 import casadi as ca
 import pytest
 
-from symhbm.numerics import machine_code
-from symhbm.numerics.machine_code import to_machine_code
+from symhbm.numerics import c_library
+from symhbm.numerics.c_library import to_machine_code
 
-needs_compiler = pytest.mark.skipif(machine_code.compiler() is None, reason="no compiler of C")
+needs_compiler = pytest.mark.skipif(c_library.compiler() is None, reason="no compiler of C")
 
 
 @pytest.fixture
 def cache(tmp_path, monkeypatch):
     """An empty folder of compiled functions."""
-    monkeypatch.setenv(machine_code.CACHE, str(tmp_path / "cache"))
+    monkeypatch.setenv(c_library.CACHE, str(tmp_path / "cache"))
     return tmp_path / "cache"
 
 
@@ -76,7 +76,7 @@ def test_files_unused_for_long_are_removed(cache, monkeypatch):
     to_machine_code(functions[2:])
     assert not first.exists()
     assert second.exists()
-    monkeypatch.setattr(machine_code, "_LARGEST_CACHE", 0)
+    monkeypatch.setattr(c_library, "_LARGEST_CACHE", 0)
     to_machine_code([power(5)])
     assert len([*cache.glob("*.so")]) == 1
     assert not [*cache.glob("tmp*")]
@@ -97,7 +97,7 @@ def _compiled_square(value):
 
 
 def test_a_compiler_that_fails_is_none(cache, monkeypatch):
-    monkeypatch.setenv(machine_code.COMPILER, "false")
+    monkeypatch.setenv(c_library.COMPILER, "false")
     assert to_machine_code([power(2)]) is None
-    monkeypatch.setenv(machine_code.COMPILER, "")
+    monkeypatch.setenv(c_library.COMPILER, "")
     assert to_machine_code([power(2)]) is None
