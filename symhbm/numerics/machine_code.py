@@ -37,8 +37,8 @@ _TIMES = "loops.json"
 _MOST_TIMES = 2000
 _UNTIL_READ = 0.1
 """Seconds that all loops of a process run as Python before kept machine code is looked for."""
-_UNTIL_COMPILED = 2e-4
-"""Seconds that a loop runs as Python, for each byte of it and what it calls: half of what compiling
+_UNTIL_COMPILED = 1e-4
+"""Seconds that a loop runs as Python, for each byte that is to be compiled: a quarter of what that
 takes."""
 
 
@@ -114,8 +114,8 @@ def folder() -> Path:
 class Loop:
     """A function that runs as Python until machine code pays, to the same bits.
 
-    It is compiled once it took half of the time that compiling takes, in this process and those
-    before, or where another one that is compiled calls it. Python rounds ``x**2`` and
+    It is compiled once it took a quarter of the time that compiling takes, in this process and
+    those before, or where another one that is compiled calls it. Python rounds ``x**2`` and
     ``math.hypot`` in another way: loops have products and ``np.hypot`` in their place.
     """
 
@@ -137,7 +137,7 @@ class Loop:
     def _as_python(self, *arguments: Any) -> Any:
         if getattr(self._within, "loop", False):
             return self._function(*arguments)
-        start = time.perf_counter()
+        start = time.thread_time()
         before = deepcopy(arguments)
         self._within.loop = True
         try:
@@ -149,7 +149,7 @@ class Loop:
             return self._run(*arguments)
         finally:
             self._within.loop = False
-            self._seconds += time.perf_counter() - start
+            self._seconds += time.thread_time() - start
             if self._is_hot():
                 self._run = self._compiled
 
@@ -172,10 +172,16 @@ class Loop:
                     found.append(part)
         return found
 
-    @cached_property
+    @property
     def _patience(self) -> float:
         """Seconds that it runs as Python."""
-        return _UNTIL_COMPILED * sum(len(loop._function.__code__.co_code) for loop in self._called)
+        codes = [loop._function.__code__ for loop in self._called if not loop._is_compiled]
+        return _UNTIL_COMPILED * sum(len(code.co_code) for code in codes)
+
+    @property
+    def _is_compiled(self) -> bool:
+        """Whether it is, for some arguments, on its own or for another one."""
+        return bool(getattr(self.__dict__.get("_compiled"), "overloads", None))
 
     @cached_property
     def _stamp(self) -> str:
