@@ -14,7 +14,7 @@ import click  # noqa: E402
 
 from studies.__main__ import STUDIES  # noqa: E402
 from studies.run import RESULTS  # noqa: E402
-from tests.validation import exact, of_studies, page, paper, published  # noqa: E402
+from tests.validation import exact, of_cases, of_studies, page, paper, published  # noqa: E402
 from tests.validation.comparison import Part, Verdict  # noqa: E402
 from tests.validation.document import Document, command_line, now  # noqa: E402
 from tests.validation.margins import margins  # noqa: E402
@@ -24,7 +24,8 @@ def report(quick: bool, studies: Iterable[str], output: Path) -> Document:
     """Compute all comparisons; write ``validation.html`` and ``validation.pdf``."""
     output.mkdir(parents=True, exist_ok=True)
     begun, parts = now(), []
-    for each in (exact.parts(quick), published.parts(quick), of_studies.parts(studies, output)):
+    compared = exact.parts(quick), published.parts(quick), of_cases.parts(quick)
+    for each in (*compared, of_studies.parts(studies, output)):
         for part in each:
             parts.append(part)
             click.echo(told(part))
