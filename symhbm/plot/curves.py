@@ -31,6 +31,7 @@ from symhbm.plot.lines import (
     located_peaks,
     mark_ends,
 )
+from symhbm.plot.measured import check_measured, draw_measured, place_of
 from symhbm.plot.picture import Panel, Picture
 from symhbm.plot.places import Chosen, Shown, chosen
 from symhbm.plot.rendering import pictured
@@ -47,6 +48,7 @@ def response(
     peaks: bool = True,
     scale: str = "decibel",
     unit: str = "m",
+    measured: xr.Dataset | None = None,
     ax: Axes | None = None,
 ) -> Picture:
     """Draw amplitude over the moving parameter, by default in dB re 1 m, a line per parameter set.
@@ -77,6 +79,10 @@ def response(
         ``"decibel"``, or amplitudes on a ``"linear"`` or a ``"log"`` axis.
     unit
         ``"m"``, ``"mm"`` or ``"um"``: the unit of amplitudes, and what 0 dB are one of.
+    measured
+        Measurements of `symhbm.datasets.measured` to draw as circles, each in the colour of the
+        curve of its parameters; by default those that a fit holds. They are amplitudes of one
+        harmonic, curves the largest displacement over the period.
     ax
         Axes to draw into; by default a new figure.
 
@@ -98,7 +104,8 @@ def response(
     >>> figure = sh.plot.response(sh.frf(problem, (10, 30), over={"normal_load": [1, 3]}))
     >>> figure.savefig("response.png")
     """
-    parameter, where = check_curves(dataset, place)
+    measured = check_measured(dataset, measured)
+    parameter, where = check_curves(dataset, place_of(measured, place))
     shown = scale_of(scale, unit, dataset)
     check_anything(dataset, "amplitude")
     inner = parameter.along, "dof", "solution"
@@ -107,6 +114,8 @@ def response(
     panel = response_panel(dataset, parameter, where, shown)
     for member, each in family.curves():
         look, curves = member.look, [each]
+        if measured is not None and parameter.name == "frequency":
+            draw_measured(panel, measured, each, where, shown, member.color)
         if "sample" in swept:
             look |= dict(linewidth=0.6, alpha=0.45)
             curves = [each.isel(sample=i) for i in range(dataset.sizes["sample"])]

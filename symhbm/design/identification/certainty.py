@@ -86,6 +86,13 @@ class Certainty:
         weights = weights_of(self.point.residuals, self.loss)
         return self._inverse(self.point.jacobian * weights[:, None], None)
 
+    @property
+    def information(self) -> FloatArray:
+        """On the variables by the Jacobian, (n, n)."""
+        weights = weights_of(self.point.residuals, self.loss)
+        jacobian = self.point.jacobian * weights[:, None]
+        return jacobian.T @ jacobian / (self.noise or 1.0) ** 2
+
     @cached_property
     def exact_covariance(self) -> FloatArray:
         """Of the variables by the exact Hessian; NaN where that is none of a minimum."""

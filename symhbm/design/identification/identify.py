@@ -152,16 +152,19 @@ def identify(
 
 
 def objective_of(
-    problem: HarmonicBalance, rows: Rows, unknown: Any, start: Any = None
+    problem: HarmonicBalance, rows: Rows, unknown: Any, start: Any = None, checked: bool = True
 ) -> Objective:
-    """The objective of measurements and unknowns, checked against each other."""
+    """The objective of measurements and unknowns, checked against each other.
+
+    Those that are not ``checked`` may be fewer than the unknowns.
+    """
     problem.model.check_frequencies("frequency", np.unique(rows.frequency))
     unknowns = read_unknowns(problem, unknown, rows.sensors)
     if start is not None:
         unknowns = _started(unknowns, start)
     n_priors = sum(one.prior is not None for one in unknowns.each)
     n_rows = int(rows.kept.sum())
-    if n_rows + n_priors < unknowns.n:
+    if checked and n_rows + n_priors < unknowns.n:
         raise ValueError(
             f"data: expected at least as many values as unknowns, got {n_rows} for {unknowns.n} "
             f"({', '.join(unknowns.labels)})"

@@ -1,0 +1,80 @@
+"""Measured amplitudes beside computed ones."""
+
+from typing import Any
+
+import numpy as np
+import xarray as xr
+
+from symhbm.numerics import RADIANS, FloatArray, check
+from symhbm.plot.picture import Panel
+from symhbm.plot.places import Chosen, chosen
+from symhbm.results.reading import MEASURED
+
+_POWERS = {"displacement": 0, "velocity": 1, "acceleration": 2}
+_ALIKE = 1e-9
+"""Relative difference up to which a parameter of a test is that of a curve."""
+
+
+def check_measured(dataset: xr.Dataset, measured: Any) -> xr.Dataset | None:
+    """The measurements to draw, by default those that a fit holds; TypeError for other things."""
+    if measured is None:
+        return dataset if MEASURED in getattr(dataset, "variables", ()) else None
+    if not isinstance(measured, xr.Dataset) or MEASURED not in measured.variables:
+        raise TypeError(
+            f"measured={check.shown(measured)}: expected a dataset of symhbm.datasets.measured"
+        )
+    return measured
+
+
+def place_of(measured: xr.Dataset | None, place: Any) -> Any:
+    """What to show: what is asked for, else the one place where there are measurements."""
+    if measured is None or place is not None:
+        return place
+    places = {*measured["measured_place"].values.tolist()}
+    return _place(places.pop()) if len(places) == 1 else None
+
+
+def draw_measured(
+    panel: Panel, measured: xr.Dataset, curve: xr.Dataset, where: Chosen, scale: Any, color: Any
+) -> None:
+    """Draw the amplitudes that were measured under the parameters of a curve, as hollow circles.
+
+    Of complex ones it is the magnitude; velocities and accelerations become displacements.
+    """
+    frequency, amplitude = amplitudes(measured)
+    here = np.isin(measured["measured_place"].values, _names(measured, curve, where))
+    for name in measured.variables:
+        parameter = str(name).removeprefix("measured_at_")
+        if parameter != name and parameter in curve.variables and not curve[parameter].ndim:
+            of_test = measured[name].values
+            alike = np.isclose(of_test, curve[parameter].item(), rtol=_ALIKE, atol=0.0)
+            here &= alike | np.isnan(of_test)
+    here &= (measured["measured_left_out"].values == 0) & np.isfinite(amplitude)
+    look: Any = dict(marker="o", markersize=3.5, markerfacecolor="none", linestyle="", color=color)
+    panel.line(frequency[here], scale.of(amplitude[here]), **look)
+
+
+def amplitudes(measured: xr.Dataset) -> tuple[FloatArray, FloatArray]:
+    """Frequencies [Hz] and amplitudes [m] of all rows, NaN of those that tell none."""
+    form, value = measured["measured_form"].values, measured[MEASURED].values
+    amplitude = np.where(form == "magnitude", value, np.nan)
+    real = np.flatnonzero(form == "real")
+    # The imaginary part of a complex value is the row after its real part.
+    amplitude[real] = np.hypot(value[real], value[real + 1])
+    frequency = measured["measured_frequency"].values
+    omega = RADIANS * frequency * measured["measured_harmonic"].values
+    quantity = measured["measured_quantity"].values
+    power = np.array([_POWERS.get(one, np.nan) for one in quantity])
+    return frequency, amplitude / omega**power
+
+
+def _names(measured: xr.Dataset, curve: xr.Dataset, where: Chosen) -> list[str]:
+    """Names of the places of measurements that are shown."""
+    names = dict.fromkeys(measured["measured_place"].values.tolist())
+    if where.every:
+        return [*names]
+    return [name for name in names if {*chosen(curve, _place(name)).dofs} <= {*where.dofs}]
+
+
+def _place(name: str) -> Any:
+    return int(name) if name.isdecimal() else name
