@@ -65,7 +65,9 @@ def random_fit(number: int) -> RandomFit:
     names = sorted(rng.choice(pool, n_unknown, replace=False).tolist())
     true = {name: float(np.ravel(problem.parameters[name])[0]) for name in names}
     off = {name: value * 3.0 ** rng.choice([-1, 1]) for name, value in true.items()}
-    place = int(rng.integers(0, min(3, problem.model.n_dof)))
+    place = (
+        0 if problem.model.kept is not None else int(rng.integers(0, min(3, problem.model.n_dof)))
+    )
     levels *= problem.excitation.amplitude
     data = measured_responses(problem, levels, frequencies, place=place)
     return RandomFit(problem, problem.with_parameters(**off), true, data)

@@ -54,7 +54,7 @@ def test_the_proposed_level_is_better_than_nine_of_ten_random_ones():
     for _ in range(20):
         changes = {"normal_load": rng.uniform(1, 6), "damping": rng.uniform(0.3, 3)}
         problem, data, fit = fitted(**changes)
-        best = next_measurements(fit, candidates(np.geomspace(0.1, 10, 25)), criterion="A")
+        best = next_measurements(fit, candidates(np.geomspace(0.1, 10, 200)), criterion="A")
         levels = [float(best.candidate_force_amplitude[0]), *np.exp(rng.uniform(-2.3, 2.3, 10))]
         squares = []
         for level in levels:
