@@ -7,6 +7,7 @@ from typing import TYPE_CHECKING, Any
 
 from symhbm.balance import HarmonicBalance, SwitchingAngles, goals
 from symhbm.continuation import SolveError, Status
+from symhbm.model import ContactPairs as ContactPairs  # in no list: contact_pairs makes them
 from symhbm.model import (
     ModalDamping,
     Model,
@@ -54,7 +55,7 @@ if TYPE_CHECKING:
         static_states,
         verify,
     )
-    from symhbm.results import Run
+    from symhbm.results import Run, scale
     from symhbm.results.archive import load, save
 
 __version__ = version("symhbm")
@@ -109,6 +110,7 @@ __all__ = [
     "resume",
     "save",
     "save_structure",
+    "scale",
     "single_blade",
     "solve",
     "static_states",
@@ -127,7 +129,7 @@ _LATER = {
     "symhbm.plot.viewer": "view",
     "symhbm.response": "campbell datasets follow frf limit_cycles natural_modes nonlinear_modes"
     " other_branches periodic_motion resume solve static_states verify",
-    "symhbm.results": "Run",
+    "symhbm.results": "Run scale",
     "symhbm.results.archive": "load save",
 }
 """Rooms that need xarray, matplotlib or scipy.stats, and their names; imported when asked for."""

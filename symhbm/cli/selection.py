@@ -15,7 +15,6 @@ from symhbm.model.contacts import ContactLaw
 from symhbm.numerics import check
 from symhbm.results import Description, tables
 from symhbm.results.reading import (
-    COMPLETE,
     INNER,
     SAMPLE,
     moving,
@@ -157,10 +156,10 @@ def _available(labels: np.ndarray) -> str:
 
 
 _FIRST = (
-    *("response", "envelope", "disk", "blades", "nonlinear-modes", "limit-cycles"),
-    "flutter-limit",
-    "pareto-front",
+    *("response", "bode", "backbone", "envelope", "disk", "blades"),
+    *("nonlinear-modes", "limit-cycles", "flutter-limit", "pareto-front"),
     *("hysteresis", "normal-force", "states", "stick-map", "contact-map", "model", "phase"),
+    *("nyquist", "phase-portrait", "transmissibility"),
 )
 """The order in which kinds are listed; others follow by name."""
 _NO_ARCHIVES = {"campbell", "interference"}
@@ -179,7 +178,7 @@ def kinds() -> list[str]:
 
 
 def draw(
-    dataset: xr.Dataset,
+    results: xr.Dataset | dict[str, xr.Dataset],
     kind: str | None,
     choices: Sequence[str],
     options: dict[str, Any],
@@ -187,20 +186,31 @@ def draw(
 ) -> tuple[str, Any]:
     """Kind and figure of the selected part; by default the kind that suits it.
 
-    ``options`` go to the function that draws. Raises ValueError for an option it does not take.
+    Several results have names. ``options`` go to the function that draws. Raises ValueError for an
+    option it does not take, and for several results where it draws one.
     """
-    selection = select(dataset, choices)
-    part = selection.limited(selection.dataset)
-    names = {choice.partition("=")[0].strip() for choice in choices} - {*INNER}
-    part = part.squeeze([dim for dim in part.dims if dim in names and part.sizes[dim] == 1])
+    named = isinstance(results, dict)
+    every = results if isinstance(results, dict) else {"": results}
+    parts = {name: _squeezed(dataset, choices) for name, dataset in every.items()}
+    part = next(iter(parts.values()))
     kind = kind or _natural_kind(part)
     function = getattr(_plot(), kind.replace("-", "_"))
     for name, value in options.items():
         if name not in inspect.signature(function).parameters:
-            raise ValueError(f"--{name} {value}: {kind} shows no single {name}")
+            raise ValueError(f"--{name} {value}: {kind} takes no --{name}")
+    if named and "label" not in inspect.signature(function).parameters:
+        raise ValueError(f"ARCHIVE: {kind} draws one, got {len(parts)} with names")
     if kind == "model":
         return kind, _structure(part, laws)
-    return kind, function(_by_blade(part) if kind == "blades" else part, **options)
+    return kind, function(parts if named else part, **options)
+
+
+def _squeezed(dataset: xr.Dataset, choices: Sequence[str]) -> xr.Dataset:
+    """The selected part, without the dimensions of which one value is selected."""
+    selection = select(dataset, choices)
+    part = selection.limited(selection.dataset)
+    names = {choice.partition("=")[0].strip() for choice in choices} - {*INNER}
+    return part.squeeze([dim for dim in part.dims if dim in names and part.sizes[dim] == 1])
 
 
 def _plot() -> ModuleType:
@@ -240,18 +250,6 @@ def _natural_kind(dataset: xr.Dataset) -> str:
     return "envelope" if dataset.sizes.get(SAMPLE, 1) > 1 else "response"
 
 
-def _by_blade(dataset: xr.Dataset) -> xr.DataArray:
-    """Largest displacement of each blade over all points [m], NaN where a curve is incomplete."""
-    amplitude = dataset["amplitude"]
-    kept = {*set_dimensions(dataset), "dof"}
-    largest = amplitude.max([dim for dim in amplitude.dims if dim not in kept])
-    complete = dataset["status"].isin([*map(str, COMPLETE)])
-    if not largest.where(complete).notnull().any():
-        raise _plot().nothing_to_draw(dataset)
-    attributes = {"long_name": "largest displacement of all points", "units": "m"}
-    return largest.where(complete).assign_attrs(attributes)
-
-
 Row = Sequence[Any]
 
 
@@ -266,10 +264,7 @@ def rows(
     if (selection.low, selection.high) != (-np.inf, np.inf) and table == "sets":
         raise ValueError(f"--table sets: a row is a whole curve, not a part of {moving(dataset)}")
     columns, blocks = rows_of(dataset, table, variables, limited=selection.limited)
-    titles = [
-        printable(f"{column.name}{'' if column.units in ('1', '') else f' [{column.units}]'}")
-        for column in columns
-    ]
+    titles = [printable(column.title) for column in columns]
     return _rows(titles, blocks)
 
 

@@ -15,7 +15,7 @@ import xarray as xr
 from symhbm.model.contacts import ContactLaw
 from symhbm.numerics import check
 from symhbm.results.archive import SUFFIX, existing, load, working_file
-from symhbm.results.reading import printable
+from symhbm.results.reading import At, printable
 
 BROKEN, _UNUSABLE, _INTERRUPTED, _PIPE = 1, 2, 130, 141
 """Exit codes: broken bound or missing part; bad usage or an unusable file; the shell's own."""
@@ -91,6 +91,16 @@ def opened(archive: Path) -> Iterator[xr.Dataset]:
         yield dataset
 
 
+def names_of(archives: tuple[Path, ...], labels: tuple[str, ...]) -> list[str]:
+    """What several archives are called; raises ValueError for another number of labels."""
+    if labels and len(labels) != len(archives):
+        raise ValueError(f"--label: expected {len(archives)}, one per ARCHIVE, got {len(labels)}")
+    names = list(labels) or [Path(final_name(archive)).stem for archive in archives]
+    if len({*names}) < len(names):
+        raise ValueError(f"--label: expected different ones, got {', '.join(names)}")
+    return names
+
+
 def check_place(output: Path | None) -> None:
     """Raise ValueError unless a file can be written there, or is not wanted."""
     if output is None:
@@ -152,6 +162,26 @@ def _law(name: str) -> ContactLaw:
     return law
 
 
+def _at(text: str | None) -> At | None:
+    """A word, the number of a peak, or a value."""
+    if text is None or text in ("peak", "largest"):
+        return text  # type: ignore[return-value]
+    try:
+        return int(text) if text.isdigit() else float(text)
+    except ValueError:
+        raise click.BadParameter(
+            f"{text}: expected peak, largest, the number of a peak, or with a decimal point the "
+            "value of what moves"
+        ) from None
+
+
+at_option = click.option(
+    "--at",
+    metavar="POINT",
+    callback=lambda _context, _option, text: _at(text),
+    help="One point of each curve: peak (the highest), largest, the number of a peak from 0, or, "
+    "with a decimal point, a frequency as 151.0.",
+)
 law_option = click.option(
     "--law",
     "laws",
@@ -168,6 +198,20 @@ archive_argument = click.argument(
     metavar="ARCHIVE",
     type=click.Path(path_type=Path),
     callback=lambda _context, _option, path: existing(path),
+)
+archives_argument = click.argument(
+    "archives",
+    metavar="ARCHIVE...",
+    nargs=-1,
+    required=True,
+    type=click.Path(path_type=Path),
+    callback=lambda _context, _option, paths: tuple(existing(path) for path in paths),
+)
+label_option = click.option(
+    "--label",
+    "labels",
+    multiple=True,
+    help="What a legend calls an ARCHIVE, in the order of several; by default their names.",
 )
 overwrite_option = click.option("--overwrite", is_flag=True, help="Replace an existing file.")
 progress_option = click.option(

@@ -221,6 +221,24 @@ class Model(PolynomialStructure):
             self.contacts, **{name: getattr(self, name) for name in CONTACT_PARAMETERS}
         )
 
+    def with_damping(self, damping: Any) -> Model:
+        """Return a copy with another damping, a matrix or a rule as `ModalDamping`.
+
+        Raises as `Model`, and TypeError for what has matrices of its own kind.
+        """
+        if type(self) is not Model or self.lumped:
+            raise TypeError(
+                "with_damping: expected a Model of matrices; that of a blade or a disk of them is "
+                "the parameter damping, of others that of the structure they are made of"
+            )
+        changed = Model(self.mass_matrix, damping, self.stiffness_matrix, places=self.places)
+        other = self._copy()
+        for name in ("damping", "damping_matrix"):
+            vars(other).pop(name, None)
+            if name in vars(changed):
+                other._store(**{name: vars(changed)[name]})
+        return other
+
     def __getattr__(self, name: str) -> Any:
         if name != "damping_matrix" or self.damping is None:
             return super().__getattr__(name)

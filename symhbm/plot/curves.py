@@ -1,10 +1,9 @@
 """Response curves: amplitude over the parameter that moves."""
 
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Unpack
 
 import numpy as np
 import xarray as xr
-from matplotlib.axes import Axes
 
 from symhbm.numerics import FloatArray, check
 from symhbm.plot.drawing import (
@@ -19,6 +18,8 @@ from symhbm.plot.drawing import (
     one_solution,
     parameter_axis,
     scale_of,
+    scaled,
+    symbol_of,
 )
 from symhbm.plot.lines import (
     MARK,
@@ -31,25 +32,31 @@ from symhbm.plot.lines import (
     located_peaks,
     mark_ends,
 )
+from symhbm.plot.looks import Named, compared
 from symhbm.plot.measured import check_measured, draw_measured, place_of
 from symhbm.plot.picture import Panel, Picture
 from symhbm.plot.places import Chosen, Shown, chosen
-from symhbm.plot.rendering import pictured
 
+_PEAKS = ("smooth", "corner")
+"""Kinds of peaks that have a place."""
+_NOTHING = 1e-12
+"""Share of the largest amplitude of a harmonic that is round-off."""
 _LEADS = 1e-6
 """Relative distance within which a peak belongs to the largest response."""
 
 
-@pictured
+@compared
 def response(
     dataset: xr.Dataset,
     *,
     place: Shown = None,
+    harmonic: int | None = None,
     peaks: bool = True,
+    annotate: bool = False,
     scale: str = "decibel",
     unit: str = "m",
     measured: xr.Dataset | None = None,
-    ax: Axes | None = None,
+    **common: Unpack[Named],
 ) -> Picture:
     """Draw amplitude over the moving parameter, by default in dB re 1 m, a line per parameter set.
 
@@ -71,10 +78,15 @@ def response(
         What to show: the number of a degree of freedom, ``"blade 3"``, a label or a node as
         ``"tip"``, one of its directions as ``"tip:y"``, or several of these. Of several degrees of
         freedom, by default of all, it is the largest response.
+    harmonic
+        Draw the amplitude of this harmonic alone, without peaks; by default the largest
+        displacement.
     peaks
         Mark the located peaks of what is shown: circles are smooth, triangles corners, vertical
         lines unbounded. Squares are folds, diamonds branch points, triangles that point down period
         doublings, pluses Neimark-Sacker events, crosses other changes of stability.
+    annotate
+        Write value and amplitude at peaks.
     scale
         ``"decibel"``, or amplitudes on a ``"linear"`` or a ``"log"`` axis.
     unit
@@ -83,8 +95,8 @@ def response(
         Measurements of `symhbm.datasets.measured` to draw as circles, each in the colour of the
         curve of its parameters; by default those that a fit holds. They are amplitudes of one
         harmonic, curves the largest displacement over the period.
-    ax
-        Axes to draw into; by default a new figure.
+    common
+        As of all pictures.
 
     Raises
     ------
@@ -107,6 +119,9 @@ def response(
     measured = check_measured(dataset, measured)
     parameter, where = check_curves(dataset, place_of(measured, place))
     shown = scale_of(scale, unit, dataset)
+    if harmonic is not None:
+        dataset = of_harmonic(dataset, harmonic)
+        where = where._replace(words=f"harmonic {harmonic}, {where.words}")
     check_anything(dataset, "amplitude")
     inner = parameter.along, "dof", "solution"
     swept = [str(dim) for dim in dataset["amplitude"].dims if dim not in inner]
@@ -131,6 +146,8 @@ def response(
             mark_ends(panel, one, parameter.name, shown.of(points.values))
             for mark in marks if peaks and "sample" not in swept else ():
                 _mark(panel, *mark, shown, member.color)
+                if annotate and mark[0] in _PEAKS:
+                    _annotate(panel, dataset, parameter.name, mark, shown)
     family.explain(panel)
     return Picture([panel])
 
@@ -175,6 +192,31 @@ def _mark(panel: Panel, kind: str, at: float, level: float, scale: Scale, color:
         panel.line([at], [scale.of_level(level)], **look)
     elif kind == "unbounded":
         panel.add("upright", at, color=color, linestyle=":", linewidth=0.8)
+
+
+def _annotate(
+    panel: Panel, dataset: xr.Dataset, name: str, mark: tuple[str, float, float], scale: Scale
+) -> None:
+    """Write value and amplitude of a peak above it."""
+    _, at, level = mark
+    _, unit = symbol_of(dataset, name) or ("", "")
+    factor, of_size = scaled(10 ** (level / 20), dataset["amplitude"].attrs.get("units", "m"))
+    text = f"{at:.4g} {unit}\n{factor * 10 ** (level / 20):.4g} {of_size}"
+    look: Any = dict(ha="center", va="bottom", fontsize="x-small", annotation_clip=False)
+    panel.text((at, scale.of_level(level)), text, offset=(0, 5), **look)
+
+
+def of_harmonic(dataset: xr.Dataset, harmonic: int) -> xr.Dataset:
+    """The dataset with the amplitudes of one harmonic, without slopes and peaks of others."""
+    check_variables(dataset, "coefficient")
+    check.known(str(harmonic), [*map(str, dataset["harmonic"].values)], "harmonic of the dataset")
+    parts = dataset["coefficient"].sel(harmonic=harmonic, drop=True)
+    others = [n for n in dataset.variables if str(n).startswith(("amplitude_slope", "peak_"))]
+    like = dataset["amplitude"]
+    a, b = (parts.sel(component=part, drop=True) for part in ("cos", "sin"))
+    size: Any = np.hypot(a, b)
+    size = size.where(size > _NOTHING * size.max()).transpose(*like.dims).assign_attrs(like.attrs)
+    return dataset.drop_vars(others).assign(amplitude=size)
 
 
 def curve(dataset: xr.Dataset, *, place: Shown = None) -> tuple[FloatArray, FloatArray]:

@@ -12,10 +12,15 @@ from symhbm.model.contacts import Parameter
 from symhbm.numerics import FloatArray, FourierBasis, check, unknowns_of
 from symhbm.plot.picture import FAMILY, Axis, Colours, Panel
 from symhbm.results import Description, check_dataset, check_present, meaning
+from symhbm.results.reading import CHOSEN, At
+from symhbm.results.reading import at as points_of_curves
 
 SYMBOLS = {"frequency": ("$f$", "Hz")}
 SYMBOLS |= {name: about.shown_as(name) for name, about in PARAMETERS.items()}
-LINE_STYLES: tuple[Any, ...] = ("-", (0, (5, 1.5)), (0, (1.2, 1.2)), (0, (6, 1.5, 1.2, 1.5)))
+LINE_STYLES: tuple[Any, ...] = (
+    *("-", (0, (5, 1.5)), (0, (1.2, 1.2)), (0, (6, 1.5, 1.2, 1.5))),
+    *((0, (9, 2)), (0, (5, 1.5, 1.2, 1.5, 1.2, 1.5))),
+)
 MOST_LEGEND_ENTRIES = 14
 """Largest family of curves with a legend; a larger one has a colour bar."""
 WIDE = 30
@@ -105,6 +110,13 @@ def moving(dataset: xr.Dataset) -> Moving:
     return Moving(description.moving, along, description.per_dof)
 
 
+def point_of(dataset: xr.Dataset, at: At | None) -> xr.Dataset:
+    """One point of each curve; ValueError where none converged, and as `symhbm.datasets.at`."""
+    check_variables(dataset, "amplitude")
+    check_anything(dataset, "amplitude")
+    return points_of_curves(dataset, at)
+
+
 def decibel(amplitude: Any) -> Any:
     """Level in dB re 1 m."""
     with np.errstate(divide="ignore"):
@@ -138,7 +150,8 @@ class Scale(NamedTuple):
     def axis(self, words: str) -> Axis:
         """The axis of amplitudes."""
         limits = (0.0, None) if self.kind == "linear" else None
-        return Axis(f"{words} [{self.label}]", log=self.kind == "log", limits=limits)
+        label = words if self.label == "1" else f"{words} [{self.label}]"
+        return Axis(label, log=self.kind == "log", limits=limits)
 
 
 DECIBEL = Scale()
@@ -206,6 +219,15 @@ def value_label(dataset: xr.Dataset, dim: str, index: int) -> str:
     return f"{symbol} = {text} {unit}".rstrip()
 
 
+def point_text(dataset: xr.Dataset) -> str:
+    """Where one point is, and which of its curve."""
+    name, words = Description(dataset).moving, [f"{float(dataset['frequency']):.5g} Hz"]
+    if name != "frequency" and name in dataset.variables:
+        symbol, unit = symbol_of(dataset, name) or (name.replace("_", " "), "")
+        words.insert(0, f"{symbol} = {float(dataset[name]):.4g} {unit}")
+    return ", ".join([*words, str(dataset[CHOSEN].values)] if CHOSEN in dataset.coords else words)
+
+
 def shades(number: int) -> np.ndarray:
     """Colours of a family of curves, light to dark; black for one."""
     return FAMILY(np.linspace(0, 1, number)) if number > 1 else np.array([[0.0, 0.0, 0.0, 1.0]])
@@ -238,11 +260,11 @@ class Family:
     """
 
     def __init__(self, dataset: xr.Dataset, dims: Sequence[str]):
-        self._dataset, self._dims = dataset, list(dims)
+        self._dataset, self.dims = dataset, list(dims)
         self._sizes = [dataset.sizes[dim] for dim in dims]
         self._ramp, self._bar = "", None
         if int(np.prod(self._sizes)) > MOST_LEGEND_ENTRIES:
-            self._ramp = self._dims[int(np.argmax(self._sizes))]
+            self._ramp = self.dims[int(np.argmax(self._sizes))]
             self._values = numbers_along(dataset, self._ramp)
             ends, wide = (self._values.min(), self._values.max()), is_wide(self._values)
             self._bar = Colours(FAMILY, *ends, wide, axis_label(dataset, self._ramp))
@@ -251,7 +273,7 @@ class Family:
         colors = shades(int(np.prod(self._sizes)))
         others: dict[tuple[int, ...], int] = {}
         for number, index in enumerate(np.ndindex(*self._sizes)):
-            position = dict(zip(self._dims, index, strict=True))
+            position = dict(zip(self.dims, index, strict=True))
             color, turn = colors[number], number
             named = {dim: i for dim, i in position.items() if dim != self._ramp}
             if self._bar is not None:

@@ -4,7 +4,7 @@ import os
 from collections.abc import Iterator
 from contextlib import contextmanager
 from pathlib import Path
-from typing import Any
+from typing import Any, Literal
 
 import matplotlib as mpl
 import matplotlib.pyplot as plt
@@ -40,6 +40,17 @@ _SAVING: Any = {name: STYLE[name] for name in ("savefig.dpi", "svg.fonttype", "s
 _SAVING |= {"pdf.fonttype": STYLE["pdf.fonttype"]}
 """What of the style Matplotlib asks for when a figure is saved."""
 _NO_DATE: Any = {"svg": {"Date": None}, "pdf": {"CreationDate": None}}
+
+
+Size = Literal["column", "page"] | tuple[float, float]
+"""Width and height of a figure [inch], or the width of a column or a page of a journal."""
+_WIDTHS: dict[str, float] = {"column": 3.5, "page": 7.2}
+_HEIGHTS = {"column": 1.25, "page": 1.0}
+"""Heights over those in proportion: texts take more of a narrow figure."""
+_STYLES: dict[str, Any] = {
+    "column": {"font.size": 8, "axes.titlesize": 8, "legend.fontsize": 7, "lines.linewidth": 1.1}
+}
+"""What of the style is smaller."""
 
 
 class SavedAlike(Figure):
@@ -84,6 +95,8 @@ def save(figure: Figure, path: str | os.PathLike[str], **options: Any) -> Path:
         raise TypeError(f"path={check.shown(path)}: expected the name of a file")
     if Path(path).suffix.removeprefix(".").lower() not in FORMATS:
         raise ValueError(f"path={str(path)!r}: expected a name ending in .{', .'.join(FORMATS)}")
+    if figure.get_layout_engine() is None:
+        options = {"bbox_inches": "tight"} | options  # labels and legends stay inside
     with mpl.rc_context(_SAVING):
         figure.savefig(path, **_without_date(path, options))
     return Path(path)
@@ -100,7 +113,7 @@ def _without_date(path: Any, options: dict[str, Any]) -> dict[str, Any]:
 
 @contextmanager
 def panels(
-    rows: int = 1, columns: int = 1, *, size: tuple[float, float] | None = None, **options: Any
+    rows: int = 1, columns: int = 1, *, size: Size | None = None, **options: Any
 ) -> Iterator[tuple[Figure, Any]]:
     """Open a figure of several axes in the style of the library, to draw into with ``ax=``.
 
@@ -111,8 +124,9 @@ def panels(
     ----------
     rows, columns
         How many axes; with ``rows=0`` none, for a figure that you divide.
-    size : (2,)
-        Width and height [inch].
+    size
+        Width and height [inch], or ``"column"`` or ``"page"``, as wide as a column or a page of a
+        journal.
     options
         As of ``plt.subplots``, for example ``sharex``.
 
@@ -129,8 +143,23 @@ def panels(
     ...     drawn = sh.plot.response(sh.frf(problem, (10, 30)), ax=right)
     >>> figure.savefig("both.svg")
     """
-    look: Any = dict(FigureClass=SavedAlike, layout="constrained", figsize=size)
-    with plt.rc_context(STYLE):
+    with canvas(rows, columns, size, **options) as found:
+        yield found
+
+
+@contextmanager
+def canvas(
+    rows: int, columns: int, size: Size | None, own: Any = None, **options: Any
+) -> Iterator[tuple[Figure, Any]]:
+    """The same for a picture with a size of its ``own`` (2,) [inch]."""
+    figsize, style = (own if size is None else size), {}
+    if isinstance(size, str):
+        width = _WIDTHS[check.one_of("size", size, _WIDTHS)]
+        usual = own or STYLE["figure.figsize"]
+        height = _HEIGHTS[size] * usual[1] * width / usual[0]
+        figsize, style = (width, height), _STYLES.get(size, {})
+    look: Any = dict(FigureClass=SavedAlike, layout="constrained", figsize=figsize)
+    with plt.rc_context(STYLE | style):
         figure, axes = (
             plt.subplots(rows, columns, **look, **options) if rows else (plt.figure(**look), None)
         )

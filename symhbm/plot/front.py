@@ -1,29 +1,31 @@
 """Fronts of two aims, and the values of the designs along them."""
 
+from typing import Unpack
+
 import numpy as np
 import xarray as xr
-from matplotlib.axes import Axes
 
 from symhbm.continuation import Status
 from symhbm.plot.drawing import LINE_STYLES, is_wide, shades
+from symhbm.plot.lines import curved
+from symhbm.plot.looks import Look, pictured
 from symhbm.plot.picture import Axis, Panel, Picture
-from symhbm.plot.rendering import pictured
 from symhbm.results import check_dataset, check_present
 
 
 @pictured
-def pareto_front(dataset: xr.Dataset, ax: Axes | None = None) -> Picture:
+def pareto_front(dataset: xr.Dataset, **common: Unpack[Look]) -> Picture:
     """Draw the front of two aims, and below it the values of its designs over the second aim.
 
     Squares are the ends, each the optimum of one aim, circles the points between them; crosses are
-    designs that were found and are not on the front. Lines join points and are no result.
+    designs that were found and are not on the front. The line is drawn through the points.
 
     Parameters
     ----------
     dataset
         A result of `symhbm.pareto_front`.
-    ax
-        Axes without a picture, in whose place both panels are drawn; by default a new figure.
+    common
+        As of all pictures.
 
     Returns
     -------
@@ -62,7 +64,8 @@ def pareto_front(dataset: xr.Dataset, ax: Axes | None = None) -> Picture:
         Axis(log=is_wide(second)), Axis(names[0], log=is_wide(first)),
         place=(0.46, 0.54), legend_at="best",
     )  # fmt: skip
-    above.line(second, first, color="0.6", linewidth=1.0, zorder=1)
+    line = curved(second, first, (above.x.log, above.y.log))
+    above.line(*line, color="0.6", linewidth=1.0, zorder=1)
     ends = dataset["front_kind"].values[order] == "end"
     removed = dataset["removed_aim"].values
     removed = removed[np.isfinite(removed).all(axis=1)]

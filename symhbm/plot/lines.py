@@ -7,7 +7,7 @@ from typing import Any, NamedTuple
 
 import numpy as np
 import xarray as xr
-from scipy.interpolate import PchipInterpolator
+from scipy.interpolate import Akima1DInterpolator, PchipInterpolator
 
 from symhbm.numerics import FloatArray, largest_displacement
 from symhbm.numerics.loops import interpolation
@@ -254,6 +254,41 @@ def located_peaks(curve: xr.Dataset, parameter: Moving) -> list[Peak]:
             tied = np.flatnonzero(amplitude >= (1 - _TIED) * peak.amplitude).tolist() or tied
         result += [peak._replace(dof=dof) for dof in tied]
     return result
+
+
+_PIECES = 8
+"""Straight pieces of a curve between two of its points."""
+
+
+def curved(
+    x: Any, y: Any, log: Sequence[bool] = (False, False), closed: bool = False
+) -> tuple[FloatArray, FloatArray]:
+    """Points of a smooth line through points (n,), which does not overshoot; broken at NaN.
+
+    ``log`` tells the axes that are logarithmic; a ``closed`` curve, such as a circle, is rounder,
+    and may overshoot a little.
+    """
+    points = np.array([x, y], dtype=float)
+    points[[*log]] = np.log(points[[*log]])
+    known = np.flatnonzero(np.isfinite(points).all(axis=0))
+    if not len(known):
+        return points[0], points[1]
+    pieces = [np.full((2, 1), np.nan)]
+    for run in np.split(known, np.flatnonzero(np.diff(known) > 1) + 1):
+        part = points[:, run]
+        width = np.ptp(points[:, known], axis=1, keepdims=True)
+        length = np.hypot(*np.diff(part / np.where(width > 0, width, 1.0)))
+        part = part[:, np.append(True, length > _SAME)]
+        along = np.append(0.0, np.cumsum(length[length > _SAME]))
+        if part.shape[1] > 2:
+            place = np.arange(_PIECES * (len(along) - 1) + 1) / _PIECES
+            fine = np.interp(place, np.arange(len(along)), along)
+            kind = Akima1DInterpolator if closed else PchipInterpolator
+            part = kind(along, part, axis=1)(fine)
+        pieces += [part, np.full((2, 1), np.nan)]
+    joined = np.concatenate(pieces[1:-1], axis=1)
+    joined[[*log]] = np.exp(joined[[*log]])
+    return joined[0], joined[1]
 
 
 OF_EVENTS = {

@@ -73,9 +73,10 @@ class Colours(NamedTuple):
 class Panel:
     """Two axes, the items over them, and what stands around.
 
-    The legend stands ``"outside"``, ``"below"`` or where it is ``"best"``; ``legend`` may have more
-    of Matplotlib's words. A ``bare`` panel has no axes, one that is not ``framed`` their texts; an
-    ``even`` one has the same unit along both, and adjusts its ``"box"`` or its ``"datalim"``.
+    The legend stands ``"outside"``, ``"below"``, where it is ``"best"`` or nowhere, ``""``;
+    ``legend`` may have more of Matplotlib's words. A ``bare`` panel has no axes, one that is not
+    ``framed`` their texts; an ``even`` one has the same unit along both, and adjusts its ``"box"``
+    or its ``"datalim"``.
     ``place`` is the lower end and the height of one of several panels.
     """
 
@@ -119,9 +120,10 @@ class Panel:
 class Picture:
     """Panels from top to bottom over one ``x``, and the size of a figure of them [inch].
 
-    Pictures that are ``alone`` take the whole place of axes.
+    Pictures that are ``alone`` take the whole place of axes. It shows so many ``results``.
     """
 
     panels: list[Panel]
     size: tuple[float, float] | None = None
     alone: bool = False
+    results: int = 1

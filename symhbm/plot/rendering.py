@@ -1,10 +1,9 @@
 """Pictures drawn by Matplotlib."""
 
-import inspect
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
-from functools import wraps
-from typing import Any, ParamSpec, Protocol
+from typing import Any
+from weakref import WeakKeyDictionary
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -14,69 +13,53 @@ from matplotlib.figure import Figure
 from matplotlib.lines import Line2D
 from matplotlib.patches import Circle, FancyBboxPatch, Patch
 from matplotlib.ticker import LogFormatter, MaxNLocator, PercentFormatter
+from matplotlib.transforms import offset_copy
 
 from symhbm.numerics import FloatArray, check
-from symhbm.plot.figures import STYLE, panels
+from symhbm.plot.figures import STYLE, Size, canvas
 from symhbm.plot.picture import Axis, Colours, Panel, Picture
 
 MOST_POINTS = 40_000
 """Most points of the lines of axes that SVG and PDF hold as lines, some 7 to 25 bytes each."""
-_LEGENDS: Any = {
-    "outside": dict(loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0),
-    "below": dict(loc="upper center", bbox_to_anchor=(0.5, -0.14), ncols=2, borderaxespad=0.0),
-    "best": dict(loc="best"),
-}
-"""Places of legends; those outside and below cover no curve."""
-_P = ParamSpec("_P")
+_OUTSIDE: Any = dict(loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0)
+_BELOW: Any = dict(loc="upper center", bbox_to_anchor=(0.5, 0.0), borderaxespad=0.0)
+_GAP = 4
+"""Distance of a legend below from the axes and their texts [points]."""
+_SHARE = 0.7
+"""Share of the width that axes keep beside a legend; a wider one stands below."""
+_RESULTS: WeakKeyDictionary[Axes, int] = WeakKeyDictionary()
+"""Results that were drawn into axes."""
 
 
-class Drawing(Protocol[_P]):
-    """A function that draws pictures; ``picture`` makes the same as data."""
-
-    picture: Callable[_P, Picture]
-
-    def __call__(self, *args: _P.args, **options: _P.kwargs) -> Figure:
-        """Draw into ``ax``, by default into a new figure."""
-        ...
+def n_results(ax: Any) -> int:
+    """How many results were drawn into axes."""
+    return _RESULTS.get(ax, 0) if isinstance(ax, Axes) else 0
 
 
-def pictured(make: Callable[_P, Picture]) -> Drawing[_P]:
-    """Draw the picture that a function makes into its ``ax``, by default into a new figure."""
-    signature = inspect.signature(make)
-
-    @wraps(make)
-    def draw(*args: _P.args, **options: _P.kwargs) -> Figure:
-        picture = make(*args, **options)
-        return drawn(picture, signature.bind(*args, **options).arguments.get("ax"))
-
-    drawing: Any = draw
-    drawing.picture = make
-    drawing.__annotations__ = make.__annotations__ | {"return": Figure}
-    drawing.__signature__ = signature.replace(return_annotation=Figure)
-    return drawing
-
-
-def drawn(picture: Picture, ax: Axes | None = None) -> Figure:
+def drawn(picture: Picture, ax: Axes | None = None, size: Size | None = None) -> Figure:
     """Draw a picture into axes, by default into a new figure, and return the figure."""
-    with _canvas(ax, picture) as whole:
+    with _canvas(ax, picture, size) as whole:
+        _RESULTS[whole] = n_results(whole) + picture.results
         if len(picture.panels) == 1:
-            _draw(whole, picture.panels[0])
+            parts, handles = [whole], [_draw(whole, picture.panels[0])]
         else:
             whole.set_axis_off()
-            parts: list[Any] = []
+            parts, handles = list[Any](), list[dict[str, Any]]()
             for panel in picture.panels:
                 low, height = panel.place
                 shared = parts[0] if parts else None
                 parts.append(whole.inset_axes((0, low, 1, height), sharex=shared))
-                _draw(parts[-1], panel)
+                handles.append(_draw(parts[-1], panel))
             for part in parts[:-1]:
                 part.tick_params(labelbottom=False)
+        for part, panel, named in zip(parts, picture.panels, handles, strict=True):
+            _put_legend(part, parts[-1], panel, named)
         _bound_points(whole)
     return _figure_of(whole)
 
 
 @contextmanager
-def _canvas(ax: Axes | None, picture: Picture) -> Iterator[Axes]:
+def _canvas(ax: Axes | None, picture: Picture, size: Size | None) -> Iterator[Axes]:
     """Axes to draw into, in the style of the library, by default of a figure of `panels`."""
     if ax is not None and not isinstance(ax, Axes):
         raise TypeError(f"ax={check.shown(ax)}: expected matplotlib Axes or None")
@@ -85,8 +68,10 @@ def _canvas(ax: Axes | None, picture: Picture) -> Iterator[Axes]:
             f"ax={check.shown(ax)}: expected axes without a picture, this one needs their whole "
             "place; give others, as of matplotlib.pyplot.subplots, or none"
         )
+    if ax is not None and size is not None:
+        raise ValueError(f"size={check.shown(size)}: expected None, axes have their size")
     if ax is None:
-        with panels(size=picture.size) as (_, own):
+        with canvas(1, 1, size, picture.size) as (_, own):
             yield own
     else:
         with plt.rc_context(STYLE):
@@ -110,8 +95,8 @@ def _figure_of(ax: Axes) -> Figure:
     return figure
 
 
-def _draw(ax: Any, panel: Panel) -> None:
-    """Draw one panel."""
+def _draw(ax: Any, panel: Panel) -> dict[str, Any]:
+    """Draw one panel and return what its legend names, by the names."""
     if panel.even:
         ax.set_aspect("equal", adjustable=panel.even)
     for which, axis in (("x", panel.x), ("y", panel.y)):
@@ -137,8 +122,39 @@ def _draw(ax: Any, panel: Panel) -> None:
     ax.spines[:].set_visible(False) if not panel.framed else None
     if panel.bar is not None:
         _colorbar(ax, panel.bar)
-    if handles:
-        ax.legend(handles=[*handles.values()], **_LEGENDS[panel.legend_at] | panel.legend)
+    return handles
+
+
+def _put_legend(ax: Any, lowest: Any, panel: Panel, handles: dict[str, Any]) -> None:
+    """Draw a legend, with what one before names, beside the axes, or below if they are narrow."""
+    if not (handles and panel.legend_at):
+        return
+    if (old := ax.get_legend()) is not None:
+        texts = (text.get_text() for text in old.get_texts())
+        handles = dict(zip(texts, old.legend_handles, strict=True)) | handles
+    options: Any = dict(handles=[*handles.values()], labels=[*handles]) | panel.legend
+    if panel.legend_at == "best":
+        ax.legend(**options)
+        return
+    figure = _figure_of(ax)
+    whole = figure.bbox.width
+    if (place := (ax if ax.get_subplotspec() else lowest.axes).get_subplotspec()) is not None:
+        whole *= place.get_position(figure).width
+    if panel.legend_at == "outside":
+        legend = ax.legend(**_OUTSIDE | options)
+        texts = [ax.yaxis.get_tightbbox(), legend.get_window_extent()]
+        if whole - sum(text.width for text in texts if text) >= _SHARE * whole:
+            return
+    options.pop("bbox_to_anchor", None)
+    texts = lowest.xaxis.get_tightbbox()
+    room = (lowest.bbox.y0 - texts.y0) * 72 / figure.dpi if texts else 0.0
+    options |= {
+        "bbox_transform": offset_copy(lowest.transAxes, figure, y=-room - _GAP, units="points")
+    }
+    for columns in range(len(handles), 0, -1):
+        legend = ax.legend(**_BELOW | options, ncols=columns)
+        if legend.get_window_extent().width <= whole:
+            break
 
 
 def _put(ax: Any, which: str, axis: Axis) -> None:

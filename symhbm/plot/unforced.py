@@ -1,11 +1,12 @@
 """Pictures of motions that no force drives: nonlinear modes, limit cycles, flutter limits."""
 
 from collections.abc import Iterator
+from typing import Any, Unpack
 
 import numpy as np
 import xarray as xr
-from matplotlib.axes import Axes
 
+from symhbm.numerics import RADIANS, check
 from symhbm.plot.drawing import (
     LINE_STYLES,
     Family,
@@ -19,14 +20,16 @@ from symhbm.plot.lines import (
     MARK,
     at_an_end,
     beside_missing,
+    curved,
     draw_ends,
     is_complete,
     mark_ends,
     mark_events,
 )
+from symhbm.plot.looks import Look, Named, compared, pictured
 from symhbm.plot.picture import FAMILY, Axis, Panel, Picture
-from symhbm.plot.rendering import pictured
 from symhbm.results import Description, check_dataset, check_present
+from symhbm.results.archive import rebuild
 
 _STYLES = {1: "-", 0: "--", -1: ":"}
 """Lines of cycles that are stable, unstable, and of which it is not known."""
@@ -34,8 +37,8 @@ _AT_END = 1.1
 """Ratio of amplitudes that are one, at the ends of their band."""
 
 
-@pictured
-def limit_cycles(dataset: xr.Dataset, *, ax: Axes | None = None) -> Picture:
+@compared
+def limit_cycles(dataset: xr.Dataset, **common: Unpack[Named]) -> Picture:
     """Draw the amplitude of limit cycles over the parameter that moves, one colour per set.
 
     Cycles that are not stable are dashed, dotted where it is not known; without ``stability`` all
@@ -47,8 +50,8 @@ def limit_cycles(dataset: xr.Dataset, *, ax: Axes | None = None) -> Picture:
     ----------
     dataset
         A result of `symhbm.limit_cycles` along a parameter, not on a grid.
-    ax
-        Axes to draw into; by default a new figure.
+    common
+        As of all pictures.
 
     Raises
     ------
@@ -124,7 +127,7 @@ def _ends(one: xr.Dataset, name: str) -> Iterator[int]:
 
 
 @pictured
-def flutter_limit(dataset: xr.Dataset, *, ax: Axes | None = None) -> Picture:
+def flutter_limit(dataset: xr.Dataset, **common: Unpack[Look]) -> Picture:
     """Draw the largest negative damping that contacts hold over a parameter.
 
     Each line is of one disturbance: below it that is held below the largest amplitude. The thick
@@ -136,8 +139,8 @@ def flutter_limit(dataset: xr.Dataset, *, ax: Axes | None = None) -> Picture:
     ----------
     dataset
         A result of `symhbm.flutter_limit` or `symhbm.maximise_flutter_limit`.
-    ax
-        Axes to draw into; by default a new figure.
+    common
+        As of all pictures.
 
     Raises
     ------
@@ -205,8 +208,8 @@ _PANELS = {"frequency": (0.54, "frequency [Hz]"), "damping_ratio": (0.0, "dampin
 """Variables that are drawn, from the top: where their panels begin, and their labels."""
 
 
-@pictured
-def nonlinear_modes(dataset: xr.Dataset, *, ax: Axes | None = None) -> Picture:
+@compared
+def nonlinear_modes(dataset: xr.Dataset, *, over: str = "", **common: Unpack[Named]) -> Picture:
     """Draw frequency and damping ratio over what moves, one line per parameter set.
 
     Circles are onsets and ends of slip, of contact and of opening, squares folds, diamonds maxima
@@ -216,8 +219,11 @@ def nonlinear_modes(dataset: xr.Dataset, *, ax: Axes | None = None) -> Picture:
     ----------
     dataset
         A result of `symhbm.nonlinear_modes`.
-    ax
-        Axes without a picture, in whose place both panels are drawn; by default a new figure.
+    over
+        ``"energy"`` in the place of what moves: twice the mean kinetic energy over the period [J],
+        that of the motion where the mode is linear.
+    common
+        As of all pictures.
 
     Raises
     ------
@@ -242,16 +248,20 @@ def nonlinear_modes(dataset: xr.Dataset, *, ax: Axes | None = None) -> Picture:
     if Description(dataset).unforced != "nonlinear mode":
         raise TypeError("dataset: expected a result of nonlinear_modes")
     dataset = one_solution(dataset)
+    if check.one_of("over", over, ("", "energy")):
+        dataset = _over_energy(dataset)
     moves = Description(dataset).moving
     along = "point" if "point" in dataset.dims else moves
     of_amplitude = moves == "amplitude"
     label = FIRST_HARMONIC if of_amplitude else axis_label(dataset, moves)
+    label = "energy [J]" if over else label
+    of_amplitude |= bool(over)
     dims = [str(dim) for dim in dataset["frequency"].dims if dim != along]
     family, panels = Family(dataset, dims), []
     for name, (bottom, words) in _PANELS.items():
         panel = Panel(Axis(log=of_amplitude), Axis(words), place=(bottom, 0.46))
         for member, one in family.curves():
-            panel.line(one[moves].values, one[name].values, **member.look)
+            panel.line(*curved(one[moves], one[name], (of_amplitude, False)), **member.look)
             mark_ends(panel, one, moves, one[name].values)
             mark_events(panel, one, name, member.color)
         panels.append(panel)
@@ -260,3 +270,29 @@ def nonlinear_modes(dataset: xr.Dataset, *, ax: Axes | None = None) -> Picture:
         panels[-1].y.limits = (0.0, None)
     family.explain(panels[0])
     return Picture(panels, (6.4, 5.2), alone=True)
+
+
+def _over_energy(dataset: xr.Dataset) -> xr.Dataset:
+    """The dataset with energies in the place of the values of what moves, at events, too."""
+    moves, model = Description(dataset).moving, rebuild(dataset).model
+    check_present(dataset, "coefficient")
+    if "point" not in dataset.dims or not hasattr(model, "matrices_in"):
+        raise ValueError(
+            "over='energy': expected points along paths of a structure with a mass matrix"
+        )
+    energy: Any = 0.0
+    parts = dataset["coefficient"].transpose(..., "dof")
+    for harmonic in dataset["harmonic"].values.tolist():
+        each = [parts.sel(harmonic=harmonic, component=part, drop=True) for part in ("cos", "sin")]
+        phasor = (each[0] - 1j * each[1]).values
+        mass = model.matrices_in(harmonic).mass_matrix
+        flat = phasor.reshape(-1, phasor.shape[-1])
+        squared = ((mass @ flat.T).T * flat.conj()).sum(axis=1).real.reshape(phasor.shape[:-1])
+        size = each[0].isel(dof=0, drop=True).copy(data=squared)
+        energy = energy + (harmonic * RADIANS * dataset["frequency"]) ** 2 / 2 * size
+    name = f"event_{moves}"
+    if name in dataset.variables:
+        known = dataset[name].notnull()
+        nearest = abs(dataset[moves] - dataset[name]).fillna(np.inf).argmin("point")
+        dataset = dataset.assign({name: energy.isel(point=nearest).where(known)})
+    return dataset.assign_coords({moves: energy})

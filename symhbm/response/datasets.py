@@ -5,10 +5,13 @@ from symhbm.response.disks import sector_response
 from symhbm.response.recover import recover
 from symhbm.response.unforced import synthesised_response
 from symhbm.results.archive import ArchiveError, merge, rebuild
-from symhbm.results.reading import measured, motion, output, seen_from, table, trimmed
+from symhbm.results.reading import at, measured, motion, output, seen_from, table, trimmed
+from symhbm.results.telling import compare
 
 __all__ = [
     "ArchiveError",
+    "at",
+    "compare",
     "measured",
     "merge",
     "motion",

@@ -24,7 +24,7 @@ from symhbm.results.request import (
 )
 from symhbm.results.runs import Run
 from symhbm.results.schema import check_dataset, check_forced, check_present, recall, without
-from symhbm.results.sweep import Sweep, parse
+from symhbm.results.sweep import Sweep, parse, scale
 from symhbm.results.variables import OF_LAWS, OWN_DIMENSIONS, SLOPES, VARIABLES, meaning
 
 __all__ = [
@@ -60,6 +60,7 @@ __all__ = [
     "recall",
     "records_of_problem",
     "runs",
+    "scale",
     "schema",
     "tables",
     "values_of",

@@ -1,5 +1,7 @@
 """Parameter sets of a sweep: names, dimensions and values."""
 
+from __future__ import annotations
+
 import math
 from collections.abc import Mapping
 from dataclasses import dataclass
@@ -7,13 +9,64 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import ArrayLike
 
 from symhbm.balance import HarmonicBalance
 from symhbm.model import PARAMETERS, is_pattern
-from symhbm.numerics import check
+from symhbm.numerics import FloatArray, check
 from symhbm.results.variables import OF_PLACES, OWN_DIMENSIONS, VARIABLES
 
 RESERVED = {*OWN_DIMENSIONS, *OF_PLACES, *VARIABLES, *PARAMETERS}
+
+
+@dataclass(frozen=True)
+class Factors:
+    """Factors of a parameter whose values differ between blades or contacts, see `scale`."""
+
+    factors: FloatArray
+    dim: str | None
+
+    def values(self, problem: HarmonicBalance, name: str) -> xr.DataArray:
+        """Values of a parameter along the factors, which are labels."""
+        dim = self.dim or f"{name}_factor"
+        nominal = xr.DataArray(problem.parameters[name], dims=problem.model.dims_of(name))
+        words = {"long_name": f"factor of the {problem.records[name].meaning}", "units": "1"}
+        labels = xr.Variable(dim, self.factors, words)
+        return xr.DataArray(labels, {dim: labels}) * nominal
+
+
+def scale(factors: ArrayLike, dim: str | None = None) -> Factors:
+    """Factors of a parameter to sweep, for ``over``: its values by contact or blade stay in ratio.
+
+    Parameters
+    ----------
+    factors : (n,)
+        What the values of the problem are multiplied by.
+    dim
+        What results call the dimension, by default ``"<parameter>_factor"``. Parameters that share
+        one are scaled together.
+
+    Raises
+    ------
+    TypeError, ValueError
+        For what are no finite numbers along one dimension.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> disk = sh.bladed_disk(
+    ...     3, mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=[8, 10, 12],
+    ... )
+    >>> problem = sh.HarmonicBalance(disk, sh.forces.EngineOrder(1))
+    >>> loads = sh.frf(problem, (10, 40), over={"normal_load": sh.scale([0.5, 1, 2])})
+    >>> loads.normal_load.sel(normal_load_factor=2).values
+    array([16., 20., 24.])
+    """
+    values = check.array("factors", factors)
+    if values.ndim != 1 or not values.size:
+        raise ValueError(f"factors={check.shown(factors)}: expected a sequence of numbers")
+    return Factors(values, None if dim is None else check.text("dim", dim))
 
 
 @dataclass(frozen=True)
@@ -25,7 +78,7 @@ class Sweep:
     shape: tuple[int, ...]
 
     @classmethod
-    def of(cls, values: dict[str, xr.DataArray]) -> "Sweep":
+    def of(cls, values: dict[str, xr.DataArray]) -> Sweep:
         """The sweep over all dimensions of values but those of patterns, in their order."""
         sizes = {
             str(dim): size
@@ -115,6 +168,8 @@ def _extremes(value: xr.DataArray) -> list[np.ndarray]:
 
 def _array(problem: HarmonicBalance, name: str, value: Any, argument: str) -> xr.DataArray:
     where = f"{argument}[{name!r}]"
+    if isinstance(value, Factors):
+        value = value.values(problem, name)
     if not isinstance(value, xr.DataArray):
         values = check.array(where, value)
         if values.ndim > 1:

@@ -443,8 +443,7 @@ def test_plot(archive, tmp_path, monkeypatch):
         "grid_response.png\n"
     )
     assert run("plot", archive("grid"), "--kind", "blades")[0] == 0
-    largest = dataset("grid").amplitude.max("frequency")
-    np.testing.assert_array_equal(calls[-1][1], largest)
+    assert calls[-1][1].sizes == dataset("grid").sizes
 
 
 @pytest.mark.parametrize(
@@ -477,15 +476,15 @@ def test_info_of_sectors(tmp_path):
 
 def test_no_incomplete_curve_is_drawn_as_if_it_were_complete(tmp_path, monkeypatch):
     path = interrupted(tmp_path / "run.nc")
-    calls = []
+    calls, make = [], sh.plot.blades.picture
 
     def blades(values, ax=None):
-        calls.append(values)
+        calls.append(make(values))
         return sh.plot.rendering.plt.figure(figsize=(1, 1))
 
     monkeypatch.setattr(sh.plot, "blades", blades)
     assert run("plot", path, "--kind", "blades")[0] == 0
-    assert np.isnan(calls[0].values).all(axis=1).tolist() == [False, False, True]
+    assert "left out, NaN: 1 of 3" in [item.label for item in calls[0].panels[0].items]
 
 
 def test_resume(tmp_path, monkeypatch):
@@ -543,9 +542,9 @@ def test_a_broken_bound_is_an_exit_code(archive):
         (["info", "{foreign}"], "not written by symhbm"),
         (["info", "{here}"], "a directory, expected a file"),
         (["inform", "{grid}"], "did you mean 'info'?"),
-        (["plot", "{grid}", "--kind", "pie"], "'response', 'envelope'"),
+        (["plot", "{grid}", "--kind", "pie"], "'response', 'bode'"),
         (["plot", "{path}", "--place", "7"], "place=7: expected an integer from 0 to 0"),
-        (["plot", "{path}", "--contact", "0"], "--contact 0: response shows no single contact"),
+        (["plot", "{path}", "--contact", "0"], "--contact 0: response takes no --contact"),
         (["plot", "{path}", "--output", "x.gif"], "--output x.gif: expected a name ending in .png"),
         (["plot", "{path}", "--output", "{none}/x.png"], "in an existing directory"),
         (["plot", "{path}", "--select", "normal_load=7"], "there are 0.5, 3.0, 100.0"),
@@ -599,11 +598,52 @@ def test_every_file_of_verbs_is_a_command():
     assert files == {*main.commands}
 
 
+def test_several_archives_in_one_picture(archive, tmp_path):
+    path, output = archive("path"), tmp_path / "both.svg"
+    other = sh.save(sh.frf(BLADE.with_parameters(stiffness=1.2e4), (10, 30)), tmp_path / "stiff.nc")
+    code, _, err = run("plot", path, other, "--output", output)
+    assert (code, err) == (0, "")
+    text = output.read_text()
+    assert ">stiff<" in text
+    assert "path, " in text
+    options = ("--label", "as built", "--label", "stiffer blade", "--output", output)
+    assert run("plot", path, other, *options)[0] == 0
+    assert ">stiffer blade<" in output.read_text()
+    for more, words in (
+        (["--kind", "states"], "states draws one, got 2"),
+        (["--label", "one"], "--label: expected 2"),
+        (["--label", "one", "--label", "one"], "expected different ones"),
+    ):
+        code, _, err = run("plot", path, other, *more)
+        assert code == 2
+        assert words in err
+
+
+def test_a_point_of_each_curve_in_pictures_and_tables(archive, tmp_path):
+    path, output = archive("path"), tmp_path / "loops.svg"
+    code, _, err = run("plot", path, "--kind", "hysteresis", "--at", "peak", "--output", output)
+    assert (code, err) == (0, "")
+    assert "peak of each curve" in output.read_text()
+    rows = [*csv.reader(io.StringIO(run("export", path, "--at", "peak")[1]))]
+    top = sh.datasets.at(dataset("path"), "peak")
+    column = rows[0].index("dissipation_0 [J]")
+    assert [float(row[column]) for row in rows[1:]] == top.dissipation.values[:, 0].tolist()
+    for at, words in (
+        ("top", "expected peak, largest"),
+        ("9", "no curve has it"),
+        ("99.5", "10 to 30"),
+    ):
+        code, _, err = run("export", path, "--at", at)
+        assert code == 2
+        assert words in err
+
+
 def test_every_picture_of_the_library_is_a_kind(monkeypatch):
-    expected = ["response", "envelope", "disk", "blades", "nonlinear-modes", "limit-cycles"]
+    expected = ["response", "bode", "backbone", "envelope", "disk", "blades"]
+    expected += ["nonlinear-modes", "limit-cycles"]
     expected += ["flutter-limit", "pareto-front"]
     expected += ["hysteresis", "normal-force", "states", "stick-map", "contact-map", "model"]
-    expected += ["phase"]
+    expected += ["phase", "nyquist", "phase-portrait", "transmissibility"]
     assert kinds() == expected
     monkeypatch.setattr(sh.plot, "a_new_one", lambda dataset, *, ax=None: None, raising=False)
     monkeypatch.setattr(sh.plot, "__all__", [*sh.plot.__all__, "a_new_one"])

@@ -124,12 +124,15 @@ def test_failed_samples_are_counted_and_left_out():
 def test_every_sample_failed():
     bad = response().copy(deep=True)
     bad["status"][:] = FAILED
-    result = sh.statistics.envelope(bad)
+    with pytest.warns(UserWarning, match="NaN, none of 5 samples is complete"):
+        result = sh.statistics.envelope(bad)
     assert int(result.n_used) == 0
     assert np.all(np.isnan(result.amplitude_mean))
-    factors = sh.statistics.amplification(bad, tuned())
+    with pytest.warns(UserWarning, match="Amplification factors.*max_points="):
+        factors = sh.statistics.amplification(bad, tuned())
     assert np.all(np.isnan(factors.amplification_of_peaks))
-    with pytest.raises(ValueError, match=f"{SAMPLES} failed"):
+    failed = pytest.raises(ValueError, match=f"{SAMPLES} failed")
+    with pytest.warns(UserWarning, match="NaN"), failed:
         sh.statistics.worst(bad, tuned())
     with pytest.raises(ValueError, match=f"{SAMPLES} did"):
         sh.statistics.position(factors, 2.0)
@@ -354,11 +357,33 @@ def test_a_wrong_distribution_is_detected():
     ],
 )
 def test_fits_that_fail_say_so(values, word):
-    fit = sh.statistics.extreme_value_fit(values)
+    with pytest.warns(UserWarning, match=f"extreme_value_fit: NaN, .*{word}.*try .*block="):
+        fit = sh.statistics.extreme_value_fit(values)
     assert word in fit.status.item()
     assert np.all(np.isnan(fit.return_level))
     assert np.all(np.isnan(fit.return_level_interval))
     assert np.isnan(float(fit.kolmogorov_smirnov_p_value))
+
+
+def test_the_number_of_samples_that_an_error_takes():
+    """Of normal numbers that of the textbook, and so many samples keep the error."""
+    rng = np.random.default_rng(4)
+    first = rng.normal(2.0, 0.3, 400)
+    needed = sh.statistics.samples_needed(first, 0.01)
+    assert needed == pytest.approx((1.96 * 0.15 / 0.01) ** 2, rel=0.15)
+    means = rng.normal(2.0, 0.3, (1000, needed)).mean(axis=1)
+    kept = np.mean(np.abs(means / 2.0 - 1) < 0.01)
+    assert kept == pytest.approx(0.95, abs=0.03)
+    assert sh.statistics.samples_needed(first, 0.02) == pytest.approx(needed / 4, abs=1)
+    many = rng.normal(2.0, 0.3, 10_000)  # the interval of few samples is itself uncertain
+    tail = sh.statistics.samples_needed(many, 0.01, quantile=0.95)
+    quantiles = np.quantile(rng.normal(2.0, 0.3, (1000, tail)), 0.95, axis=1)
+    exact = 2.0 + 0.3 * 1.6449
+    assert np.mean(np.abs(quantiles / exact - 1) < 0.01) == pytest.approx(0.95, abs=0.04)
+    with pytest.raises(ValueError, match=r"nearer to 0\.5"):
+        sh.statistics.samples_needed(first[:20], quantile=0.99)
+    with pytest.raises(ValueError, match="relative=0"):
+        sh.statistics.samples_needed(first, 0)
 
 
 def test_seeds_of_the_fit_and_numbers_left_over():

@@ -194,7 +194,7 @@ def blade(directions):
 
 def test_pairs_across_the_boundary_of_sectors_are_told_in_these_axes():
     model = blade(AXES)
-    pairs = sh.contact_pairs(model, "high", "low", n_sectors=N_SECTORS)
+    pairs = sh.contact_pairs(model, "low", "high", n_sectors=N_SECTORS)
     angle = np.pi / N_SECTORS
     tangential = np.array([-np.sin(angle), np.cos(angle), 0])
     np.testing.assert_allclose(pairs.axes[:, 2], [tangential] * 9, atol=1e-12)
@@ -208,7 +208,7 @@ def test_pairs_across_the_boundary_of_sectors_are_told_in_these_axes():
 
 def test_cylindrical_directions_are_those_of_each_node():
     ways = ["radial", "tangential", "axial"]
-    pairs = sh.contact_pairs(blade(ways), "high", "low", n_sectors=N_SECTORS, tangential=[0, 0, 1])
+    pairs = sh.contact_pairs(blade(ways), "low", "high", n_sectors=N_SECTORS, tangential=[0, 0, 1])
     assert {repr(p): w for p, w in pairs.normal[0].items()} == pytest.approx(
         {"'1:tangential'": 1.0, "next_sector('10:tangential')": -1.0}
     )
@@ -222,7 +222,7 @@ def test_any_axis_turns_sectors(axis):
     turned_axes = np.argsort((np.arange(3) + AXES.index(axis) - 2) % 3)
     points = blade(AXES).places.coordinates[::3][:, turned_axes]
     model = model_of(points, AXES, ["high"] * 9 + ["low"] * 9)
-    pairs = sh.contact_pairs(model, "high", "low", n_sectors=N_SECTORS, axis=axis)
+    pairs = sh.contact_pairs(model, "low", "high", n_sectors=N_SECTORS, axis=axis)
     assert len(pairs) == 9
     assert pairs.area.sum() == pytest.approx(0.04 * 0.05)
 
@@ -274,7 +274,7 @@ def test_a_disk_that_turns_as_a_whole_slides_nowhere(ways, axis):
         [blade(AXES).places.coordinates[::3], turned(ends, 2, -angle), turned(ends, 2, angle)]
     )
     model = model_of(points, ways, ["high"] * 9 + ["low"] * 9 + ["left"] * 2 + ["right"] * 2)
-    pairs = sh.contact_pairs(model, "high", "low", n_sectors=N_SECTORS, normal=[0.2, 1.0, 0.1])
+    pairs = sh.contact_pairs(model, "low", "high", n_sectors=N_SECTORS, normal=[0.2, 1.0, 0.1])
     joint = sh.Friction(
         tangential=pairs.tangential,
         across=pairs.across,

@@ -67,8 +67,10 @@ def test_some_contacts_and_own_axes(response):
 
 
 def test_what_cannot_be_drawn(response):
-    with pytest.raises(ValueError, match=r"it is along frequency.*isel\(point=0\)"):
-        sh.plot.contact_map(response)
+    with pytest.raises(ValueError, match="it is along case"):
+        sh.plot.contact_map(response.isel(frequency=0).expand_dims(case=2))
+    figure = sh.plot.contact_map(response, at="largest")
+    assert figure.axes[0].get_title().endswith("Hz, largest point")
     point = response.isel(frequency=0)
     with pytest.raises(KeyError, match="contact_x"):
         sh.plot.contact_map(point.drop_vars("contact_x"))

@@ -95,7 +95,7 @@ BAD = {
     "response dof": (sh.plot.response, {"place": 3}, ValueError, "place=3"),
     "response ax": (sh.plot.response, {"ax": 3}, TypeError, "ax=3"),
     "envelope": (sh.plot.envelope, {}, KeyError, "'sample' is no dimension"),
-    "disk": (sh.plot.disk, {}, ValueError, "expected at least three"),
+    "disk": (sh.plot.disk, {}, ValueError, "expected one parameter set"),
     "hysteresis": (sh.plot.hysteresis, {"contact": 1}, ValueError, "contact=1"),
     "hysteresis fraction": (sh.plot.hysteresis, {"contact": 0.5}, ValueError, r"contact=0\.5"),
     "map contact": (sh.plot.stick_map, {"contact": -1}, ValueError, "contact=-1"),

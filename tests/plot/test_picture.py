@@ -8,8 +8,8 @@ import pytest
 
 import symhbm as sh
 from symhbm.cli.selection import kinds
+from symhbm.plot.looks import pictured
 from symhbm.plot.picture import Axis, Colours, Panel, Picture
-from symhbm.plot.rendering import pictured
 from symhbm.plot.viewer.packing import as_json, embedded
 from tests.paper import texts
 from tests.plot.viewer.test_view import response, unpacked

@@ -131,9 +131,10 @@ def test_paths_and_followed_parameters():
         expected = followed.dissipation.isel(contact=contact)
         np.testing.assert_allclose(area, expected, rtol=1e-8, atol=1e-12)
         assert shown.normal_load.size == len(area)
-    ax, bar = sh.plot.hysteresis(followed, contact=2).axes
-    assert "F_n" in bar.get_ylabel()
-    assert len(ax.lines) == len(loops)
+    # Of so many points that at the largest response is drawn alone.
+    (ax,) = sh.plot.hysteresis(followed, contact=2).axes
+    assert len(loops) > 14
+    assert ", largest point" in ax.get_title()
 
 
 def test_a_motion_that_did_not_converge():

@@ -50,7 +50,7 @@ def test_tuned_disk_at_its_peak(tuned, order):
     one = tuned.sel(engine_order=order)
     figure = sh.plot.disk(one)
     assert f"nodal diameter {order}\n" in title(figure)
-    assert title(figure).startswith(f"{float(one.peak_frequency.max()):.5g} Hz, peak")
+    assert title(figure).startswith(f"{float(one.peak_frequency.max()):.5g} Hz, ")
     offset = tips(figure)
     assert np.abs(offset).max() == pytest.approx(1)
     # A travelling wave: a cosine over the blades, up to its sign the same at all of them.
@@ -63,13 +63,13 @@ def test_tuned_disk_at_its_peak(tuned, order):
 def test_offsets_are_the_displacement_at_the_instant(mistuned):
     """Against the sum of the stored terms; the scale is the largest displacement of the period."""
     point = mistuned.sel(frequency=80)
-    figure = sh.plot.disk(mistuned, frequency=79, angle=1.3)
+    figure = sh.plot.disk(mistuned, at=79.0, angle=1.3)
     harmonic = point.harmonic.values
     terms = [np.cos(harmonic * 1.3), np.sin(harmonic * 1.3)]
     displacement = np.einsum("dhc,ch->d", point.coefficient.values, terms)
     top = float(point.amplitude.max())
     np.testing.assert_allclose(tips(figure), displacement / top, rtol=0, atol=1e-12)
-    assert title(figure).startswith("80 Hz, nodal diameter 2 (")
+    assert title(figure).startswith("80 Hz, nearest point, nodal diameter 2 (")
     assert f"blade {int(point.amplitude.argmax('dof'))} leads: " in title(figure)
     low, high = figure.axes[1].get_ylim()
     # Micrometres.
@@ -77,7 +77,7 @@ def test_offsets_are_the_displacement_at_the_instant(mistuned):
 
 
 def test_default_instant_is_that_of_the_largest_displacement(mistuned):
-    offset = tips(sh.plot.disk(mistuned, frequency=80))
+    offset = tips(sh.plot.disk(mistuned, at=80.0))
     amplitude = mistuned.amplitude.sel(frequency=80)
     leading = int(amplitude.argmax("dof"))
     assert abs(offset[leading]) == pytest.approx(1)
@@ -88,9 +88,8 @@ def test_which_point(mistuned):
     top = int(np.nanargmax(mistuned.peak_amplitude.values))
     hertz = float(mistuned.peak_frequency[top])
     assert title(sh.plot.disk(mistuned)).startswith(f"{hertz:.5g} Hz, highest peak")
-    assert title(sh.plot.disk(mistuned, peak=top)).startswith(f"{hertz:.5g} Hz, peak {top}")
+    assert title(sh.plot.disk(mistuned, at=top)).startswith(f"{hertz:.5g} Hz, peak {top}")
     assert title(sh.plot.disk(mistuned.sel(frequency=90))).startswith("90 Hz, nod")
-    assert title(sh.plot.disk(mistuned.isel(peak=0), peak=0)).split(",")[1] == " peak 0"
     bare = mistuned.drop_vars("peak_coefficient")
     best = int(mistuned.amplitude.max("dof").argmax("frequency"))
     start = f"{mistuned.frequency.values[best]:.5g} Hz, largest point"
@@ -105,8 +104,8 @@ def test_points_of_solve_and_follow():
 
 
 def test_some_blades_in_an_order_of_their_own(mistuned):
-    every = tips(sh.plot.disk(mistuned, frequency=80, angle=0))
-    figure = sh.plot.disk(mistuned, frequency=80, angle=0, blades=[6, 4, 2, 0])
+    every = tips(sh.plot.disk(mistuned, at=80.0, angle=0))
+    figure = sh.plot.disk(mistuned, at=80.0, angle=0, place=[6, 4, 2, 0])
     few = tips(figure)
     chosen = every[[6, 4, 2, 0]]
     # The scale is that of the blades shown.
@@ -144,22 +143,23 @@ def test_a_disk_at_rest(mistuned):
 
 
 def test_points_without_a_value_are_not_chosen(mistuned):
-    holed = mistuned.assign(coefficient=mistuned.coefficient.where(mistuned.frequency != 80))
-    assert title(sh.plot.disk(holed, frequency=82)).startswith("90 Hz")
+    kept = mistuned.frequency != 80
+    names = ("amplitude", "coefficient")
+    holed = mistuned.assign({name: mistuned[name].where(kept) for name in names})
+    assert title(sh.plot.disk(holed, at=82.0)).startswith("90 Hz")
     nothing = mistuned.assign(coefficient=np.nan * mistuned.coefficient)
     with pytest.raises(ValueError, match="converged"):
-        sh.plot.disk(nothing, frequency=80)
+        sh.plot.disk(nothing, at=80.0)
 
 
 @pytest.mark.parametrize(
     ("options", "words"),
     [
-        ({"frequency": 80, "peak": 0}, "frequency=80, peak=0"),
-        ({"frequency": 200}, "frequency=200: expected a value within"),
-        ({"peak": 99}, "peak=99"),
-        ({"blades": [0, 1]}, "at least three"),
-        ({"blades": [0, 1, 1]}, "different"),
-        ({"blades": [0, 1, 7]}, r"blades\[2\]=7"),
+        ({"at": 200.0}, r"at=200.0: no curve has it; .* from 60 to 90 of frequency"),
+        ({"at": 99}, "at=99"),
+        ({"place": [0, 1]}, "at least three"),
+        ({"place": [0, 1, 1]}, "different"),
+        ({"place": [0, 1, 7]}, "place=7"),
         ({"angle": np.nan}, "angle=nan"),
     ],
 )
@@ -169,10 +169,10 @@ def test_bad_arguments(mistuned, options, words):
     assert plt.get_fignums() == []
 
 
-def test_blades_that_are_no_sequence(mistuned):
-    for blades in (3, "abc"):
-        with pytest.raises(TypeError, match="blades="):
-            sh.plot.disk(mistuned, blades=blades)
+def test_places_that_are_no_ring(mistuned):
+    for place, error in ((3, ValueError), ("abc", KeyError)):
+        with pytest.raises(error, match="place="):
+            sh.plot.disk(mistuned, place=place)
 
 
 def test_several_parameter_sets(tuned):
@@ -229,7 +229,7 @@ def test_blades_are_those_of_the_engine_order(condensed, order):
     assert "nodal diameter 2\n" in title(figure)
     assert len(tips(figure)) == 7
     whole = dict(zip(response.get("structure_dof", response.dof).values, range(99), strict=False))
-    given = sh.plot.disk(response, angle=0.3, blades=[whole[tip] for tip in TIPS])
+    given = sh.plot.disk(response, angle=0.3, place=[whole[tip] for tip in TIPS])
     np.testing.assert_array_equal(tips(figure), tips(given))
 
 
@@ -238,7 +238,7 @@ def test_blades_that_were_not_kept():
     point = sh.solve(sh.HarmonicBalance(sh.condense(sectors(), force, (10, 40)), force), 20.0)
     with pytest.raises(ValueError, match=r"7 are not in it .*places= of condense keeps them"):
         sh.plot.disk(point)
-    assert names(sh.plot.disk(point, blades=range(7))) == [str(i) for i in range(7)]
+    assert names(sh.plot.disk(point, place=range(7))) == [str(i) for i in range(7)]
     with pytest.raises(ValueError, match=r"expected all 7 blades, 1 are not in it .*\[2\]"):
         sh.plot.disk(sh.solve(ring(), 60.0).isel(dof=[0, 1, 3, 4, 5, 6]))
 
@@ -248,12 +248,10 @@ def test_unknown_blades():
     stiffness = 4e4 * (2 * np.eye(7) - np.eye(7, k=1) - np.eye(7, k=-1))
     blade = sh.Model(np.eye(7), 0.2 * np.eye(7), stiffness)
     point = sh.solve(sh.HarmonicBalance(blade, sh.forces.PointForce(3, amplitude=1.0)), 20.0)
-    with pytest.raises(
-        ValueError, match=r"blades=None: expected .*neither the model nor the force"
-    ):
+    with pytest.raises(ValueError, match=r"place=None: expected .*neither the model nor the force"):
         sh.plot.disk(point)
     assert plt.get_fignums() == []
-    assert len(tips(sh.plot.disk(point, blades=[0, 3, 6]))) == 3
+    assert len(tips(sh.plot.disk(point, place=[0, 3, 6]))) == 3
 
 
 def test_blades_of_a_lumped_model_are_known_without_an_engine_order():

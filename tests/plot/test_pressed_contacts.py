@@ -176,8 +176,6 @@ def test_pictures_that_cannot_be():
     constant = sh.solve(sh.HarmonicBalance(blade, sh.forces.PointForce()), 15.0)
     with pytest.raises(ValueError, match=r"expected one with a normal direction.*Coulomb.*'root'"):
         sh.plot.normal_force(constant)
-    with pytest.raises(KeyError, match="'frequency' is no dimension of contact_state"):
-        sh.plot.states(constant)
     assert plt.get_fignums() == []
 
 

@@ -7,10 +7,11 @@ from typing import Any
 
 import click
 
+import symhbm as sh
 from symhbm.cli import terminal
-from symhbm.cli.selection import rows, select, write
+from symhbm.cli.selection import Selection, rows, select, write
 from symhbm.results.archive import draft_of
-from symhbm.results.reading import KINDS, completeness
+from symhbm.results.reading import KINDS, At, completeness
 
 _OTHER = (".xlsx", ".xls", ".ods", ".nc", ".h5", ".mat", ".json", ".parquet", ".png")
 """Endings of files that are no text of comma-separated values."""
@@ -26,6 +27,7 @@ _OTHER = (".xlsx", ".xls", ".ods", ".nc", ".h5", ".mat", ".json", ".parquet", ".
     help="What a row is: a point, a peak, an event, or a parameter set with its status.",
 )
 @terminal.select_option
+@terminal.at_option
 @click.option(
     "--variables",
     metavar="NAME,NAME",
@@ -37,20 +39,23 @@ def export(
     archive: Path,
     table: str,
     choices: tuple[str, ...],
+    at: At | None,
     variables: str | None,
     output: Path | None,
 ) -> None:
     """Write a table of ARCHIVE as comma-separated values.
 
-    The first line names the columns with their units, as in "amplitude_3 [m]" for blade 3 or
-    "coefficient_dof0_h1_cos [m]" for a Fourier coefficient; columns that place a row (parameter
-    values, frequency) come first. Numbers have all their digits, a value that is not known is
-    an empty field. pandas, Excel and numpy.genfromtxt(..., delimiter=",") read it.
+    The first line names the columns with their units, as in "amplitude_tip:z [m]" for a place,
+    "amplitude_3 [m]" for blade 3 or "coefficient_dof0_h1_cos [m]" for a Fourier coefficient;
+    columns that place a row (parameter values, frequency) come first. Numbers have all their
+    digits, a value that is not known is an empty field. pandas, Excel and
+    numpy.genfromtxt(..., delimiter=",") read it.
 
     \b
     Examples:
       symhbm export blade.nc --output blade.csv
       symhbm export blade.nc --table peaks
+      symhbm export blade.nc --at peak
       symhbm export disk.nc --select sample=0 --select frequency=200:220 --variables amplitude
     """
     wanted = None if variables is None else [name.strip() for name in variables.split(",")]
@@ -64,6 +69,9 @@ def export(
         )
     with terminal.opened(archive) as dataset:
         selection = select(dataset, choices)
+        if at is not None:
+            part = selection.limited(selection.dataset)
+            selection = Selection(sh.datasets.at(part, at))
         lines: Iterator[Any] = rows(selection, table, wanted)
         if output is None:
             written = write(lines, sys.stdout)

@@ -1,5 +1,6 @@
 """The command ``symhbm plot``."""
 
+from contextlib import ExitStack
 from pathlib import Path
 from typing import Any
 
@@ -9,6 +10,7 @@ from click.shell_completion import CompletionItem
 from symhbm.cli import terminal
 from symhbm.cli.selection import draw, kinds
 from symhbm.model.contacts import ContactLaw
+from symhbm.results.reading import At
 
 _PICTURES = ("png", "pdf", "svg")
 """Formats of pictures."""
@@ -32,7 +34,8 @@ class _Kind(click.ParamType):
 
 
 @click.command()
-@terminal.archive_argument
+@terminal.archives_argument
+@terminal.label_option
 @click.option(
     "--kind",
     type=_Kind(),
@@ -47,21 +50,28 @@ class _Kind(click.ParamType):
     help="What to show: a degree of freedom from 0, 'blade 3', a label or node as tip, one of its "
     "directions as tip:y, or several of these, divided by commas.",
 )
-@click.option("--contact", type=int, help="The contact to show, from 0.")
+@click.option(
+    "--contact",
+    metavar="CONTACT",
+    help="The contact to show, from 0, or for hysteresis the name of a group.",
+)
+@terminal.at_option
 @terminal.output_option(
     f"Picture to write, .{', .'.join(_PICTURES)}; by default ARCHIVE_KIND.png beside ARCHIVE."
 )
 @terminal.law_option
 def plot(
-    archive: Path,
+    archives: tuple[Path, ...],
+    labels: tuple[str, ...],
     kind: str | None,
     choices: tuple[str, ...],
     place: str | None,
-    contact: int | None,
+    contact: str | None,
+    at: At | None,
     output: Path | None,
     laws: list[ContactLaw],
 ) -> None:
-    """Draw a picture of ARCHIVE and print its path.
+    """Draw a picture of ARCHIVE and print its path; of several they are in one picture.
 
     \b
       response      amplitude over the frequency (or what was followed), a line per parameter set
@@ -79,21 +89,32 @@ def plot(
       contact-map   what contacts do at one point, where they are
       model         the structure and the force on it
       phase         the phase lag of one degree of freedom over the frequency
+      bode, nyquist, phase-portrait  amplitude over phase, both in a plane, and a period of motion
+      backbone      where resonances and modes are, to compare with responses
+      transmissibility  motion over that of a moving base
 
     \b
     Examples:
       symhbm plot blade.nc
+      symhbm plot built.nc thicker.nc --label "as built" --label "thicker shroud"
       symhbm plot blade.nc --select normal_load=1,3 --output loads.pdf
       symhbm plot disk.nc --kind response --select sample=0 --place "blade 3"
+      symhbm plot disk.nc --kind hysteresis --at peak --contact shroud
     """
     if output is not None and output.suffix.removeprefix(".").lower() not in _PICTURES:
         raise ValueError(f"--output {output}: expected a name ending in .{', .'.join(_PICTURES)}")
     terminal.check_place(output)
-    with terminal.opened(archive) as dataset:
-        given = ("place", _places(place)), ("contact", contact)
-        options = {name: value for name, value in given if value is not None}
-        kind, figure = draw(dataset, kind, choices, options, laws)
-    output = output or archive.with_name(f"{Path(terminal.final_name(archive)).stem}_{kind}.png")
+    names = terminal.names_of(archives, labels)
+    number = None if contact is None else terminal.number(contact)
+    given = ("place", _places(place)), ("contact", number), ("at", at)
+    options = {name: value for name, value in given if value is not None}
+    with ExitStack() as files:
+        opened = [files.enter_context(terminal.opened(archive)) for archive in archives]
+        named = labels or len(opened) > 1
+        shown = dict(zip(names, opened, strict=True)) if named else opened[0]
+        kind, figure = draw(shown, kind, choices, options, laws)
+    stem = Path(terminal.final_name(archives[0])).stem
+    output = output or archives[0].with_name(f"{stem}_{kind}.png")
     figure.savefig(output)
     figure.clear()
     terminal.say(output, err=False)

@@ -11,7 +11,8 @@ from symhbm.cli.selection import select
 
 
 @click.command()
-@terminal.archive_argument
+@terminal.archives_argument
+@terminal.label_option
 @terminal.select_option
 @click.option(
     "--tuned",
@@ -20,8 +21,16 @@ from symhbm.cli.selection import select
     help="Archive of the tuned structure: shows the amplification of an ensemble.",
 )
 @terminal.output_option("Page to write, .html; by default ARCHIVE.html beside ARCHIVE.")
-def view(archive: Path, choices: tuple[str, ...], tuned: Path | None, output: Path | None) -> None:
+def view(
+    archives: tuple[Path, ...],
+    labels: tuple[str, ...],
+    choices: tuple[str, ...],
+    tuned: Path | None,
+    output: Path | None,
+) -> None:
     """Write one page to look into ARCHIVE with a browser, and print its path.
+
+    Of several archives, what differs is told, and their curves are drawn over the same axes.
 
     The page needs no network and no server, and has at most 15 MB: curves with menus for swept
     parameters and places, what every point tells under the pointer, peaks and events with loops
@@ -33,14 +42,21 @@ def view(archive: Path, choices: tuple[str, ...], tuned: Path | None, output: Pa
     \b
     Examples:
       symhbm view blade.nc
+      symhbm view built.nc thicker.nc --label "as built" --label "thicker shroud"
       symhbm view disks.nc --tuned tuned.nc --output disks.html
       symhbm view disk.nc --select sample=0:20
     """
+    names, archive = terminal.names_of(archives, labels), archives[0]
     output = output or archive.with_name(f"{Path(terminal.final_name(archive)).stem}.html")
     terminal.check_place(output)
     with ExitStack() as files:
-        selection = select(files.enter_context(terminal.opened(archive)), choices)
+        parts = [
+            selection.limited(selection.dataset)
+            for selection in (
+                select(files.enter_context(terminal.opened(path)), choices) for path in archives
+            )
+        ]
         reference = None if tuned is None else files.enter_context(terminal.opened(tuned))
-        part = selection.limited(selection.dataset)
-        sh.view(part, output, tuned=reference, name=terminal.final_name(archive))
+        shown = dict(zip(names, parts, strict=True)) if len(parts) > 1 else parts[0]
+        sh.view(shown, output, tuned=reference, name=terminal.final_name(archive))
     terminal.say(output, err=False)

@@ -9,7 +9,7 @@ are there are used, and ``n_missing`` is the number of the others. Every result 
 """
 
 from symhbm.ensembles.statistics.bands import envelope
-from symhbm.ensembles.statistics.confidence import convergence, position
+from symhbm.ensembles.statistics.confidence import convergence, position, samples_needed
 from symhbm.ensembles.statistics.extreme_values import extreme_value_fit
 from symhbm.ensembles.statistics.factors import amplification, worst
 from symhbm.ensembles.statistics.participation import localisation
@@ -21,5 +21,6 @@ __all__ = [
     "extreme_value_fit",
     "localisation",
     "position",
+    "samples_needed",
     "worst",
 ]

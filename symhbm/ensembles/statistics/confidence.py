@@ -133,6 +133,63 @@ def _summary(values: FloatArray, probabilities: FloatArray, confidence: float) -
     )
 
 
+def samples_needed(
+    values: Values,
+    relative: float = 0.01,
+    quantile: float | None = None,
+    *,
+    confidence: float = 0.95,
+    of: str = _LARGEST,
+) -> int:
+    """How many samples, about, tell the mean or a quantile to a relative error.
+
+    Parameters
+    ----------
+    values : (n_samples,)
+        One number per sample of a first ensemble, NaN where it failed, or a dataset whose variable
+        ``of`` they are.
+    relative
+        Half the width of the interval over the value, 0.01 for 1 %.
+    quantile
+        The probability of a quantile; by default the mean is meant.
+    confidence
+        Of the interval.
+    of
+        The variable of a dataset.
+
+    Returns
+    -------
+    The number of samples. Intervals shrink with the root of it: that of these samples is scaled.
+
+    Raises
+    ------
+    TypeError, ValueError, KeyError
+        For bad arguments, a mean of 0, and too few samples for the interval of a quantile.
+
+    Examples
+    --------
+    >>> import numpy as np
+    >>> import symhbm as sh
+    >>> values = np.random.default_rng(1).normal(2.0, 0.3, 200)
+    >>> sh.statistics.samples_needed(values, 0.01)
+    769
+    """
+    data = numbers(values, of)
+    relative = check.scalar("relative", relative, "positive")
+    share = check_probabilities("quantile", [0.5 if quantile is None else quantile])
+    known = _summary(data.values, share, check_confidence(confidence))
+    name = "mean" if quantile is None else "quantile"
+    value = np.ravel(known[f"{name}_value"])[0]
+    low, high = np.ravel(known[f"{name}_interval"])
+    if not np.isfinite([low, high]).all() or value == 0 or data.values.size < 2:
+        raise ValueError(
+            f"values: expected more of them for the interval of the {name} of {data.values.size}; "
+            "a quantile= nearer to 0.5 or a lower confidence= needs fewer"
+        )
+    width = (high - low) / 2 / abs(value)
+    return max(2, int(np.ceil(data.values.size * (width / relative) ** 2)))
+
+
 def position(
     values: Values,
     value: float,

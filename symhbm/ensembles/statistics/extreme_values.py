@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import warnings
 from collections.abc import Sequence
 from typing import Any, Literal
 
@@ -83,6 +84,11 @@ def extreme_value_fit(
     (``..._p_value``); ``n_blocks``, ``n_unused`` (the rest of the last block) and
     ``n_refits_failed``.
 
+    Warns
+    -----
+    UserWarning
+        Where there is NaN, with the reason and the argument that may help.
+
     Raises
     ------
     TypeError, ValueError, KeyError
@@ -120,13 +126,15 @@ def extreme_value_fit(
         successful = [(draw, refit) for draw, refit in fits if refit is not None]
         n_failed = n_bootstrap - len(successful)
         if n_failed > _MOST_LOST * n_bootstrap:
-            status = f"{n_failed} of {n_bootstrap} repetitions of the fit failed; try more blocks"
+            status = f"{n_failed} of {n_bootstrap} repetitions of the fit failed; try more samples"
         else:
             refits = [_distances(draw, refit) for draw, refit in successful]
             p_values = {
                 name: (1 + sum(refit[name] >= value for refit in refits)) / (1 + len(refits))
                 for name, value in tests.items()
             }
+    if status != str(Status.SUCCESS):
+        warnings.warn(f"extreme_value_fit: NaN, {status}", stacklevel=2)
     result = _label(
         dict(
             status=np.array(status, dtype=object),
@@ -152,10 +160,15 @@ def _fit(
 ) -> tuple[str, FloatArray | None]:
     """Status, and location, scale and shape of the largest likelihood, None without one."""
     if maxima.size < FEWEST_BLOCKS:
-        return f"too few samples: {maxima.size} blocks, at least {FEWEST_BLOCKS} are needed", None
+        return (
+            f"too few samples: {maxima.size} blocks, at least {FEWEST_BLOCKS} are needed; try more "
+            "samples or a smaller block="
+        ), None
     centre, width = maxima.mean(), maxima.std()
     if not width > 1e-12 * abs(centre):
-        return "the block maxima are all alike: no distribution can be fitted", None
+        return (
+            "the block maxima are all alike: no distribution can be fitted; try a smaller block="
+        ), None
     scaled = (maxima - centre) / width
     start = _by_moments(scaled, distribution)
     options = dict(xatol=tolerance, fatol=tolerance, maxiter=2000)
@@ -168,7 +181,7 @@ def _fit(
     if shape <= _LOWEST_SHAPE:
         return (
             "the likelihood has no maximum (the shape goes to -1): the largest values pile up at "
-            "an upper bound; try larger blocks"
+            "an upper bound; try a larger block="
         ), None
     scale = np.exp(best.x[1])
     return str(Status.SUCCESS), np.array([centre + width * best.x[0], width * scale, shape])

@@ -1,5 +1,6 @@
 """Samples of an ensemble: completeness, reading in blocks, their problem, one number of each."""
 
+import warnings
 from collections.abc import Callable, Collection, Hashable, Iterator
 from functools import cached_property
 from importlib.metadata import version
@@ -157,6 +158,12 @@ class Population:
         waiting, others = missing_samples(self.dataset)
         n_waiting = int(waiting.sum())
         n_failed = self.size - n_used - n_waiting
+        if not n_used:
+            warnings.warn(
+                f"{title}: NaN, none of {self.size} samples is complete, as their status says; "
+                "symhbm.resume computes those that are waiting, max_points= lets paths go on",
+                stacklevel=3,
+            )
         result = counted(result, n_used, n_failed, n_waiting + others, "complete samples")
         source = origin(self.dataset, () if per_sample else (self.dim,))
         result = result.assign({k: v for k, v in source.data_vars.items() if k not in result.dims})

@@ -273,6 +273,11 @@ class History(NamedTuple):
     limit: FloatArray
     state: NDArray[np.intp]
 
+    def area(self, directions: list[int]) -> float:
+        """Work of the forces in some directions per cycle [J]."""
+        pairs = zip(self.force[directions], self.displacement[directions], strict=True)
+        return float(sum(np.trapezoid(force, moved) for force, moved in pairs))
+
     def changes(self, before: tuple[int, ...], after: tuple[int, ...]) -> NDArray[np.intp]:
         """The points at which it goes from one of some states to one of others."""
         came = np.isin(np.roll(self.state[:-1], 1), before)

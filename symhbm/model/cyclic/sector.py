@@ -15,6 +15,7 @@ from symhbm.model.cyclic.waves import (
     Blade,
     Interfaces,
     check_geometry,
+    paired,
     rotation_of,
 )
 from symhbm.model.excitation import EngineOrder, Excitation, StaticLoad, sector_order
@@ -43,8 +44,14 @@ class Sector(PolynomialStructure):
     structure
         One sector, without contacts.
     left, right
-        Degrees of freedom of its two interfaces, in the same order: right of a sector is left of
-        the next.
+        Its two interfaces. Labels of their nodes, which are paired by their coordinates, turned by
+        one sector; or degrees of freedom in the same order. Right of a sector is left of the next,
+        the way the axis of rotation turns:
+
+        .. code-block:: text
+
+                  turns this way about the axis  --->
+            ... right | left   this sector   right | left   next sector ...
     n_sectors
         Sectors of the disk.
     rotation
@@ -108,8 +115,8 @@ class Sector(PolynomialStructure):
     def __init__(
         self,
         structure: Model,
-        left: Iterable[Any],
-        right: Iterable[Any],
+        left: str | Iterable[Any],
+        right: str | Iterable[Any],
         n_sectors: int,
         rotation: str | None = None,
     ):
@@ -122,7 +129,10 @@ class Sector(PolynomialStructure):
             )
         n_sectors = check.integer("n_sectors", n_sectors, minimum=2)
         places = structure.places
-        ends = _numbers(structure, "left", left), _numbers(structure, "right", right)
+        if isinstance(left, str) and isinstance(right, str):
+            ends = paired(places, left, right, rotation or "z", n_sectors)
+        else:
+            ends = _numbers(structure, "left", left), _numbers(structure, "right", right)
         _check_ends(*ends)
         turned, known = rotation_of(places, structure.n_dof, rotation, n_sectors)
         check_geometry(places, *ends, rotation, n_sectors)
@@ -296,7 +306,10 @@ def _of(structure: Model, interfaces: Interfaces) -> dict[str, Any]:
 
 def _numbers(structure: Model, name: str, given: Any) -> NDArray[np.intp]:
     if isinstance(given, (str, bytes)) or not isinstance(given, Iterable):
-        raise TypeError(f"{name}={check.shown(given)}: expected a sequence of degrees of freedom")
+        raise TypeError(
+            f"{name}={check.shown(given)}: expected a sequence of degrees of freedom, or labels of "
+            "both interfaces"
+        )
     return np.array([structure.number_of(place) for place in given], dtype=np.intp)
 
 

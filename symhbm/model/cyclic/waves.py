@@ -148,6 +148,42 @@ def rotation_of(
     return sp.csr_array((values, (rows, columns)), shape=(n_dof, n_dof)), known
 
 
+def paired(
+    places: Places | None, left: str, right: str, axis: str, n_sectors: int
+) -> tuple[NDArray[np.intp], NDArray[np.intp]]:
+    """Degrees of freedom of two sets of nodes, of which the right one is a sector further.
+
+    Raises ValueError for structures without coordinates and for nodes that have no partner.
+    """
+    from scipy.spatial import KDTree  # slow to import
+
+    if places is None or places.coordinates is None:
+        raise ValueError("structure: expected places with coordinates, by which labels are paired")
+    nodes = [places.nodes_of(label) for label in (left, right)]
+    points = [places.coordinates[[places.dofs_of(int(node))[0] for node in side]] for side in nodes]
+    turned = points[0] @ turn_about(axis, 2 * np.pi / n_sectors).T
+    gap, partner = map(np.asarray, KDTree(turned).query(points[1]))
+    near = gap <= _TOGETHER * np.abs(places.coordinates).max()
+    if len(nodes[0]) != len(nodes[1]) or not near.all() or len({*partner.tolist()}) < len(partner):
+        opposite = turned @ turn_about(axis, -4 * np.pi / n_sectors).T
+        back = np.asarray(KDTree(opposite).query(points[1])[0])
+        hint = "; exchange the two" if (back < gap).all() else ""
+        raise ValueError(
+            f"left={left!r}, right={right!r}: expected each node of right where one of left is "
+            f"turned by {360 / n_sectors:g} degrees about {axis}, {np.count_nonzero(near)} of "
+            f"{len(nodes[1])} are, of {len(nodes[0])} of left{hint}"
+        )
+    at = {(node, way): i for i, (node, way) in enumerate(_named(places))}
+    ends: tuple[list[int], list[int]] = [], []
+    for one, two in zip(nodes[0][partner].tolist(), nodes[1].tolist(), strict=True):
+        for way in places.direction[places.dofs_of(one)].tolist():
+            if (two, way) not in at:
+                raise ValueError(f"right: expected node {two} to have the direction {way!r}")
+            ends[0].append(at[one, way])
+            ends[1].append(at[two, way])
+    return np.array(ends[0], dtype=np.intp), np.array(ends[1], dtype=np.intp)
+
+
 def check_geometry(
     places: Places | None,
     left: NDArray[np.intp],

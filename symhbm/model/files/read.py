@@ -45,6 +45,7 @@ def read_structure(
     labels: Mapping[str, Any] | None = None,
     units: str = _SI,
     symmetric: bool = False,
+    damping: Any = None,
 ) -> Model:
     """Read a structure from the files of a finite-element program, without contacts.
 
@@ -71,6 +72,9 @@ def read_structure(
         of them.
     symmetric
         The matrices are symmetric, and one triangle of them may stand for both.
+    damping
+        Damping in the place of that of the file, as of `Model`: a `ModalDamping` for example, or a
+        matrix [N s/m].
 
     Returns
     -------
@@ -109,9 +113,11 @@ def read_structure(
     matrices = contents.matrices
     for kind in ("mass", "stiffness"):
         if kind not in matrices:
+            there = f"{' and '.join(matrices) or 'none that is known'} alone"
+            beside = f"; not read: {', '.join(contents.beside)}; names= says what it is called"
             raise ValueError(
-                f"path={check.shown(path)}: expected a {kind} matrix, there is "
-                f"{' and '.join(matrices)} alone"
+                f"path={check.shown(path)}: expected a {kind} matrix, there is {there}"
+                f"{beside if contents.beside else ''}"
             )
     n_dof = matrices["stiffness"].shape[0]
     for kind, matrix in matrices.items():
@@ -138,8 +144,9 @@ def read_structure(
     doubt_units(contents, units, notes.append)
     if notes:
         warnings.warn(f"{_shown(path)}: {'; '.join(notes)}", stacklevel=2)
-    of_kind, damping = contents.matrices, contents.damping
-    given = of_kind["damping"] if damping is None else damping
+    of_kind = contents.matrices
+    given = of_kind["damping"] if contents.damping is None else contents.damping
+    given = given if damping is None else damping
     return Model(of_kind["mass"], given, of_kind["stiffness"], places=contents.places)
 
 

@@ -152,28 +152,31 @@ def contact_pairs(
     model
         A structure whose places have coordinates.
     left, right
-        The nodes of the two surfaces: a label, or numbers.
+        The nodes of the two surfaces: a label, or numbers. Between sectors left and right are those
+        of `symhbm.Sector`, which has a drawing: right of a sector touches left of the next.
     tolerance
         Largest distance of the nodes of a pair [m]; by default a tenth of that of neighbours.
     normal : (3,) or (n_left, 3)
-        Normal out of ``left``, one or one for each of its nodes, of any length; by default that
-        of a parabola through the neighbours of each, towards ``right``.
+        Normal out of ``left``, between sectors out of ``right``, one or one for each of its nodes,
+        of any length; by default that of a parabola through the neighbours of each, towards the
+        other side.
     tangential : (3,)
         What the first tangential direction is as near to as it can; by default an axis of
         coordinates.
     area : (n_left,) or one number
-        Area of each node of ``left`` [m^2], or of the whole interface; by default found from
+        Area of each node of that side [m^2], or of the whole interface; by default found from
         triangles between the pairs, a node having what is nearer to it than to others. Triangles
         whose nodes the stiffness tells to be in no element together, and those far larger than all
         beside them, are left out and told: they span notches and holes.
     n_sectors
-        ``right`` is of the next of so many sectors, which is turned about the ``axis``.
+        ``left`` is of the next of so many sectors, which is turned about the ``axis``; the first
+        side of the pairs is then ``right``.
     axis
         ``"x"``, ``"y"`` or ``"z"``, of the disk and of radial, tangential and axial directions.
 
     Returns
     -------
-    `ContactPairs`, in the order of ``left`` as given (of a label, by ascending numbers).
+    `ContactPairs`, in the order of their first side as given (of a label, by ascending numbers).
 
     Warns
     -----
@@ -216,7 +219,9 @@ def contact_pairs(
     if n_sectors is not None:
         angle = 2 * np.pi / check.integer("n_sectors", n_sectors, minimum=2)
         turn = turn_about(axis, angle)
-    sides = [_side(places, name, nodes) for name, nodes in (("left", left), ("right", right))]
+    named = {"left": left, "right": right}
+    order = ("left", "right") if n_sectors is None else ("right", "left")
+    sides = [_side(places, name, named[name]) for name in order]
     points = [_coordinates(places, sides[0]), _coordinates(places, sides[1]) @ turn.T]
     most = (
         _SHARE * max(map(_spacing, points))
@@ -226,7 +231,7 @@ def contact_pairs(
     distance, partner = map(np.asarray, KDTree(points[1]).query(points[0]))
     back = np.asarray(KDTree(points[0]).query(points[1])[1])
     paired = (distance <= most) & (back[partner] == np.arange(len(partner)))
-    _tell_unmatched(sides, paired, partner, most, float(distance.min()))
+    _tell_unmatched(order, sides, paired, partner, most, float(distance.min()))
     chosen, other = np.flatnonzero(paired), partner[paired]
     first, second = points[0][chosen], points[1][other]
     between = (first + second) / 2
@@ -286,6 +291,7 @@ def _spacing(points: FloatArray) -> float:
 
 
 def _tell_unmatched(
+    order: tuple[str, str],
     sides: list[NDArray[np.int64]],
     paired: NDArray[np.bool_],
     partner: NDArray[np.intp],
@@ -301,7 +307,7 @@ def _tell_unmatched(
     lonely = sides[0][~paired], np.delete(sides[1], partner[paired])
     told = [
         f"{len(nodes)} of {len(side)} nodes of {name} (the first: {nodes[0]})"
-        for name, nodes, side in zip(("left", "right"), lonely, sides, strict=True)
+        for name, nodes, side in zip(order, lonely, sides, strict=True)
         if len(nodes)
     ]
     if told:

@@ -1,8 +1,10 @@
 """Pictures of contacts: loops, normal forces, and what they do over the band."""
 
 from symhbm.plot.contact.histories import contact_of, histories
+from symhbm.plot.contact.interface import contact_map
 from symhbm.plot.contact.loops import hysteresis, normal_force
-from symhbm.plot.contact.states import contact_map, states
+from symhbm.plot.contact.states import states
+from symhbm.plot.contact.stick_map import stick_map
 
 __all__ = [
     "contact_map",
@@ -11,4 +13,5 @@ __all__ = [
     "hysteresis",
     "normal_force",
     "states",
+    "stick_map",
 ]

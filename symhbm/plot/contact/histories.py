@@ -52,6 +52,12 @@ class Contact(NamedTuple):
     parameters: dict[str, str]
     directions: list[Ends] | list[_Waves]
 
+    @property
+    def rubbing(self) -> list[int]:
+        """The directions of its law that dissipate: all but the normal one."""
+        smooth = isinstance(self.law, MemorylessLaw)
+        return [k for k, n in enumerate(self.law.directions) if smooth or n != "normal"]
+
     def of_group(self, value: xr.DataArray) -> xr.DataArray:
         """A parameter of this contact, of that of all contacts of its group."""
         dims = [dim for dim in value.dims if dim == "contact" or str(dim).endswith("_contact")]
@@ -208,7 +214,12 @@ def _stored(dataset: xr.Dataset, contact: Contact) -> History | None:
         # At its events the slider is at its limit, on the side of the force nearby.
         nearby = np.array([at_events(name) for name in names])
         size = np.linalg.norm(nearby, axis=0)
-        at[:0] = [*(nearby * limits / np.where(size > 0, size, 1.0))]
+        nearby = nearby * limits / np.where(size > 0, size, 1.0)
+        if len(names) > 1:
+            spring = float(values["contact_stiffness"])
+            points = closed, y, np.array(forces[:2])
+            nearby = _by_spring(nearby, kinds, (event, motion(event).T), points, spring)
+        at[:0] = [*nearby]
     points = np.concatenate([closed, event])
     place = np.argsort(points, kind="stable")
 
@@ -220,6 +231,30 @@ def _stored(dataset: xr.Dataset, contact: Contact) -> History | None:
     state = after[np.searchsorted(event, points[place], side="right") - 1]
     displacement, force = joined(y, motion(event).T), joined(forces, np.array(at))
     return History(points[place], displacement, force, joined(limit, limits), state)
+
+
+def _by_spring(
+    nearby: FloatArray,
+    kinds: list[str],
+    events: tuple[FloatArray, FloatArray],
+    points: tuple[FloatArray, FloatArray, FloatArray],
+    stiffness: float,
+) -> FloatArray:
+    """Forces (2, n) of planar events, exact where the contact sticks on one side, else ``nearby``.
+
+    ``events`` are angles and displacements, ``points`` those around them and their forces. The
+    direction of the force turns at an event, which the points around it do not tell.
+    """
+    (event, moved_there), (angle, moved, force) = events, points
+    before = np.searchsorted(angle, event, side="right") - 1
+    onset = np.array([kind == "onset of slip" for kind in kinds], dtype=bool)
+    sticks = onset | np.array([kind == "end of slip" for kind in kinds], dtype=bool)
+    beside = np.where(onset, before, np.minimum(before + 1, len(angle) - 1))
+    low, high = np.minimum(angle[beside], event), np.maximum(angle[beside], event)
+    alone = [((event >= a) & (event <= b)).sum() == 1 for a, b in zip(low, high, strict=True)]
+    known = sticks & np.array(alone, dtype=bool)
+    by_spring = force[:, beside] + stiffness * (moved_there - moved[:, beside])[:2]
+    return np.where(known, by_spring, nearby)
 
 
 def _wrapped(values: FloatArray) -> FloatArray:

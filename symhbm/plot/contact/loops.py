@@ -1,19 +1,29 @@
 """Hysteresis loops of contacts, and their normal forces."""
 
 from collections.abc import Iterator
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 import xarray as xr
-from matplotlib.axes import Axes
 
 from symhbm.model.contacts import Behaviour, History, MemorylessLaw
 from symhbm.numerics import FloatArray, check
+from symhbm.plot.contact.chosen import angle_axis, at_points, from_zero, together
 from symhbm.plot.contact.histories import Histories, contact_of, histories
-from symhbm.plot.drawing import MOST_LEGEND_ENTRIES, Family, Member, nothing_to_draw, scaled
+from symhbm.plot.drawing import (
+    MOST_LEGEND_ENTRIES,
+    Family,
+    Member,
+    nothing_to_draw,
+    point_text,
+    scaled,
+)
+from symhbm.plot.looks import Look, Named, compared, pictured
 from symhbm.plot.picture import Axis, Panel, Picture
-from symhbm.plot.rendering import pictured
+from symhbm.results.reading import CHOSEN, At
 
+_APART = 0.01
+"""Share of the energy by which the loop of a group may differ from the sum of its contacts."""
 _TOUCHES = Behaviour.STICKS, Behaviour.SLIPS
 _EVENTS: dict[str, Any] = {
     "onset of slip": ((Behaviour.STICKS,), (Behaviour.SLIPS,), dict(marker="^")),
@@ -31,8 +41,10 @@ _OPEN: Any = dict(linewidth=1.0, linestyle=(0, (2, 2)), alpha=0.6)
 """Lines of limits, and of contacts that are open."""
 
 
-@pictured
-def hysteresis(dataset: xr.Dataset, *, contact: int = 0, ax: Axes | None = None) -> Picture:
+@compared
+def hysteresis(
+    dataset: xr.Dataset, *, contact: int | str = 0, at: At | None = None, **common: Unpack[Named]
+) -> Picture:
     """Draw the friction force of a contact over its relative displacement through a period.
 
     Of planar friction the force across is a broken line, over the displacement across; each is
@@ -41,17 +53,23 @@ def hysteresis(dataset: xr.Dataset, *, contact: int = 0, ax: Axes | None = None)
     circles its ends, squares openings and diamonds closings; where a contact is open the line is
     broken. Dotted lines are the limits of slip ``mu N``, which move with the normal force. Of a
     result of the balance it is the force located on the motion, not the few terms of its series
-    that the balance sees. Several points or parameter sets are a family; points that did not
-    converge are left out, and the title tells how many.
+    that the balance sees. Of paths, and of more than 14 points on grids, it is the loop at the
+    highest peak of each curve; else all points are drawn. Those that did not converge are left out,
+    and the title tells how many.
 
     Parameters
     ----------
     dataset
         A result of `symhbm.periodic_motion`, `symhbm.frf`, `symhbm.follow` or `symhbm.solve`.
     contact
-        The contact to show.
-    ax
-        Axes to draw into; by default a new figure.
+        The contact to show, or the name of a group: the sum of its forces over the mean of its
+        displacements. The title tells what all of them dissipate, and the area of the loop where
+        that is another one, as of contacts that do not move alike.
+    at
+        The points to show of curves, as of `symhbm.datasets.at`: ``"peak"``, the number of a peak,
+        or a frequency [Hz].
+    common
+        As of all pictures.
 
     Raises
     ------
@@ -69,9 +87,12 @@ def hysteresis(dataset: xr.Dataset, *, contact: int = 0, ax: Axes | None = None)
     >>> problem = sh.HarmonicBalance(blade, sh.forces.PointForce())
     >>> sh.plot.hysteresis(sh.solve(problem, 20.0)).savefig("loop.png")
     """
-    found = _of_friction(dataset, contact)
-    names, smooth = found.contact.law.directions, isinstance(found.contact.law, MemorylessLaw)
-    directions = [k for k, name in enumerate(names) if smooth or name != "normal"]
+    dataset = at_points(dataset, at)
+    if isinstance(contact, str):
+        found, all_lost = together(dataset, contact)
+    else:
+        found, all_lost = _of_friction(dataset, contact), None
+    smooth, directions = isinstance(found.contact.law, MemorylessLaw), found.contact.rubbing
     loops = _Loops(found, directions)
     panel = Panel(
         Axis(f"relative displacement [{loops.unit}]"),
@@ -82,29 +103,35 @@ def hysteresis(dataset: xr.Dataset, *, contact: int = 0, ax: Axes | None = None)
             look = member if k == directions[0] else member._replace(style="--")
             x = loops.factor * history.displacement[k]
             loops.add(panel, x, history.force[k], history, look)
-    title = ""
+    title = "" if all_lost is None else _apart(found, all_lost)
     if len(found.of) == 1:
-        [history], area = loops.drawn, 0.0
+        [history], area = loops.drawn, loops.drawn[0].area(directions)
         for k in directions:
             x, force = loops.factor * history.displacement[k], history.force[k]
             outline = np.stack([x, force], axis=-1)
             panel.add("areas", [outline], facecolors="0.94", edgecolors="0.94", zorder=0)
-            area += float(np.trapezoid(force, history.displacement[k]))
         for sign in (-1, 1) if history.limit.any() else ():
             if np.ptp(history.limit):
                 x = loops.factor * history.displacement[0]
                 panel.line(x, sign * history.limit, **_LIMIT)
             else:
                 panel.add("level", sign * history.limit[0], **_LIMIT)
-        lost, joule = scaled(area, "J")
-        title = f"contact {contact}: {lost * area:.4g} {joule} per cycle"
+        total = area if all_lost is None else next(iter(all_lost.values()))
+        factor, joule = scaled(total, "J")
+        name = f"contact {contact}" if all_lost is None else f"all of {contact}"
+        title = f"{name}: {factor * total:.4g} {joule} per cycle{title}"
     loops.explain(panel, title, r"limit $\pm\mu N$")
     return Picture([panel])
 
 
 @pictured
 def normal_force(
-    dataset: xr.Dataset, *, contact: int = 0, over: str = "angle", ax: Axes | None = None
+    dataset: xr.Dataset,
+    *,
+    contact: int = 0,
+    over: str = "angle",
+    at: At | None = None,
+    **common: Unpack[Look],
 ) -> Picture:
     """Draw the normal force of a contact over the period, or over its normal displacement.
 
@@ -119,8 +146,10 @@ def normal_force(
         The contact to show.
     over
         ``"angle"`` of the period, or ``"displacement"``, positive where the contact closes.
-    ax
-        Axes to draw into; by default a new figure.
+    at
+        The points to show of curves, as of `hysteresis`.
+    common
+        As of all pictures.
 
     Raises
     ------
@@ -146,21 +175,30 @@ def normal_force(
             f"contact={contact}: expected one with a normal direction, it is of "
             f"{type(which.law).__name__} in the group {which.group!r}, whose load is constant"
         )
-    found = histories(dataset, which)
+    found = histories(at_points(dataset, at), which)
     loops = _Loops(found, [-1])
     label = f"normal displacement, positive where it closes [{loops.unit}]"
     panel = Panel(Axis(label), Axis("normal force [N]"))
     if over == "angle":
-        ticks = [f"${each}$" for each in ("0", r"\pi/2", r"\pi", r"3\pi/2", r"2\pi")]
-        label = r"angle of the period $\omega t$ [rad]"
-        panel.x = Axis(label, limits=(0, 2 * np.pi), ticks=(np.arange(5) * np.pi / 2, ticks))
+        panel.x = angle_axis()
     for member, history in loops.members():
         if over == "angle":
-            history = _from_zero(history)
+            history = from_zero(history)
         x = history.angle if over == "angle" else loops.factor * history.displacement[-1]
         loops.add(panel, x, history.force[-1], history, member)
     loops.explain(panel, f"contact {contact}" if len(found.of) == 1 else "")
     return Picture([panel])
+
+
+def _apart(found: Histories, lost: dict[tuple[int, ...], float]) -> str:
+    """Text on a group whose loop has another area than the sum of its contacts."""
+    of = found.of.items()
+    areas = [(h.area(found.contact.rubbing), lost[index]) for index, h in of if h is not None]
+    shares = [area / total for area, total in areas if abs(area - total) > _APART * abs(total)]
+    if not shares:
+        return ""
+    held = " to ".join(dict.fromkeys(f"{100 * share:.3g}" for share in (min(shares), max(shares))))
+    return f"; contacts move apart, the loop holds {held} %"
 
 
 def _of_friction(dataset: xr.Dataset, contact: int) -> Histories:
@@ -171,18 +209,6 @@ def _of_friction(dataset: xr.Dataset, contact: int) -> Histories:
             f"in the group {which.group!r}; symhbm.plot.normal_force draws its force"
         )
     return histories(dataset, which)
-
-
-def _from_zero(history: History) -> History:
-    """The same with points that lie around one period from 0 on."""
-    period = 2 * np.pi
-    turned = history.angle[:-1] % period
-    order = np.argsort(turned, kind="stable")
-    order = np.concatenate([order[-1:], order, order[:1]])
-    angle = turned[order] - period * (np.arange(len(order)) == 0)
-    angle[-1] += period
-    sides = history.displacement[:, order], history.force[:, order]
-    return History(angle, *sides, history.limit[order], history.state[order])
 
 
 class _Loops:
@@ -208,6 +234,18 @@ class _Loops:
             if history is not None:
                 yield member, history
 
+    def _which(self) -> str:
+        """Which points of curves these are, and of how many curves there are none."""
+        dataset = self._found.dataset
+        if CHOSEN not in dataset.coords:
+            return ""
+        words = dataset[CHOSEN].values.ravel().tolist()
+        named = " or ".join(dict.fromkeys(word for word in words if word))
+        if len(words) == 1:
+            return point_text(dataset)
+        none = f", {words.count('')} of {len(words)} have none" if "" in words else ""
+        return f"{named} of each curve{none}"
+
     def add(
         self, panel: Panel, x: FloatArray, y: FloatArray, history: History, member: Member
     ) -> None:
@@ -230,7 +268,7 @@ class _Loops:
         """
         missing, total = len(self._found.of) - len(self.drawn), len(self._found.of)
         left_out = f"left out, not converged: {missing} of {total} points" if missing else ""
-        panel.title = "\n".join(filter(None, [title, left_out]))
+        panel.title = "\n".join(filter(None, [title, self._which(), left_out]))
         names = self._found.contact.law.directions
         if total > 1 or not {"normal", "across"} & {*names}:
             return self._family.explain(panel)

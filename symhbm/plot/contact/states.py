@@ -1,27 +1,29 @@
-"""What contacts do: over the band, and over the interface that they lie in."""
+"""What contacts do over the band, or through the period."""
 
 from itertools import pairwise, product
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Unpack
 
 import numpy as np
 import xarray as xr
-from matplotlib.axes import Axes
 from numpy.typing import NDArray
 
-from symhbm.model.contacts import Behaviour
+from symhbm.model.contacts import Behaviour, History
 from symhbm.numerics import FloatArray, check
+from symhbm.plot.contact.chosen import TURN, angle_axis, from_zero
+from symhbm.plot.contact.histories import contact_of, histories
 from symhbm.plot.drawing import (
     Moving,
     check_variables,
     moving,
     nothing_to_draw,
     parameter_axis,
-    scaled,
+    point_of,
+    point_text,
     value_label,
 )
-from symhbm.plot.picture import Axis, Colours, Panel, Picture
-from symhbm.plot.rendering import pictured
-from symhbm.results import Description, meaning
+from symhbm.plot.looks import Look, pictured
+from symhbm.plot.picture import Axis, Panel, Picture
+from symhbm.results.reading import At
 
 MOST_ROWS = 40
 """Most rows of contacts and parameter sets: more cannot be distinguished."""
@@ -53,7 +55,13 @@ class _Run(NamedTuple):
 
 
 @pictured
-def states(dataset: xr.Dataset, *, contact: int | None = None, ax: Axes | None = None) -> Picture:
+def states(
+    dataset: xr.Dataset,
+    *,
+    contact: int | None = None,
+    at: At | None = None,
+    **common: Unpack[Look],
+) -> Picture:
     """Draw what contacts do over the moving parameter, a row for each contact and parameter set.
 
     The strip on top of a row is the state: a contact sticks throughout the period, or slips in some
@@ -68,8 +76,11 @@ def states(dataset: xr.Dataset, *, contact: int | None = None, ax: Axes | None =
         A result of `symhbm.frf` or `symhbm.follow`.
     contact
         The contact to show; by default all of them.
-    ax
-        Axes to draw into; by default a new figure.
+    at
+        One point of each curve, as of `symhbm.datasets.at`: what contacts do through the period
+        there. So is the only point of a dataset without curves drawn.
+    common
+        As of all pictures.
 
     Raises
     ------
@@ -91,19 +102,16 @@ def states(dataset: xr.Dataset, *, contact: int | None = None, ax: Axes | None =
     check_variables(dataset, "contact_state", "frequency")
     parameter = moving(dataset)
     dims = [str(dim) for dim in dataset["contact_state"].dims]
-    for dim in (parameter.along, "contact"):
-        check.known(dim, dims, "dimension of contact_state")
+    check.known("contact", dims, "dimension of contact_state")
+    if at is not None or parameter.along not in dims:
+        return _over_the_period(dataset if at is None else point_of(dataset, at), contact)
     if contact is not None:
         number = check.integer("contact", contact, 0, dataset.sizes["contact"] - 1)
         dataset = dataset.isel(contact=[number])
     swept = [dim for dim in dims if dim not in (parameter.along, "contact", "solution")]
     rows = _rows(dataset, swept)
-    if len(rows) > MOST_ROWS:
-        raise ValueError(
-            f"dataset: expected at most {MOST_ROWS} rows, got {len(rows)} of contacts and "
-            "parameter sets; give contact=, or select some, for example "
-            f"dataset.isel({(swept or ['contact'])[0]}=slice(10))"
-        )
+    some = f"dataset.isel({(swept or ['contact'])[0]}=slice(10))"
+    _check_rows(len(rows), f"contact=, or select some, for example {some}")
     every = [_runs(dataset.isel(position), parameter) for position, _ in rows]
     if not any(every):
         raise nothing_to_draw(dataset)
@@ -119,11 +127,62 @@ def states(dataset: xr.Dataset, *, contact: int | None = None, ax: Axes | None =
         height = _ROW / max(len(runs), 1)
         for i, run in enumerate(runs):
             _draw(panel, run, row - _ROW / 2 + i * height, 0.94 * height)
+    _explain(panel, seen)
+    height = 1.0 + 0.45 * sum(max(len(runs), 1) for runs in every)
+    return Picture([panel], (6.4, min(max(2.0, height), _TALLEST)))
+
+
+def _over_the_period(dataset: xr.Dataset, contact: int | None) -> Picture:
+    """A row for each contact and parameter set at one point of each curve."""
+    if contact is not None:
+        contact = check.integer("contact", contact, 0, dataset.sizes["contact"] - 1)
+    numbers = range(dataset.sizes["contact"]) if contact is None else [contact]
+    rows: list[tuple[str, History]] = []
+    dims: list[str] = []
+    for number in numbers:
+        found = histories(dataset, contact_of(dataset, number))
+        dims = found.dims
+        for index, history in found.of.items():
+            words = [
+                value_label(found.dataset, *pair) for pair in zip(found.dims, index, strict=True)
+            ]
+            if history is not None:
+                rows.append((", ".join([*words, f"contact {number}"]), history))
+    if not rows:
+        raise nothing_to_draw(dataset)
+    _check_rows(len(rows), "contact=")
+    ticks = range(len(rows)), [label for label, _ in reversed(rows)]
+    panel = Panel(
+        angle_axis(),
+        Axis(limits=(-0.5, len(rows) - 0.5), ticks=ticks, grid=False, marks=False),
+        title="" if dims else point_text(dataset),
+    )
+    panel.x.grid = False
+    for row, (_, history) in enumerate(reversed(rows)):
+        history = from_zero(history)
+        for state in np.unique(history.state):
+            where = np.flatnonzero(history.state[:-1] == state)
+            edges = np.stack([history.angle[where], history.angle[where + 1]], axis=1).clip(0, TURN)
+            low, high = np.full(len(edges), row - _ROW / 2), np.full(len(edges), row + _ROW / 2)
+            boxes = np.stack([edges[:, [0, 1, 1, 0]], np.stack([low, low, high, high], axis=1)], -1)
+            panel.add("areas", boxes, facecolors=LOOKS[state][0], linewidths=0)
+    _explain(panel, {int(state) for _, history in rows for state in np.unique(history.state)})
+    return Picture([panel], (6.4, min(max(2.0, 1.0 + 0.45 * len(rows)), _TALLEST)))
+
+
+def _explain(panel: Panel, seen: set[int]) -> None:
+    """Entries of the states that are seen, and of those that stick."""
     for state in sorted(seen & {*LOOKS} | {Behaviour.STICKS}):
         color, words = LOOKS[state]
         panel.entry(words, facecolor=color)
-    height = 1.0 + 0.45 * sum(max(len(runs), 1) for runs in every)
-    return Picture([panel], (6.4, min(max(2.0, height), _TALLEST)))
+
+
+def _check_rows(number: int, advice: str) -> None:
+    if number > MOST_ROWS:
+        raise ValueError(
+            f"dataset: expected at most {MOST_ROWS} rows, got {number} of contacts and parameter "
+            f"sets; give {advice}"
+        )
 
 
 def _rows(dataset: xr.Dataset, swept: list[str]) -> list[tuple[dict[str, int], str]]:
@@ -209,86 +268,3 @@ def _borders(run: _Run) -> FloatArray:
         if len(inside):
             middle[i] = inside[0]
     return np.concatenate([value[:1], middle, value[-1:]])
-
-
-_AXES = "xyz"
-
-
-@pictured
-def contact_map(
-    dataset: xr.Dataset, variable: str = "contact_state", *, ax: Axes | None = None
-) -> Picture:
-    """Draw what contacts do where they are: the state, a force or a loss over an interface.
-
-    The picture is the plane of the two axes along which contacts lie farthest apart.
-
-    Parameters
-    ----------
-    dataset
-        One point of a result of a structure whose places have coordinates, as
-        ``response.isel(point=3)``; some contacts of it, as ``.isel(contact=slice(20))``, are one
-        interface of several.
-    variable
-        A variable with one value per contact: ``"contact_state"``, ``"dissipation"``,
-        ``"stick_fraction"``, or those of a law, for example ``"open_fraction"``.
-    ax
-        Axes to draw into; by default a new figure.
-
-    Raises
-    ------
-    TypeError, KeyError, ValueError
-        For a dataset without places of contacts or without the variable, for more than one point,
-        and where no value is known.
-
-    Examples
-    --------
-    >>> import numpy as np
-    >>> import symhbm as sh
-    >>> places = sh.Places(
-    ...     node=[1, 2], direction="x", coordinates=[[0, 0, 0], [0, 0.01, 0]], label=["tip", ""]
-    ... )
-    >>> blade = sh.Model(
-    ...     np.eye(2), np.eye(2), 1e4 * np.eye(2), contacts=[("1:x",), ("2:x",)],
-    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=[0.1, 5], places=places,
-    ... )
-    >>> point = sh.solve(sh.HarmonicBalance(blade, sh.forces.PointForce("tip:x")), 19)
-    >>> figure = sh.plot.contact_map(point)
-    >>> figure.savefig("contacts.png")
-    """
-    check_variables(dataset, variable, "contact_state")
-    check_variables(dataset, *(f"contact_{axis}" for axis in _AXES))
-    values = dataset[variable]
-    if values.dims != ("contact",):
-        raise ValueError(
-            f"dataset: expected one value of {variable} per contact, it is along "
-            f"{', '.join(map(str, values.dims)) or 'nothing'}; select one point, as "
-            "dataset.isel(point=0)"
-        )
-    at = np.column_stack([dataset[f"contact_{axis}"].values for axis in _AXES])
-    axes = sorted(np.argsort(-np.ptp(at, axis=0), kind="stable")[:2].tolist())
-    known = values.values >= 0 if variable == "contact_state" else np.isfinite(values.values)
-    if not known.any():
-        raise nothing_to_draw(dataset)
-    factor, unit = scaled(float(np.abs(at[:, axes]).max()), "m")
-    x, y = factor * at[:, axes].T
-    across, upward = (Axis(f"${_AXES[k]}$ [{unit}]", room=0.08) for k in axes)
-    panel = Panel(across, upward, even="datalim")
-    look: Any = dict(linewidths=0.4, edgecolors="black", zorder=3)
-    if not known.all():
-        panel.add("dots", x, y, ~known, facecolors="none", **look)
-    shown = values.values[known]
-    if variable == "contact_state":
-        colors = [LOOKS[state][0] for state in shown.tolist()]
-        panel.add("dots", x, y, known, c=colors, **look)
-        for state in sorted({*shown.tolist()}):
-            color, words = LOOKS[state]
-            panel.entry(words.removeprefix("open; "), facecolor=color)
-    else:
-        about = meaning(variable, Description(dataset).records)
-        factor, unit = 1.0, "" if about.units == "1" else about.units
-        if unit:
-            factor, unit = scaled(float(np.abs(shown).max()), unit)
-        shown, label = factor * shown, f"{about.long_name} [{unit}]" if unit else about.long_name
-        panel.bar = Colours("viridis", shown.min(), shown.max(), label=label)
-        panel.add("dots", x, y, known, c=shown, cmap=panel.bar.map, **look)
-    return Picture([panel], (6.4, 4.2))

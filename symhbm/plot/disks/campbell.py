@@ -1,16 +1,15 @@
 """Natural frequencies of disks over the speed (Campbell) and over nodal diameters (SAFE)."""
 
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 import xarray as xr
-from matplotlib.axes import Axes
 from scipy.interpolate import PchipInterpolator
 
 from symhbm.numerics import FloatArray
 from symhbm.plot.drawing import check_variables
+from symhbm.plot.looks import Look, pictured
 from symhbm.plot.picture import FAMILY, Axis, Panel, Picture
-from symhbm.plot.rendering import pictured
 
 GREY = "0.55"
 SPEED, FREQUENCY = "speed of rotation [1/min]", "natural frequency [Hz]"
@@ -21,7 +20,7 @@ ABOVE = 1.06
 
 
 @pictured
-def campbell(dataset: xr.Dataset, *, ax: Axes | None = None) -> Picture:
+def campbell(dataset: xr.Dataset, **common: Unpack[Look]) -> Picture:
     """Draw natural frequencies over the speed, a line per mode, with the lines of engine orders.
 
     Dots are crossings. Lines of one nodal diameter have one colour.
@@ -30,8 +29,8 @@ def campbell(dataset: xr.Dataset, *, ax: Axes | None = None) -> Picture:
     ----------
     dataset
         A result of `symhbm.campbell`.
-    ax
-        Axes to draw into; by default a new figure.
+    common
+        As of all pictures.
 
     Raises
     ------
@@ -88,7 +87,7 @@ _ASIDE = 0.14
 
 
 @pictured
-def interference(dataset: xr.Dataset, *, ax: Axes | None = None) -> Picture:
+def interference(dataset: xr.Dataset, **common: Unpack[Look]) -> Picture:
     """Draw natural frequencies over nodal diameters, with the frequencies of engine orders.
 
     The SAFE or ZZENF diagram. Each mode has a bar over its nodal diameters, from its frequency at
@@ -100,8 +99,8 @@ def interference(dataset: xr.Dataset, *, ax: Axes | None = None) -> Picture:
     ----------
     dataset
         A result of `symhbm.campbell` of a `symhbm.Sector`.
-    ax
-        Axes to draw into; by default a new figure.
+    common
+        As of all pictures.
 
     Raises
     ------

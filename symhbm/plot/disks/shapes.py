@@ -1,11 +1,9 @@
 """Operating deflection shapes of disks."""
 
-from collections.abc import Iterable, Sequence
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 import xarray as xr
-from matplotlib.axes import Axes
 
 from symhbm.numerics import FloatArray, check, largest_displacement
 from symhbm.plot.drawing import (
@@ -14,14 +12,16 @@ from symhbm.plot.drawing import (
     motions_of,
     moving,
     nothing_to_draw,
-    one_solution,
+    point_of,
+    point_text,
     scaled,
-    symbol_of,
 )
+from symhbm.plot.looks import Look, pictured
 from symhbm.plot.picture import Axis, Colours, Panel, Picture
-from symhbm.plot.places import blades_of, position_of
-from symhbm.plot.rendering import pictured
+from symhbm.plot.places import Shown, blades_of, chosen, position_of
+from symhbm.response.disks import sector_response
 from symhbm.results import Description
+from symhbm.results.reading import At
 
 HUB, TIP, OFFSET = 0.42, 1.0, 0.3
 """Radii of the hub and of blades at rest, and of the largest displacement over the period."""
@@ -31,19 +31,14 @@ DOMINANT = 0.5
 """Share of the motion from which a nodal diameter is named."""
 
 
-_Shape = tuple[FloatArray, str]
-"""Coefficients (n_dof, n_harmonics, 2) [m] of one response, and its text."""
-
-
 @pictured
 def disk(
     dataset: xr.Dataset,
     *,
-    frequency: float | None = None,
-    peak: int | None = None,
+    at: At | None = None,
     angle: float | None = None,
-    blades: Sequence[int] | None = None,
-    ax: Axes | None = None,
+    place: Shown = None,
+    **common: Unpack[Look],
 ) -> Picture:
     """Draw the operating deflection shape of a disk at one instant.
 
@@ -56,19 +51,18 @@ def disk(
     ----------
     dataset
         A result of `symhbm.frf`, `symhbm.follow` or `symhbm.solve`, of one parameter set.
-    frequency
-        Draw the stored point nearest to this frequency [Hz].
-    peak
-        Draw the peak of this number. By default it is the highest one, where the dataset is a
-        curve and has peaks, else the largest response of the points.
+    at
+        Which point of a curve, as of `symhbm.datasets.at`: ``"peak"``, the number of a peak, a
+        frequency [Hz], ``"largest"``. By default the highest peak, else the largest response.
     angle
         Instant ``omega t`` [rad]; by default that of the largest displacement.
-    blades
-        Places of the blades along ``dof``, in their order around the disk. By default those that
-        the problem knows: all of `symhbm.bladed_disk`, else those of the
-        `symhbm.forces.EngineOrder`.
-    ax
-        Axes to draw into, without another picture; by default a new figure.
+    place
+        The degrees of freedom of the blades by their names or numbers, in their order around the
+        disk. By default those that the problem knows: all of `symhbm.bladed_disk`, else those of
+        the `symhbm.forces.EngineOrder`. Of a `symhbm.Sector` one place, ``"tip:z"``, which is drawn
+        of all sectors; by default the one that moves the most.
+    common
+        As of all pictures.
 
     Raises
     ------
@@ -87,9 +81,16 @@ def disk(
     >>> sh.plot.disk(response).savefig("disk.png")
     """
     check_variables(dataset, "coefficient", "harmonic", "frequency")
-    chosen, names = _blades(dataset, blades)
-    coefficient, text = _pick(dataset, frequency, peak)
-    coefficient = coefficient[chosen]
+    check.known("dof", [str(d) for d in dataset["coefficient"].dims], "dimension of coefficient")
+    parameter = moving(dataset)
+    if {parameter.along} & {*dataset["coefficient"].dims}:
+        allowed = parameter.along, "dof", "harmonic", "component", "solution"
+        check_dims(dataset["coefficient"], allowed, "one parameter set")
+        dataset = point_of(dataset, at)
+    elif at is not None:
+        raise ValueError(f"at={at!r}: expected None, the dataset is one point")
+    coefficient, names, where = _ring(dataset, place)
+    text = ", ".join(filter(None, [point_text(dataset), where]))
     basis, motions = motions_of(dataset, coefficient)
     amplitude, when = largest_displacement(basis, motions)
     ahead = amplitude >= (1 - _TIE) * amplitude.max()
@@ -135,23 +136,33 @@ def _diameter(coefficient: FloatArray) -> str:
     return f"nodal diameter {first}{share}"
 
 
-def _blades(dataset: xr.Dataset, blades: Sequence[int] | None) -> tuple[list[int], list[int]]:
-    """Positions of the blades along ``dof`` in their order around the disk, and their names."""
-    check.known("dof", [str(d) for d in dataset["coefficient"].dims], "dimension of coefficient")
-    n_dof = dataset.sizes["dof"]
-    if blades is None:
-        chosen = _blades_of_problem(dataset)
-        names = list(range(len(chosen)))
-    elif isinstance(blades, str) or not isinstance(blades, Iterable):
-        raise TypeError(f"blades={check.shown(blades)}: expected a sequence of integers")
-    else:
-        chosen = [check.integer(f"blades[{i}]", dof, 0, n_dof - 1) for i, dof in enumerate(blades)]
-        names = chosen
-    if len(chosen) < 3 or len(set(chosen)) < len(chosen):
-        has = f"a structure of {len(chosen)} blade{'' if len(chosen) == 1 else 's'}"
-        what = f"dataset: {has}" if blades is None else f"blades={check.shown(blades)}"
+def _ring(dataset: xr.Dataset, place: Shown) -> tuple[FloatArray, list[str], str]:
+    """Coefficients of the blades in their order around the disk, their names, and the place."""
+    inner = ("dof", "harmonic", "component")
+    coefficient = dataset["coefficient"]
+    check_dims(coefficient, inner, "one parameter set")
+    if not np.isfinite(coefficient).all():
+        raise nothing_to_draw(dataset)
+    n_sectors = Description(dataset).problem.get("n_sectors")
+    if n_sectors is not None:
+        largest = int(largest_displacement(*motions_of(dataset, coefficient.values))[0].argmax())
+        where = chosen(dataset, largest if place is None else place)
+        if where.alone is None:
+            raise ValueError(
+                f"place={check.shown(place)}: expected one degree of freedom of the sector, "
+                f"this is {len(where.dofs)}"
+            )
+        around = sector_response(dataset, range(n_sectors))["coefficient"].isel(dof=where.alone)
+        words = where.words.removeprefix("response of ")
+        return around.transpose("sector", *inner[1:]).values, [*map(str, range(n_sectors))], words
+    dofs = _blades_of_problem(dataset) if place is None else [*chosen(dataset, place).dofs]
+    if len(dofs) < 3:
+        has = f"a structure of {len(dofs)} blade{'' if len(dofs) == 1 else 's'}"
+        what = f"dataset: {has}" if place is None else f"place={check.shown(place)}"
         raise ValueError(f"{what}: expected at least three different blades")
-    return chosen, names
+    given: Any = range(len(dofs)) if place is None else dofs if isinstance(place, str) else place
+    names = [str(one) for one in (given if len(given) == len(dofs) else dofs)]
+    return coefficient.transpose(*inner).values[dofs], names, ""
 
 
 def _blades_of_problem(dataset: xr.Dataset) -> list[int]:
@@ -159,7 +170,7 @@ def _blades_of_problem(dataset: xr.Dataset) -> list[int]:
     blades, position = blades_of(dataset), position_of(dataset)
     if blades is None:
         raise ValueError(
-            "blades=None: expected the degrees of freedom of the blades in their order around the "
+            "place=None: expected the degrees of freedom of the blades in their order around the "
             "disk, as neither the model nor the force tells which they are"
         )
     missing = [dof for dof in blades if dof not in position]
@@ -171,81 +182,13 @@ def _blades_of_problem(dataset: xr.Dataset) -> list[int]:
         )
         raise ValueError(
             f"dataset: expected all {len(blades)} blades, {len(missing)} are not in it (degrees of "
-            f"freedom {check.shown(missing)}); {kept}, or blades= tells which to draw"
+            f"freedom {check.shown(missing)}); {kept}, or place= tells which to draw"
         )
     return [position[dof] for dof in blades]
 
 
-def _pick(dataset: xr.Dataset, frequency: float | None, peak: int | None) -> _Shape:
-    if frequency is not None and peak is not None:
-        raise ValueError(f"frequency={frequency!r}, peak={peak!r}: expected one of them at most")
-    name, along, _ = moving(dataset)
-    curve = one_solution(dataset)
-    inner = ("dof", "harmonic", "component")
-    check_dims(curve["coefficient"], (along, *inner), "one parameter set")
-    is_curve = along in curve["coefficient"].dims
-    if peak is not None or (frequency is None and is_curve):
-        shape = _peak(curve, name, peak)
-        if shape is not None:
-            return shape
-    points = curve if is_curve else curve.expand_dims("point")
-    along = along if is_curve else "point"
-    coefficient = points["coefficient"].transpose(along, *inner).values
-    value = np.broadcast_to(points[name].values, coefficient.shape[:1])
-    finite = np.flatnonzero(np.isfinite(coefficient).all(axis=(1, 2, 3)))
-    if not len(finite):
-        raise nothing_to_draw(dataset)
-    note = ""
-    if frequency is not None:
-        frequency = check.scalar("frequency", frequency, "positive")
-        hertz = np.broadcast_to(points["frequency"].values, value.shape)[finite]
-        if not hertz.min() <= frequency <= hertz.max():
-            raise ValueError(
-                f"frequency={frequency:g}: expected a value within the converged points, "
-                f"{hertz.min():g} to {hertz.max():g} Hz"
-            )
-        at = finite[np.argmin(np.abs(hertz - frequency))]
-    else:
-        at = finite[np.argmax(np.abs(coefficient[finite]).max(axis=(1, 2, 3)))]
-        note = ", largest point" if is_curve else ""
-    return coefficient[at], _text(dataset, name, float(value[at])) + note
-
-
-def _peak(curve: xr.Dataset, name: str, peak: int | None) -> _Shape | None:
-    """A peak by its number, by default the highest; None where a curve has no highest peak."""
-    needed = ("peak_coefficient", "peak_amplitude", f"peak_{name}")
-    if peak is None and not all(key in curve for key in needed):
-        return None
-    check_variables(curve, *needed)
-    if "peak" not in curve["peak_coefficient"].dims:
-        curve = curve.expand_dims("peak")
-    coefficient = curve["peak_coefficient"].transpose("peak", "dof", "harmonic", "component").values
-    value = curve[f"peak_{name}"].values
-    finite = np.flatnonzero(np.isfinite(coefficient).all(axis=(1, 2, 3)))
-    if peak is None:
-        if not len(finite):
-            return None
-        at = finite[np.argmax(curve["peak_amplitude"].values[finite])]
-        note = "highest peak" if len(finite) > 1 else "peak"
-    else:
-        if not len(finite):
-            raise ValueError(f"peak={check.shown(peak)}: expected None, the curve has no peak")
-        at = check.integer("peak", peak, 0, int(finite[-1]))
-        if at not in finite:
-            raise ValueError(f"peak={peak}: expected a bounded peak, this one has no shape")
-        note = f"peak {at}"
-    return coefficient[at], f"{_text(curve, name, float(value[at]))}, {note}"
-
-
-def _text(dataset: xr.Dataset, name: str, value: float) -> str:
-    if name == "frequency":
-        return f"{value:.5g} Hz"
-    symbol, unit = symbol_of(dataset, name) or (name.replace("_", " "), "")
-    return f"{symbol} = {value:.4g} {unit}, {float(dataset['frequency']):.5g} Hz"
-
-
 def _draw(
-    panel: Panel, instant: FloatArray, amplitude: FloatArray, colors: np.ndarray, names: list[int]
+    panel: Panel, instant: FloatArray, amplitude: FloatArray, colors: np.ndarray, names: list[str]
 ) -> None:
     n_blades = len(instant)
     turn = np.pi / 2 - 2 * np.pi * np.arange(n_blades) / n_blades  # the first on top, clockwise
@@ -269,4 +212,4 @@ def _draw(
     panel.add("circle", (0, 0), HUB, **hub)
     step = -(-n_blades // 40)
     for name, point in list(zip(names, (TIP + OFFSET + 0.14) * along, strict=True))[::step]:
-        panel.text(point, str(name), ha="center", va="center", fontsize=8, color="0.25")
+        panel.text(point, name, ha="center", va="center", fontsize=8, color="0.25")

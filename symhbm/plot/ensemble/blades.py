@@ -1,21 +1,21 @@
 """Values of disks blade by blade."""
 
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 import xarray as xr
-from matplotlib.axes import Axes
 
 from symhbm.numerics import FloatArray, check
-from symhbm.plot.drawing import scaled
+from symhbm.plot.drawing import check_variables, nothing_to_draw, scaled
+from symhbm.plot.looks import Look, pictured
 from symhbm.plot.picture import Axis, Panel, Picture
-from symhbm.plot.rendering import pictured
+from symhbm.results.reading import COMPLETE, set_dimensions
 
 _WORST = "#d55e00"
 
 
 @pictured
-def blades(values: xr.DataArray, *, ax: Axes | None = None) -> Picture:
+def blades(values: xr.DataArray | xr.Dataset, **common: Unpack[Look]) -> Picture:
     """Draw bars by blade; of an ensemble the range, the quartiles and the median of each.
 
     The sample with the largest absolute value of all is marked. Samples with a NaN are left out,
@@ -25,9 +25,11 @@ def blades(values: xr.DataArray, *, ax: Axes | None = None) -> Picture:
     ----------
     values
         An array over ``dof`` or ``contact``, and ``sample`` where there are several: amplitudes,
-        amplification factors, energies. Its ``long_name`` and ``units`` become the label.
-    ax
-        Axes to draw into; by default a new figure.
+        amplification factors, energies. Its ``long_name`` and ``units`` become the label. Or a
+        result of `symhbm.frf` or `symhbm.follow`, of which it is the largest displacement of all
+        points, without curves that are not complete.
+    common
+        As of all pictures.
 
     Raises
     ------
@@ -44,11 +46,15 @@ def blades(values: xr.DataArray, *, ax: Axes | None = None) -> Picture:
     >>> problem = sh.HarmonicBalance(disk, sh.forces.EngineOrder(3))
     >>> draws = sh.mistuning.uniform(disk, 3, seed=1, contact_stiffness=0.2)
     >>> mistuned = sh.frf(problem, (200, 220), at=range(200, 221), over=draws)
-    >>> figure = sh.plot.blades(mistuned.amplitude.max("frequency"))
+    >>> figure = sh.plot.blades(mistuned)
     >>> figure.savefig("blades.png")
     """
+    if isinstance(values, xr.Dataset):
+        values = _largest(values)
     if not isinstance(values, xr.DataArray) or values.dtype.kind not in "iuf":
-        raise TypeError(f"values={check.shown(values)}: expected a DataArray of numbers")
+        raise TypeError(
+            f"values={check.shown(values)}: expected a result, or a DataArray of numbers"
+        )
     dim = "contact" if "contact" in values.dims else "dof"
     if set(values.dims) not in ({dim}, {dim, "sample"}):
         raise ValueError(
@@ -85,10 +91,21 @@ def blades(values: xr.DataArray, *, ax: Axes | None = None) -> Picture:
     return Picture([panel])
 
 
+def _largest(dataset: xr.Dataset) -> xr.DataArray:
+    """Largest displacement of each blade over all points [m], NaN where a curve is incomplete."""
+    check_variables(dataset, "amplitude", "status")
+    amplitude = dataset["amplitude"]
+    kept = {*set_dimensions(dataset), "dof"}
+    largest = amplitude.max([dim for dim in amplitude.dims if dim not in kept])
+    largest = largest.where(dataset["status"].isin([*map(str, COMPLETE)]))
+    if not largest.notnull().any():
+        raise nothing_to_draw(dataset)
+    return largest.assign_attrs(long_name="largest displacement of all points", units="m")
+
+
 def _boxes(
     panel: Panel, x: np.ndarray, table: FloatArray, complete: np.ndarray, values: xr.DataArray
 ) -> None:
-    low, first, middle, third, high = np.quantile(table[complete], [0, 0.25, 0.5, 0.75, 1], axis=0)
     low, first, middle, third, high = np.quantile(table[complete], [0, 0.25, 0.5, 0.75, 1], axis=0)
     look: Any = dict(width=0.7, linewidth=0)
     text = f"smallest to largest of {complete.sum()}"

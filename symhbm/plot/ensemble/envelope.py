@@ -2,11 +2,10 @@
 
 from __future__ import annotations
 
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 import xarray as xr
-from matplotlib.axes import Axes
 from numpy.typing import ArrayLike
 
 from symhbm.continuation import Status
@@ -29,9 +28,9 @@ from symhbm.plot.drawing import (
 )
 from symhbm.plot.ensemble.spread import Spread, draw_density, spread_of
 from symhbm.plot.lines import Line
+from symhbm.plot.looks import Look, pictured
 from symhbm.plot.picture import Panel, Picture
 from symhbm.plot.places import Chosen, Shown
-from symhbm.plot.rendering import pictured
 
 TUNED = "#d55e00"
 _NAMED: Any = {
@@ -55,7 +54,7 @@ def envelope(
     extremes: bool = True,
     scale: str = "decibel",
     unit: str = "m",
-    ax: Axes | None = None,
+    **common: Unpack[Look],
 ) -> Picture:
     """Draw where the responses of an ensemble lie, with the median, as bands or as a density.
 
@@ -87,8 +86,8 @@ def envelope(
         that converged throughout.
     scale, unit
         As of `response`, by default dB re 1 m.
-    ax
-        Axes to draw into; by default a new figure.
+    common
+        As of all pictures.
 
     Raises
     ------

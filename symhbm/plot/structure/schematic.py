@@ -2,10 +2,9 @@
 
 import textwrap
 from collections import Counter
-from typing import Any, NamedTuple
+from typing import Any, NamedTuple, Unpack
 
 import numpy as np
-from matplotlib.axes import Axes
 
 from symhbm.model import (
     EngineOrder,
@@ -19,8 +18,8 @@ from symhbm.model import (
 )
 from symhbm.model.contacts import Weights
 from symhbm.numerics import FloatArray, FourierBasis, check, check_harmonics
+from symhbm.plot.looks import Look, pictured
 from symhbm.plot.picture import Axis, Panel, Picture
-from symhbm.plot.rendering import pictured
 from symhbm.plot.structure.masses import (
     WORDS,
     draw_dots,
@@ -54,7 +53,7 @@ class _Force(NamedTuple):
 
 
 @pictured
-def model(structure: Any, *, force: Any = None, ax: Axes | None = None) -> Picture:
+def model(structure: Any, *, force: Any = None, **common: Unpack[Look]) -> Picture:
     """Draw a structure: masses, the elements between them and to the ground, contacts.
 
     Up to 16 masses have symbols: zigzags are springs, pistons viscous dampers, a spring with two
@@ -74,8 +73,8 @@ def model(structure: Any, *, force: Any = None, ax: Axes | None = None) -> Pictu
     force
         An excitation, or a `symhbm.HarmonicBalance` that has one, to be drawn as arrows; their
         lengths tell how large it is on each degree of freedom.
-    ax
-        Axes to draw into, without another picture; by default a new figure.
+    common
+        As of all pictures.
 
     Raises
     ------

@@ -1,7 +1,7 @@
 """What a page shows of an archive: collected part by part, with a note on each that fails."""
 
 from collections import Counter
-from collections.abc import Callable
+from collections.abc import Callable, Sequence
 from html import escape
 from typing import Any
 
@@ -25,10 +25,12 @@ from symhbm.plot.viewer.sets import (
     values_of,
 )
 from symhbm.results.reading import COMPLETE
-from symhbm.results.telling import account
+from symhbm.results.telling import account, differences
 
 _VALUES, _LINES, _PLACES = 250_000, 250_000, 600
 """Most numbers of all points, most points of all drawn lines, and most lines of a page."""
+_ONE_LINE = ("title", "subtitle", "thinning")
+"""Sections of a page that are one line."""
 _IN_MEMORY = 2**29
 """Bytes of an archive that are read at once."""
 
@@ -40,6 +42,7 @@ class Collected:
         self, dataset: xr.Dataset, tuned: xr.Dataset | None, name: str, share: float = 1.0
     ):
         self.dataset, self.tuned, self.name, self.share = dataset, tuned, name, share
+        self.before = 0  # curves of results ahead of this one
         self.notes: list[str] = []
         self.data: dict[str, Any] = {"digits": DIGITS, "curves": [], "dims": []}
         self.data["complete"] = [*COMPLETE]
@@ -56,6 +59,11 @@ class Collected:
 
     def written(self) -> str:
         """The text of the page."""
+        layout = self.gather()
+        return page_of(f"{self.name} - symhbm", self.sections(layout), self.data)
+
+    def gather(self) -> Layout | None:
+        """Collect all, and return what is drawn over what."""
         if self.dataset.nbytes < _IN_MEMORY:
             self.dataset = self.tried("The numbers", self.dataset, self.dataset.compute)
         dataset, data = self.dataset, self.data
@@ -68,7 +76,7 @@ class Collected:
             self.tried("The ensemble", None, self.collect_ensemble, layout)
         else:
             self.tried("The motion", None, self.collect_motion)
-        return page_of(f"{self.name} - symhbm", self.sections(layout), data)
+        return layout
 
     def collect(self, layout: Layout) -> None:
         """Curves, their marks and their motions."""
@@ -111,7 +119,7 @@ class Collected:
             entry |= {"label": label, "status": self.status(position)}
             for k, mark in enumerate(entry["marks"]):
                 at = *position.values(), mark["number"]
-                self.chosen[mark["what"], *at] = {"curve": number, "mark": k}
+                self.chosen[mark["what"], *at] = {"curve": self.before + number, "mark": k}
             self.data["curves"].append(entry)
             if entry["marks"]:
                 of = one, layout.x, entry["marks"], blades, budget
@@ -228,6 +236,40 @@ class Collected:
         variables = self.dataset.variables.items()
         meanings = {str(name): each.attrs.get("long_name", "") for name, each in variables}
         return tables.account_html(rows, meanings)
+
+
+def together(results: Sequence[Collected]) -> str:
+    """The text of one page of several results; ValueError where they are over different axes."""
+    first, layouts, parts = results[0], [], []
+    for one in results:
+        one.before = sum(len(other.data["curves"]) for other in results[: results.index(one)])
+        layouts.append(one.gather())
+        parts.append(one.sections(layouts[-1]))
+    if None in layouts or any(layout[:3] != layouts[0][:3] for layout in layouts):
+        raise ValueError("result: expected results with curves over the same parameter")
+    data, labels = first.data, []
+    for one in results:
+        for entry in one.data["curves"]:
+            entry["label"] = ": ".join(filter(None, [one.name, entry["label"]]))
+            labels.append(entry["label"])
+    alike = all(one.data[n] == data[n] for one in results for n in ("places", "contacts", "dofs"))
+    data["curves"] = [entry for one in results for entry in one.data["curves"]]
+    data["dims"] = [{"name": "result", "units": "", "labels": labels}]
+    data["dofs"] = data["dofs"] if alike else []
+    data.pop("ensemble", None)
+    texts = {name: "" for name, _ in parts[0]}
+    for one, sections in zip(results, parts, strict=True):
+        for name, text in sections:
+            heading = f"<h3>{escape(one.name)}</h3>" if name not in _ONE_LINE else ""
+            texts[name] += heading + text if name not in _ONE_LINE or not texts[name] else ""
+    told = "; ".join(differences(first.dataset, results[1].dataset))
+    texts["thinning"] = " ".join(
+        f"{escape(one.name)}: {dict(sections)['thinning']}"
+        for one, sections in zip(results, parts, strict=True)
+    )
+    texts["title"] = escape(" and ".join(one.name for one in results))
+    texts["subtitle"] = escape(plain(told, 600) or "alike in their problems")
+    return page_of(f"{' and '.join(one.name for one in results)} - symhbm", [*texts.items()], data)
 
 
 def _limits(dataset: xr.Dataset, sets: Sets, layout: Layout, share: float) -> Limits:

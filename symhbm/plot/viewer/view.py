@@ -1,12 +1,14 @@
 """`view`: one page with the curves of an archive, their peaks, and what moves there."""
 
 import os
+from collections.abc import Mapping
 from pathlib import Path
+from typing import Any
 
 import xarray as xr
 
 from symhbm.numerics import check
-from symhbm.plot.viewer.collected import Collected
+from symhbm.plot.viewer.collected import Collected, together
 from symhbm.plot.viewer.packing import plain
 from symhbm.plot.viewer.page import plotting_library
 from symhbm.results import check_dataset
@@ -19,7 +21,7 @@ _SUFFIXES = (".html", ".htm")
 
 
 def view(
-    result: xr.Dataset,
+    result: xr.Dataset | Mapping[str, xr.Dataset],
     path: str | os.PathLike[str],
     *,
     tuned: xr.Dataset | None = None,
@@ -39,7 +41,8 @@ def view(
     Parameters
     ----------
     result
-        A result of symhbm, or of `symhbm.load`, also a lazy one.
+        A result of symhbm, or of `symhbm.load`, also a lazy one; or several by their names, whose
+        curves are drawn over the same axes.
     path
         The file, with a name that ends in ``.html``. One that exists is replaced.
     tuned
@@ -67,7 +70,12 @@ def view(
     >>> sh.view(response, "blade.html").name
     'blade.html'
     """
-    check_dataset("result", result, unforced=True)
+    several = isinstance(result, Mapping) and not isinstance(result, xr.Dataset)
+    results: dict[str, Any] = dict(result) if several else {"": result}  # type: ignore[arg-type]
+    if not results:
+        raise ValueError("result: expected at least one")
+    for one in results.values():
+        check_dataset("result", one, unforced=True)
     if tuned is not None:
         check_dataset("tuned", tuned)
     try:
@@ -81,8 +89,11 @@ def view(
     plotting_library()
     text = b""
     for share in _SHARES:
-        page = Collected(result, tuned, plain(name or target.stem), share)
-        text = page.written().encode("utf-8")
+        pages = [
+            Collected(one, tuned, plain(own or name or target.stem), share / len(results))
+            for own, one in results.items()
+        ]
+        text = (together(pages) if len(pages) > 1 else pages[0].written()).encode("utf-8")
         if len(text) <= MOST_BYTES:
             break
     else:

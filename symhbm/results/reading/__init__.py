@@ -20,10 +20,12 @@ from symhbm.results.reading.measured import MEASURED, measured
 from symhbm.results.reading.motions import HISTORIES, MOTIONS, motion
 from symhbm.results.reading.moving_base import seen_from
 from symhbm.results.reading.output import output
+from symhbm.results.reading.points import CHOSEN, At, at
 from symhbm.results.reading.rows import KINDS, rows_of, table
 
 __all__ = [
     "ALIKE",
+    "CHOSEN",
     "COMPLETE",
     "HISTORIES",
     "INNER",
@@ -31,6 +33,8 @@ __all__ = [
     "MEASURED",
     "MOTIONS",
     "SAMPLE",
+    "At",
+    "at",
     "blocks",
     "completeness",
     "is_inner",

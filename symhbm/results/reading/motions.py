@@ -10,6 +10,8 @@ from numpy.typing import ArrayLike
 
 from symhbm.numerics import RADIANS, check
 from symhbm.results.description import largest_of, motions_of, spread_of
+from symhbm.results.reading.points import At
+from symhbm.results.reading.points import at as chosen_points
 from symhbm.results.schema import check_dataset, check_present
 
 _KINDS = {"points": "", "peaks": "peak_"}
@@ -31,7 +33,11 @@ HISTORIES = {
 
 
 def motion(
-    result: xr.Dataset, kind: str = "points", *, angle: ArrayLike | None = None
+    result: xr.Dataset,
+    kind: str = "points",
+    *,
+    at: At | None = None,
+    angle: ArrayLike | None = None,
 ) -> xr.Dataset:
     """Phases, complex amplitudes, velocities and accelerations of the motions in a result.
 
@@ -48,6 +54,8 @@ def motion(
         archives, select first: all coefficients are read.
     kind
         The motions at ``"points"``, or at ``"peaks"`` by ``peak_coefficient``.
+    at
+        One point of each curve alone, as of `symhbm.datasets.at`.
     angle
         Angles ``omega t`` (n,) [rad] for histories; None for none.
 
@@ -91,6 +99,7 @@ def motion(
     """
     check_dataset("result", result)
     prefix = _KINDS[check.one_of("kind", kind, _KINDS)]
+    result = result if at is None else chosen_points(result, at)
     frequency_name = f"{prefix}frequency" if f"{prefix}frequency" in result else "frequency"
     check_present(result, f"{prefix}coefficient", frequency_name, container="result")
     coefficient = result[f"{prefix}coefficient"].transpose(..., "harmonic", "component")

@@ -1,7 +1,7 @@
 """Tables of datasets: a row per point, peak, event or parameter set, as columns or of pandas."""
 
 import math
-from collections.abc import Callable, Iterator, Sequence
+from collections.abc import Callable, Iterator, Mapping, Sequence
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -10,7 +10,10 @@ import xarray as xr
 
 from symhbm.numerics import check
 from symhbm.results.description import Description
+from symhbm.results.provenance import places_of
 from symhbm.results.reading.blockwise import INNER, blocks, is_inner, moving, set_dimensions
+from symhbm.results.reading.points import At
+from symhbm.results.reading.points import at as chosen_points
 from symhbm.results.schema import check_dataset, check_present
 
 KINDS = ("points", "peaks", "events", "sets")
@@ -27,6 +30,11 @@ class Column(NamedTuple):
     name: str
     units: str
     long_name: str
+
+    @property
+    def title(self) -> str:
+        """The name and the unit."""
+        return self.name if self.units in ("1", "") else f"{self.name} [{self.units}]"
 
 
 class Rows(NamedTuple):
@@ -57,6 +65,7 @@ def rows_of(
     ValueError
         Where the dataset has no such table, or a variable does not fit it.
     """
+    dataset = _with_places(dataset)
     stored = [str(name) for name in dataset.variables]
     for name in variables or ():
         if name != "all":
@@ -75,6 +84,18 @@ def rows_of(
     inner = {name: _inner(dataset, name, along) for name in names}
     columns = [column for name in names for column in _columns(dataset, name, inner[name])]
     return Rows(columns, _blocks(dataset[[*needed]], along, inner, marker, limited))
+
+
+def _with_places(dataset: xr.Dataset) -> xr.Dataset:
+    """The dataset with the places that peak, where these have names."""
+    places = places_of(dataset)
+    if places is None or "peak_dof" not in dataset.variables or "dof" not in dataset.dims:
+        return dataset
+    number = dataset["peak_dof"]
+    names = np.array([*map(places.name, range(places.n_dof)), ""], dtype=object)
+    known = np.where((number >= 0) & (number < places.n_dof), number, -1)
+    about = {"long_name": "place that peaks", "units": "1"}
+    return dataset.assign(peak_place=(number.dims, names[known], about))
 
 
 def _blocks(
@@ -178,12 +199,14 @@ def _inner(dataset: xr.Dataset, name: str, along: Sequence[str]) -> tuple[str, .
 
 
 def _columns(dataset: xr.Dataset, name: str, inner: Sequence[str]) -> list[Column]:
-    """The columns of a variable, as ``amplitude_3`` [m]."""
+    """The columns of a variable, as ``amplitude_tip:z`` [m], or ``amplitude_3`` without places."""
     about = dataset[name].attrs if name in dataset.variables else {}
-    titles = [name]
+    titles, places = [name], places_of(dataset)
     for dim in inner:
         labels = dataset[dim].values if dim in dataset.variables else range(dataset.sizes[dim])
-        letter = "" if len(inner) == 1 else _LETTERS.get(dim, dim)
+        named = dim == "dof" and places is not None
+        labels = [*map(places.name, range(places.n_dof))] if named else labels  # type: ignore
+        letter = "" if len(inner) == 1 or named else _LETTERS.get(dim, dim)
         titles = [f"{title}_{letter}{label}" for title in titles for label in labels]
     units, long_name = about.get("units", "1"), about.get("long_name", name.replace("_", " "))
     return [Column(title, units, long_name) for title in titles]
@@ -199,6 +222,9 @@ def table(
     *,
     variables: Sequence[str] | None = None,
     each: str | None = None,
+    at: At | None = None,
+    columns: Sequence[str] | Mapping[str, str] | None = None,
+    units: bool = False,
 ) -> pd.DataFrame:
     """A result as a table of pandas: one row per point, peak, event or parameter set.
 
@@ -217,14 +243,22 @@ def table(
     each
         ``"dof"`` or ``"contact"`` for a row of each degree of freedom or contact, in a column
         ``dof`` or ``contact``; by default they are columns beside each other.
+    at
+        One point of each curve alone, as of `symhbm.datasets.at`: ``"peak"``, the number of a peak
+        or a frequency [Hz].
+    columns
+        Names of the columns to show, in their order, or ``{name: title}``; by default all.
+    units
+        Titles of columns tell the unit, as in ``"peak_frequency [Hz]"``, for documents.
 
     Returns
     -------
     Table without padding: curves of a sweep have as many rows as they have points. Columns that
     place a row come first: the values of swept parameters or the number of the ``sample``, the
     number of the ``point``, ``peak`` or ``event``, and the parameter that moves, mostly
-    ``frequency`` [Hz]. Then come the variables; ``amplitude_3`` [m] is that of degree of freedom 3,
-    ``contact_state_0`` that of contact 0, ``coefficient_dof0_h1_cos`` [m] a Fourier coefficient.
+    ``frequency`` [Hz]. Then come the variables; ``amplitude_tip:z`` [m] is that of a place,
+    ``amplitude_3`` [m] of degree of freedom 3 where places have no names, ``contact_state_0`` that
+    of contact 0, ``coefficient_dof0_h1_cos`` [m] a Fourier coefficient.
     Of points these are ``amplitude`` [m], ``residual_norm`` [-], ``converged`` and more; of peaks
     ``peak_frequency`` [Hz], ``peak_amplitude`` [m], ``peak_dof``, ``peak_kind``; of events
     ``event_frequency`` [Hz], ``event_kind``, ``event_contact``; of sets ``status``, ``n_points``,
@@ -252,8 +286,9 @@ def table(
     >>> peaks = sh.datasets.table(sweep, "peaks")
     >>> peaks[["normal_load", "peak_frequency", "peak_kind"]].round(3).values.tolist()
     [[1.0, 15.923, 'smooth'], [3.0, 19.374, 'smooth']]
-    >>> peaks.attrs["units"]["peak_amplitude"]
-    'm'
+    >>> short = {"normal_load": "load", "frequency": "resonance", "dissipation_0": "loss"}
+    >>> [*sh.datasets.table(sweep, at="peak", columns=short, units=True)]
+    ['load [N]', 'resonance [Hz]', 'loss [J]']
     """
     check_dataset("result", result)
     kind = check.one_of("kind", kind, KINDS)
@@ -261,13 +296,22 @@ def table(
         raise TypeError(f"variables={variables!r}: expected a sequence of names")
     if each is not None:
         check.one_of("each", each, EACH)
-    columns, blocks = rows_of(result, kind, variables, each)
-    parts = [*blocks]
-    series = {}
-    for number, column in enumerate(columns):
-        pieces = [part[number] for part in parts]
-        series[column.name] = np.concatenate(pieces) if pieces else np.empty(0)
+    check.flag("units", units)
+    found, blocks = rows_of(
+        result if at is None else chosen_points(result, at), kind, variables, each
+    )
+    parts, numbers = [*blocks], {column.name: k for k, column in enumerate(found)}
+    if isinstance(columns, str):
+        raise TypeError(f"columns={columns!r}: expected a sequence of names, or {{name: title}}")
+    named = columns if isinstance(columns, Mapping) else {n: n for n in columns or numbers}
+    series, shown = {}, []
+    for name, title in named.items():
+        check.known(name, numbers, "column of the table")
+        column = found[numbers[name]]._replace(name=title)
+        shown.append(column._replace(name=column.title) if units else column)
+        pieces = [part[numbers[name]] for part in parts]
+        series[shown[-1].name] = np.concatenate(pieces) if pieces else np.empty(0)
     frame = pd.DataFrame(series)
-    frame.attrs["units"] = {column.name: column.units for column in columns}
-    frame.attrs["long_name"] = {column.name: column.long_name for column in columns}
+    frame.attrs["units"] = {column.name: column.units for column in shown}
+    frame.attrs["long_name"] = {column.name: column.long_name for column in shown}
     return frame

@@ -13,7 +13,7 @@ from symhbm.results.telling.identified import identified, of_fits
 from symhbm.results.telling.problem import MOST_LISTED, problem
 from symhbm.results.telling.words import Rows, Words, designs
 
-_WIDTH, _MARGIN = 100, 24
+WIDTH, MARGIN = 100, 24
 """Width of a line, and of its label."""
 _DESCRIBED_ATTRIBUTES = {
     *("title", "references", "symhbm_schema", "symhbm_version", "casadi_version"),
@@ -43,10 +43,10 @@ def as_text(dataset: xr.Dataset) -> str:
     lines = []
     for _, rows in account(dataset):
         for name, text in rows:
-            wrapped = textwrap.wrap(printable(text), _WIDTH - _MARGIN, break_on_hyphens=False)
+            wrapped = textwrap.wrap(printable(text), WIDTH - MARGIN, break_on_hyphens=False)
             labels = [printable(name), *[""] * len(wrapped)]
             for label, line in zip(labels, wrapped or [""], strict=False):
-                lines.append(f"{label:<{_MARGIN - 1}} {line}".rstrip())
+                lines.append(f"{label:<{MARGIN - 1}} {line}".rstrip())
     return "\n".join(lines)
 
 
@@ -84,7 +84,7 @@ def _others(words: Words) -> Rows:
         yield f"{name}", ", ".join([*text, _spread(words, str(name)) + unit])
     for name, value in dataset.attrs.items():
         if name not in _DESCRIBED_ATTRIBUTES:
-            yield str(name), textwrap.shorten(str(value), 2 * _WIDTH, placeholder=" ...")
+            yield str(name), textwrap.shorten(str(value), 2 * WIDTH, placeholder=" ...")
 
 
 def _spread(words: Words, name: str) -> str:

@@ -21,6 +21,8 @@ _WORST = {
     "periodicity": "periodicity",
 }
 """Errors whose largest value is printed."""
+ERRORS = {*(label.strip() for label in _WORST.values()), "verification"}
+"""Labels of errors, which differ by round-off from one computation to the next."""
 
 
 def findings(words: Words) -> Rows:

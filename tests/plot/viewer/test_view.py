@@ -189,3 +189,32 @@ def test_lazy_archives_are_left_as_they_are(tmp_path):
     with sh.load(path, lazy=True) as lazy:
         sh.view(lazy, tmp_path / "blade.html")
         assert not lazy["amplitude"].variable._in_memory
+
+
+def test_two_results_are_over_the_same_axes(tmp_path):
+    stiffer = sh.frf(PROBLEM.with_parameters(stiffness=1.2e4), (10, 30), progress=False)
+    page = sh.view({"as built": response(), "stiffer": stiffer}, tmp_path / "two.html")
+    data, text = data_of(page), page.read_text(encoding="utf-8")
+    [menu] = data["dims"]
+    assert menu["labels"] == [*(f"as built: normal load = {n} N" for n in (1, 3)), "stiffer"]
+    for entry, one in zip(data["curves"], [*response().normal_load.values, None], strict=True):
+        result = stiffer if one is None else response().sel(normal_load=one)
+        known = np.isfinite(result.frequency.values)
+        np.testing.assert_array_equal(unpacked(entry["x"]), result.frequency.values[known])
+    assert "stiffness: 10000 N m-1 or 12000 N m-1" in text
+    # Buttons of the second table of peaks lead to the third curve.
+    assert re.findall(r"data-curve=\"(\d)\"", text)[-1] == "2"
+    for heading in ("<h3>as built</h3>", "<h3>stiffer</h3>"):
+        assert heading in text
+    followed = sh.follow(PROBLEM, "normal_load", (1, 6), frequency=19.0, progress=False)
+    with pytest.raises(ValueError, match="curves over the same parameter"):
+        sh.view({"a": response(), "b": followed}, tmp_path / "none.html")
+    with pytest.raises(ValueError, match="at least one"):
+        sh.view({}, tmp_path / "none.html")
+
+
+def test_the_command_takes_several_archives(tmp_path):
+    paths = [sh.save(response().isel(normal_load=k), tmp_path / f"{k}.nc") for k in (0, 1)]
+    arguments = ["view", *map(str, paths), "--label", "one", "--label", "two"]
+    assert CliRunner().invoke(main, arguments).exit_code == 0
+    assert data_of(tmp_path / "0.html")["dims"][0]["labels"] == ["one", "two"]

@@ -1,10 +1,9 @@
 """Maps of the share of a period that contacts stick."""
 
-from typing import Any
+from typing import Any, Unpack
 
 import numpy as np
 import xarray as xr
-from matplotlib.axes import Axes
 
 from symhbm.numerics import FloatArray, check
 from symhbm.plot.drawing import (
@@ -18,8 +17,8 @@ from symhbm.plot.drawing import (
     numbers_along,
     one_solution,
 )
+from symhbm.plot.looks import Look, pictured
 from symhbm.plot.picture import Axis, Colours, Panel, Picture
-from symhbm.plot.rendering import pictured
 
 N_VALUES = 600
 """Values of the common grid of paths: about the pixels of a figure."""
@@ -31,7 +30,7 @@ def stick_map(
     *,
     contact: int | str = "mean",
     over: str | None = None,
-    ax: Axes | None = None,
+    **common: Unpack[Look],
 ) -> Picture:
     """Draw the share of the period that contacts stick, over the moving and a swept parameter.
 
@@ -47,8 +46,8 @@ def stick_map(
         One contact, or the ``"mean"`` or the ``"least"`` of all that have friction.
     over
         The swept parameter or dimension; by default the only one there is.
-    ax
-        Axes to draw into; by default a new figure.
+    common
+        As of all pictures.
 
     Raises
     ------

@@ -1,0 +1,151 @@
+"""`at`: one point of each curve, at its peaks, at its largest response, or at a value."""
+
+from typing import Any, Literal
+
+import numpy as np
+import xarray as xr
+
+from symhbm.numerics import FloatArray, check
+from symhbm.results.description import largest_of, motions_of
+from symhbm.results.reading.blockwise import moving
+from symhbm.results.schema import check_dataset, check_present
+from symhbm.results.tables import blank
+
+At = Literal["peak", "largest"] | int | float
+"""The highest peak, the largest response, the number of a peak, or a value of what moves."""
+CHOSEN = "chosen"
+"""Coordinate of points of curves: which ones these are."""
+_SAME = 1e-9
+"""Relative distance of a peak from the point of a path that it is."""
+
+
+def at(result: xr.Dataset, at: At | None = None) -> xr.Dataset:
+    """One point of each curve: at its highest peak, at another one, or at a value.
+
+    Parameters
+    ----------
+    result
+        A result of `frf` or `follow`: one curve, a sweep or an ensemble.
+    at
+        ``"peak"`` for the highest located peak of each curve, an integer for the peak of this
+        number, from 0 along the curve; a real number as ``19.0`` for the stored point that is
+        nearest to this value of what moves, mostly the frequency [Hz]; ``"largest"`` for the point
+        of the largest response, which may be at an end of the band. By default the highest peak,
+        and the largest response of curves that have none.
+
+    Returns
+    -------
+    Dataset like that of `solve`, along the dimensions of the sweep. The coordinate ``chosen`` says
+    which point it is; curves that have none are filled with NaN, -1 or empty words there. Peaks of
+    paths are points of them. Between the values of a grid (``at=`` of `frf`) ``coefficient`` [m],
+    ``amplitude`` [m] and what moves are known of a peak, and nothing else.
+
+    Raises
+    ------
+    TypeError, KeyError, ValueError
+        For what is no result with curves, for results without the coefficients of peaks, for places
+        that are none, and where no curve has such a point.
+
+    Examples
+    --------
+    >>> import symhbm as sh
+    >>> blade = sh.single_blade(
+    ...     mass=1, stiffness=1e4, damping=0.5,
+    ...     contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3,
+    ... )
+    >>> problem = sh.HarmonicBalance(blade, sh.forces.PointForce())
+    >>> tops = sh.datasets.at(sh.frf(problem, (10, 30), over={"normal_load": [1, 3]}), "peak")
+    >>> tops.frequency.values.round(2), tops.dissipation.dims
+    (array([15.92, 19.37]), ('normal_load', 'contact'))
+    """
+    check_dataset("result", result)
+    check_present(result, "amplitude", container="result")
+    name = moving(result)
+    along = "point" if "point" in result.dims else name
+    if along not in result["amplitude"].dims:
+        raise ValueError(f"result: expected curves over {name}, got one point of each")
+    if "solution" in result.dims:
+        if result.sizes["solution"] > 1:
+            raise ValueError(
+                f"result: expected one response at each {name}, it has several; select one of "
+                "them, for example by .isel(solution=0)"
+            )
+        result = result.isel(solution=0)
+    inner = along, "dof", "harmonic", "component"
+    dims = [str(dim) for dim in result["amplitude"].dims if dim not in inner]
+    like = xr.DataArray(np.empty([result.sizes[dim] for dim in dims]), dims=dims)
+
+    def table(of: str, axis: str) -> FloatArray:
+        """A variable curve by curve, the largest of all degrees of freedom."""
+        values = result[of].max("dof", skipna=False) if "dof" in result[of].dims else result[of]
+        values = values.broadcast_like(like).transpose(*dims, axis).values
+        return values.reshape(-1, values.shape[-1]).astype(float)
+
+    value, size = table(name, along), table("amplitude", along)
+    value[~np.isfinite(size)] = np.nan
+    low, high = np.fmin.reduce(value, axis=1), np.fmax.reduce(value, axis=1)
+    peak, words = np.full(len(value), -1), np.full(len(value), "", dtype=object)
+    if not isinstance(at, float) and at != "largest":
+        if at not in (None, "peak"):
+            check.integer("at", at, 0)
+        needed = {f"peak_{name}", "peak_amplitude", *["peak_coefficient"] * (at is None)}
+        if needed <= {*result.variables} and result.sizes.get("peak"):
+            peak, words = _peaks(table("peak_amplitude", "peak"), at)
+    target = np.full(len(value), np.nan if not isinstance(at, float) else at)
+    if (peak >= 0).any():
+        check_present(result, "peak_coefficient", container="result")
+        target = np.where(peak >= 0, table(f"peak_{name}", "peak")[range(len(peak)), peak], target)
+    if isinstance(at, float):
+        words[(low <= at) & (at <= high)] = "nearest point"
+    elif at in (None, "largest"):
+        words[(peak < 0) & np.isfinite(size).any(axis=1)] = "largest point"
+    chosen = words != ""
+    if not chosen.any():
+        ends = f"{np.fmin.reduce(low):g} to {np.fmax.reduce(high):g}"
+        raise ValueError(
+            f"at={at!r}: no curve has it; expected 'peak', 'largest', the number of a peak from "
+            f"0, or with a decimal point a value from {ends} of {name.replace('_', ' ')}"
+        )
+    by_size = np.isnan(target)[:, None]
+    distance = np.where(by_size, -size, np.abs(value - target[:, None]))
+    point = np.where(np.isnan(distance), np.inf, distance).argmin(axis=1)
+    found = value[range(len(point)), point]
+    between = (peak >= 0) & ~(np.abs(found - target) <= _SAME * np.abs(target))
+
+    def each(values: np.ndarray) -> xr.DataArray:
+        return like.copy(data=values.reshape(like.shape))
+
+    of_points = [str(n) for n, of in result.variables.items() if along in of.dims]
+    others = [n for n, of in result.variables.items() if {"event", "peak", "branch"} & {*of.dims}]
+    one = result.drop_vars(others).isel({along: each(point)}).reset_coords(name)
+    if between.any():  # of a grid
+        one = one.drop_vars({*of_points} - {name, "coefficient", "amplitude"})
+        one[name] = each(np.where(between, target, found)).assign_attrs(result[name].attrs)
+        motions = result["peak_coefficient"].isel(peak=each(np.maximum(peak, 0)))
+        for own, of in (("coefficient", motions), ("amplitude", _amplitude(motions))):
+            if own in one:
+                one[own] = one[own].where(each(~between), of).transpose(*one[own].dims)
+    for own in {*of_points} & {*one.variables}:
+        one[own] = one[own].where(each(chosen), blank(one[own].dtype, ()).item())
+    return one.set_coords(name).assign_coords({CHOSEN: each(words)})
+
+
+def _peaks(amplitude: FloatArray, at: Any) -> tuple[np.ndarray, np.ndarray]:
+    """Number of a peak of each curve, -1 where it has none, and what it is called."""
+    bounded = np.isfinite(amplitude)
+    if at in (None, "peak"):
+        number = np.where(bounded, amplitude, -np.inf).argmax(axis=1)
+        words = np.where(bounded.sum(axis=1) > 1, "highest peak", "peak").astype(object)
+    else:
+        number = np.full(len(bounded), min(at, bounded.shape[1] - 1))
+        words = np.full(len(bounded), f"peak {at}", dtype=object)
+        bounded[:, number[0]] &= number[0] == at
+    there = bounded[range(len(number)), number]
+    return np.where(there, number, -1), np.where(there, words, "")
+
+
+def _amplitude(motions: xr.DataArray) -> xr.DataArray:
+    """Largest absolute displacement of motions."""
+    motions = motions.transpose(..., "harmonic", "component")
+    like = motions.isel(harmonic=0, component=0, drop=True)
+    return like.copy(data=largest_of(*motions_of(motions)))

@@ -1,0 +1,164 @@
+"""Several results in one picture: names, colours that go on, legends, sizes, what differs."""
+
+import matplotlib.pyplot as plt
+import numpy as np
+import pytest
+
+import symhbm as sh
+from symhbm.plot.looks import HUES
+from tests.paper import texts
+from tests.problems import one_blade
+
+PROBLEM = sh.HarmonicBalance(one_blade(), sh.forces.PointForce(), (1, 3))
+STIFFER = PROBLEM.with_parameters(stiffness=1.2e4)
+
+
+@pytest.fixture(scope="module")
+def curves():
+    return [
+        sh.frf(PROBLEM.with_parameters(normal_load=load), (10, 30), progress=False)
+        for load in (3.0, 6.0, 1.0)
+    ]
+
+
+@pytest.fixture(scope="module")
+def sweeps():
+    loads = {"normal_load": [1.0, 3.0, 6.0]}
+    return [sh.frf(problem, (10, 30), over=loads, progress=False) for problem in (PROBLEM, STIFFER)]
+
+
+def lines(ax):
+    return [line for line in ax.lines if len(line.get_xdata()) > 20]
+
+
+def test_results_have_names_colours_and_styles(curves):
+    built, thicker, _ = curves
+    [ax] = sh.plot.response({"as built": built, "thicker shroud": thicker}).axes
+    assert texts(ax) == ["as built", "thicker shroud"]
+    assert ax.get_title() == "normal load: 3 N or 6 N"
+    drawn = lines(ax)
+    assert [plt.matplotlib.colors.to_hex(line.get_color()) for line in drawn] == [*HUES[:2]]
+    assert len({str(line.get_linestyle()) for line in drawn}) == 2
+    for line, one in zip(drawn, (built, thicker), strict=True):
+        value, amplitude = sh.plot.curve(one)
+        np.testing.assert_allclose(line.get_xdata(), value)
+        np.testing.assert_allclose(line.get_ydata(), 20 * np.log10(amplitude))
+    [other] = sh.plot.response([built, thicker], label=["one", "two"]).axes
+    assert texts(other) == ["one", "two"]
+    assert texts(sh.plot.response([built, thicker]).axes[0]) == ["1", "2"]
+
+
+def test_colours_go_on_in_the_axes_of_the_caller(curves):
+    figure, ax = plt.subplots()
+    for label, one in zip(("first", "second", "third"), curves, strict=True):
+        assert sh.plot.response(one, label=label, ax=ax) is figure
+    assert texts(ax) == ["first", "second", "third"]
+    hexes = [plt.matplotlib.colors.to_hex(line.get_color()) for line in lines(ax)]
+    assert hexes == [*HUES[:3]]
+
+
+def test_families_of_results_are_told_apart(sweeps):
+    [ax] = sh.plot.response({"soft": sweeps[0], "stiff": sweeps[1]}).axes
+    assert texts(ax)[:2] == ["soft, $F_n$ = 1 N", "soft, $F_n$ = 3 N"]
+    assert len({*texts(ax)}) == 6
+    colours = np.array([plt.matplotlib.colors.to_rgb(line.get_color()) for line in lines(ax)])
+    assert len(np.unique(colours, axis=0)) == 6
+    # Greys, then tints of one colour.
+    assert np.ptp(colours[:3], axis=1).max() < 1e-12
+    assert (np.diff(colours[3:], axis=1) < 0).all()
+
+
+def test_wide_families_share_their_colour_bar(sweeps):
+    loads = {"normal_load": np.linspace(4, 6, 15)}
+    many = [sh.frf(one, (15, 18), over=loads, progress=False) for one in (PROBLEM, STIFFER)]
+    ax, bar = sh.plot.response({"soft": many[0], "stiff": many[1]}).axes
+    assert texts(ax) == ["soft", "stiff"]
+    assert "F_n" in bar.get_ylabel()
+    others = many[1].assign_coords(normal_load=2 * many[1].normal_load)
+    with pytest.raises(ValueError, match="sweeps over the same values"):
+        sh.plot.response([many[0], others])
+
+
+def test_loops_and_bode_plots_of_several_results(curves):
+    built, thicker, _ = curves
+    [ax] = sh.plot.hysteresis({"as built": built, "thicker": thicker}).axes
+    assert texts(ax) == ["as built", "thicker"]
+    figure = sh.plot.bode({"as built": built, "thicker": thicker})
+    above, below = figure.axes[0].child_axes
+    assert len(lines(above)) == len(lines(below)) == 2
+
+
+@pytest.mark.parametrize(
+    ("results", "options", "words"),
+    [
+        (lambda c: {"a": c[0]}, {"label": "b"}, "label='b': expected None"),
+        (lambda c: c[:2], {"label": ["a"]}, "expected 2 names"),
+        (lambda c: c[:2], {"label": "ab"}, "expected 2 names"),
+        (lambda c: [], {}, "at least one result"),
+        (lambda c: c[0], {"size": "poster"}, "size='poster'"),
+    ],
+)
+def test_bad_looks(curves, results, options, words):
+    with pytest.raises(ValueError, match=words):
+        sh.plot.response(results(curves), **options)
+    assert plt.get_fignums() == []
+
+
+def test_unknown_keywords_and_results_over_other_axes(curves):
+    with pytest.raises(TypeError, match="colour"):
+        sh.plot.response(curves[0], colour="red")
+    followed = sh.follow(PROBLEM, "normal_load", (1, 6), frequency=19.0, progress=False)
+    with pytest.raises(ValueError, match="expected results over the same axes"):
+        sh.plot.response([curves[0], followed])
+    figure, ax = plt.subplots()
+    with pytest.raises(ValueError, match="size='column': expected None"):
+        sh.plot.response(curves[0], ax=ax, size="column")
+    plt.close(figure)
+
+
+@pytest.mark.parametrize("size", [None, "column", "page"])
+def test_legends_leave_axes_their_width_and_stay_inside(sweeps, size):
+    figure = sh.plot.response({"a design as built": sweeps[0], "another one": sweeps[1]}, size=size)
+    figure.canvas.draw()
+    [ax] = figure.axes
+    assert ax.get_position().width >= 0.7
+    legend, whole = ax.get_legend().get_window_extent(), figure.bbox
+    assert whole.x0 <= legend.x0 < legend.x1 <= whole.x1
+    assert legend.y0 >= whole.y0
+    assert not legend.overlaps(ax.get_window_extent())
+    widths = {None: 6.4, "column": 3.5, "page": 7.2}
+    assert figure.get_size_inches()[0] == widths[size]
+    assert ax.yaxis.label.get_window_extent().y1 <= whole.y1
+
+
+def test_no_legend_where_none_is_asked_for(sweeps):
+    [ax] = sh.plot.response(sweeps[0], legend=False).axes
+    assert ax.get_legend() is None
+
+
+def test_saved_figures_of_others_keep_labels_inside(tmp_path):
+    figure, ax = plt.subplots(figsize=(3, 2))
+    ax.set_xlabel("a label", labelpad=60)
+    image = plt.imread(sh.plot.save(figure, tmp_path / "a.png", dpi=50))
+    assert image.shape[0] > 2 * 50
+    plt.close(figure)
+
+
+def test_what_differs_is_told(curves, sweeps):
+    told = sh.datasets.compare(*sweeps)
+    assert told.startswith(
+        "stiffness               10000 N m-1\n                    ->  12000 N m-1"
+    )
+    tops = [one.peak_amplitude.max().item() for one in sweeps]
+    assert f"change of the peak      {100 * (tops[1] / tops[0] - 1):+.3g} %" in told
+    assert (
+        sh.datasets.compare(sweeps[0], sweeps[0]) == "alike in problem and results, to six digits"
+    )
+    newer = sweeps[0].assign_attrs(symhbm_version="9.9")
+    assert "->  symhbm 9.9" in sh.datasets.compare(sweeps[0], newer)
+    other = sh.Model([[1.0]], [[0.6]], [[1e4]])
+    same = sh.Model([[1.0]], [[0.5]], [[1e4]])
+    results = [sh.solve(sh.HarmonicBalance(m, sh.forces.PointForce()), 10.0) for m in (other, same)]
+    assert "matrices, forces" in sh.datasets.compare(*results)
+    with pytest.raises(TypeError, match="second=3"):
+        sh.datasets.compare(sweeps[0], 3)
