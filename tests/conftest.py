@@ -40,6 +40,24 @@ def pytest_collection_modifyitems(items):
     items.sort(key=place)
 
 
+def pytest_addoption(parser):
+    parser.addoption("--times", action="store_true", help="seconds and tests of each room")
+
+
+def pytest_terminal_summary(terminalreporter, config):
+    if not config.getoption("--times"):
+        return
+    rooms = {}
+    stats = terminalreporter.stats
+    for report in [one for kind in ("", "passed", "failed") for one in stats.get(kind, [])]:
+        room = "/".join(report.nodeid.split("/")[1:-1]) or "."
+        seconds, tests = rooms.get(room, (0.0, 0))
+        rooms[room] = seconds + report.duration, tests + (report.when == "call")
+    terminalreporter.section("seconds of each room")
+    for room, (seconds, tests) in sorted(rooms.items(), key=lambda row: -row[1][0]):
+        terminalreporter.line(f"{seconds:8.1f} s  {tests:5d} tests  tests/{room}")
+
+
 @pytest.fixture(autouse=True, scope="session")
 def _compiled_functions(tmp_path_factory):
     """Compiled functions of the tests are in a folder of theirs, which all processes share."""

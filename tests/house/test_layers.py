@@ -144,10 +144,24 @@ def test_rooms_stay_small(door):
     folder = FILES[door].parent
     names = [path for path in folder.iterdir() if path.name != "__pycache__"]
     if door == "symhbm":
-        assert len(names) <= MOST_ROOMS
+        assert len(names) <= MOST_ROOMS, full(door, len(names), "rooms", MOST_ROOMS)
         return
-    assert sum(path.suffix == ".py" for path in names) <= MOST_FILES
-    assert len(getattr(__import__(door, fromlist=["__all__"]), "__all__", ())) <= MOST_NAMES
+    n_files = sum(path.suffix == ".py" for path in names)
+    assert n_files <= MOST_FILES, full(door, n_files, "files", MOST_FILES)
+    n_names = len(getattr(__import__(door, fromlist=["__all__"]), "__all__", ()))
+    assert n_names <= MOST_NAMES, full(door, n_names, "names", MOST_NAMES)
+
+
+def full(door: str, count: int, of: str, most: int) -> str:
+    """What to do where a room has too many files, or its door too many names."""
+    return (
+        f"{door} has {count} {of}, at most {most}: put two of half an idea together, or make a "
+        "room in it of what belongs together, with a door of its own; see docs/adding/index.md"
+    )
+
+
+def test_a_full_room_says_what_to_do():
+    assert "symhbm.plot has 15 files, at most 14: put two" in full("symhbm.plot", 15, "files", 14)
 
 
 @pytest.mark.parametrize("package", ONLY_IN)
