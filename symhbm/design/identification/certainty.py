@@ -116,8 +116,8 @@ class Certainty:
         curvature = np.diag(values[values > limit] ** 2)
         if hessian is not None:
             curvature = seen @ hessian[np.ix_(free, free)] @ seen.T
-            if np.linalg.eigvalsh(curvature)[0] <= 0:
-                return result
+        if np.linalg.eigvalsh(curvature)[0] <= 0:
+            return result
         inverse = seen.T @ np.linalg.solve(curvature, seen) * self.noise**2
         chosen = free[known]
         result[np.ix_(chosen, chosen)] = inverse[np.ix_(known, known)]
@@ -245,7 +245,7 @@ class Certainty:
     def _named(self, direction: FloatArray) -> str:
         """A direction in words: alone, a product, a ratio, or shares of several unknowns."""
         large = np.flatnonzero(np.abs(direction) >= _NAMED)
-        large = large[np.argsort(-np.abs(direction[large]), kind="stable")]
+        large = large[np.argsort(-np.abs(direction[large]).round(6), kind="stable")]
         each, shares = [self._unknowns.each[j] for j in large], direction[large]
         labels = [one.label for one in each]
         if len(large) == 1:

@@ -15,8 +15,10 @@ from symhbm.design.identification.unknowns import Unknowns
 from symhbm.numerics import FloatArray
 
 LOSSES = ("linear", "soft_l1", "huber", "cauchy", "arctan")
-_TOLERANCE = 1e-14
+_TOLERANCE = 1e-9
 """Relative decrease of the sum of squares, and relative step, at which SciPy's solver ends."""
+_ROUND_OFF = 1e-13
+"""Distance from an optimum, in standard errors, that Newton steps do not make smaller."""
 _ROUGH = 1e-7
 """The same of fits along a profile."""
 _MOST = 100
@@ -27,8 +29,9 @@ _EXACT = 1e-10
 """Norm of residuals relative to that of the motion below which no other start does better."""
 _SPREAD = np.log(10.0)
 """How far beside the given start others are, in logarithms."""
-_SCREENED, _SHARP = 4, 10.0
-"""Starts that are looked at for each one that is descended from, and how strictly."""
+_SCREENED, _OF_FOLLOWED, _SHARP = 12, 4, 10.0
+"""Starts that are looked at for each one that is descended from, fewer where responses are followed
+each time; and how strictly."""
 _LIKELY = 1e-3
 """Probability of residuals as large by noise alone, above which no better optimum is looked for."""
 _STATIONARY = 1e-6
@@ -136,7 +139,7 @@ def polished(
     distance = _distance(point, free, loss)
     for _ in range(3):
         inner = inside(objective.unknowns, point.x)[free]
-        if loss != "linear" or distance <= _TOLERANCE or not inner.any():
+        if loss != "linear" or distance <= _ROUND_OFF or not inner.any():
             break
         moved = free[inner]
         hessian = point.hessian[np.ix_(moved, moved)]
@@ -212,7 +215,8 @@ def search(
 
     No more follow one that leaves nothing to explain.
     """
-    starts = starts_of(objective.unknowns, _SCREENED * n_starts)
+    followed = any(curve.followed for curve in objective.curves)
+    starts = starts_of(objective.unknowns, (_OF_FOLLOWED if followed else _SCREENED) * n_starts)
     descents = [descend(objective, starts[0], loss, tick=tick)]
     if n_starts > 1 and not _explains(descents[0]):
         tick()

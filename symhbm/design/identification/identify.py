@@ -60,8 +60,9 @@ def identify(
     start
         A result of this function, or values by name, to start from: an interrupted fit tells them.
     n_starts
-        Number of starts; those after the first are taken where they fit best among four times as
-        many, and only as long as the residuals are more than noise.
+        Number of starts; those after the first are taken where they fit best among twelve times as
+        many (four where responses may jump), and only as long as the residuals are more than
+        noise.
     loss
         ``"linear"`` for least squares, or ``"soft_l1"``, ``"huber"``, ``"cauchy"`` or ``"arctan"``
         as of ``scipy.optimize.least_squares``, to which far points count less.
