@@ -108,7 +108,7 @@ def _layout(problem: HarmonicBalance, stability: bool) -> tables.Layout:
     if _sums_samples(problem):
         kinds["sampling_error"] = float
     if stability:
-        kinds |= dict(growth_rate=float, stability=np.int8)
+        kinds |= dict(growth_rate=float, stability=np.int8, stability_method=np.int8)
     kinds |= dict(contact_state=np.int8, reversals=np.int32)
     kinds |= dict(converged=bool, contact_model_valid=bool)
     kinds |= dict.fromkeys(variables_of_laws(problem), float)
@@ -163,6 +163,7 @@ def _described(
         rates = [of.rate for of in found]
         table["growth_rate"] = np.array(rates)
         table["doubling"] = np.array([of.doubling for of in found])
+        table["stability_method"] = np.array([of.method for of in found], dtype=np.int8)
         table["stability"] = np.array(
             [verdict(*point) for point in zip(rates, frequencies, strict=True)]
         )

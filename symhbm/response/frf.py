@@ -72,13 +72,13 @@ def frf(
         those of the problem at least, and its ``highest_harmonic`` and expected
         ``truncation_error``. By default all points have the harmonics of the problem.
     stability
-        Add ``growth_rate`` and ``stability`` of every response, by Hill's method, and where
-        contacts slip by the derivative of the motion over a period. By default where there may be
-        several responses, as with cubic springs or contacts that open. Without ``at`` changes of
-        stability are located and are points and events of the path, named by the multiplier that
-        passes the unit circle: ``"period doubling"`` at -1, ``"Neimark-Sacker"`` a complex pair,
-        ``"symmetry breaking"`` at -1 of half a period, ``"change of stability"`` others; at folds
-        and branch points +1 does.
+        Add ``growth_rate``, ``stability`` and ``stability_method`` of every response: by Hill's
+        method, and where contacts slip by the derivative of the motion over a period. By default
+        where there may be several responses, as with cubic springs or contacts that open. Without
+        ``at`` changes of stability are located and are points and events of the path, named by the
+        multiplier that passes the unit circle: ``"period doubling"`` at -1, ``"Neimark-Sacker"`` a
+        complex pair, ``"symmetry breaking"`` at -1 of half a period, ``"change of stability"``
+        others; at folds and branch points +1 does.
     phase_resonances
         Locate where the response lags the force by a quarter of its period, in the lowest harmonic
         that is excited, and the lag grows with the frequency: events ``"phase resonance"`` and

@@ -19,7 +19,7 @@ _ROUND_OFF = 1e-9
 """Distance from an end of the band, relative to its largest value, that is round-off."""
 OF_PEAKS = ("coefficient", "amplitude", "dof")
 """Variables that verify peaks, without ``peak_``, beside the parameter at the peak."""
-_STABILITY = frozenset({"growth_rate", "stability"})
+_STABILITY = frozenset({"growth_rate", "stability", "stability_method"})
 _JSON_KEYS = {"per_dof": "each"}
 """Keys of fields in JSON where they differ: those of archives that exist."""
 _OF_UNFORCED = ("unforced", "mode", "nodal_diameter", "dof", "amplitudes", "amplitude")

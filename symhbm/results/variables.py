@@ -56,6 +56,10 @@ _STABILITY = {
     "flag_values": np.array([-1, 0, 1], dtype=np.int8),
     "flag_meanings": "unknown unstable stable",
 }
+_STABILITY_METHODS = {
+    "flag_values": np.array([-1, 0, 1, 2], dtype=np.int8),
+    "flag_meanings": "unknown Hill balanced_motion exact_motion",
+}
 
 
 def in_units(units: str, inner: tuple[str, ...] = (), **meanings: str) -> dict[str, Variable]:
@@ -97,6 +101,9 @@ VARIABLES = _TEXTS | {
     "dissipation": Variable(("contact",), "J", "energy dissipated by friction per cycle"),
     "growth_rate": Variable((), "s-1", "largest real part of the Floquet exponents"),
     "stability": Variable((), "1", "whether the response is stable", _STABILITY),
+    "stability_method": Variable(
+        (), "1", "motion whose perturbations the growth rate is of", _STABILITY_METHODS
+    ),
     "velocity": Variable(("dof",), "m s-1", "velocity"),
     "limit_amplitude": Variable(
         ("disturbance",), "m", "amplitude of the first harmonic at which the limit is reached"

@@ -27,6 +27,8 @@ from symhbm.time_domain.perturbations import (
     repeats,
 )
 
+_HILL, _BALANCED, _EXACT = range(3)
+"""Numbers of ``stability_method``."""
 NEUTRAL = 1e-9
 """Growth over the frequency that counts as zero: at a fold, or without damping."""
 _TIE = 0.01
@@ -75,11 +77,13 @@ class Growth(NamedTuple):
 
     ``exponent`` is the Floquet exponent of the largest real part [1/s]. ``doubling`` is the product
     of ``1 + mu`` over all multipliers, which is zero where one is -1; of those of half a period, or
-    of another part, after which perturbations meet the same.
+    of another part, after which perturbations meet the same. ``method`` numbers what they are of:
+    Hill's method, the balanced motion or the exact motion that follows from its state.
     """
 
     exponent: complex = complex(np.nan)
     doubling: float = np.nan
+    method: int = -1
 
     @property
     def rate(self) -> float:
@@ -119,7 +123,8 @@ def growth(
                 largest = max(np.abs(values[0]), np.finfo(float).tiny)
                 exponent = complex(np.log(largest), np.angle(values[0]))
                 exponent *= frequency / (2 * np.pi)
-                return Growth(exponent, _product(of_part))
+                method = _EXACT if moving_loads(whole) else _BALANCED
+                return Growth(exponent, _product(of_part), method)
             if whole.n_unknowns > MANY:
                 return Growth()
         if whole is not problem:
@@ -286,7 +291,7 @@ def _by_hill(
     distance = np.abs(exponents.imag)
     near = distance <= np.partition(distance, 2 * model.n_dof - 1)[2 * model.n_dof - 1] + _TIE
     leading = frequency * exponents[near][np.argmax(exponents[near].real)]
-    return Growth(complex(leading), _doubling(problem, exponents.astype(complex)))
+    return Growth(complex(leading), _doubling(problem, exponents.astype(complex)), _HILL)
 
 
 def _doubling(problem: HarmonicBalance, exponents: NDArray[np.complex128]) -> float:

@@ -246,7 +246,8 @@ class _Along:
 
     def kind(self, state: PathState) -> EventKind:
         """What happens at a solution where the stability changes."""
-        (exponent, _), frequency = self._growth(state)
+        found, frequency = self._growth(state)
+        exponent = found.exponent
         if not abs(exponent.real) <= _CONTINUOUS * frequency:
             return EventKind.STABILITY
         problem, _ = self._curve.at(float(state.state[-1]))

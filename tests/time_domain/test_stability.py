@@ -6,7 +6,7 @@ import pytest
 import symhbm as sh
 from symhbm.time_domain.perturbations import multipliers
 from symhbm.time_domain.stability import NEUTRAL, verdict
-from tests.problems import duffing, one_blade
+from tests.problems import duffing, one_blade, problem
 
 TURN = 2 * np.pi
 UPPER_FOLD = 1.26753695951261
@@ -267,3 +267,22 @@ def test_without_mass_responses_are_the_limit_of_small_masses_and_stability_is_u
     assert followed.force_amplitude[-1] == 1
     with pytest.raises(ValueError, match="frf, follow and solve take"):
         sh.periodic_motion(problem(0.0), 15.0)
+
+
+HILL, BALANCED, EXACT = range(3)
+
+
+@pytest.mark.parametrize(
+    ("cell", "frequency", "methods"),
+    [
+        ("cubic blade point 1", 24.0, {HILL}),
+        ("coulomb blade point 1", 24.0, {BALANCED}),
+        ("varying blade static 0123", 17.0, {EXACT}),
+        ("planar blade point 13", 17.0, {EXACT}),
+    ],
+)
+def test_results_say_what_the_growth_rate_is_of(cell, frequency, methods):
+    point = sh.solve(problem(cell), frequency, stability=True)
+    assert {*point.stability_method.values.ravel().tolist()} == methods
+    meanings = point.stability_method.attrs["flag_meanings"].split()
+    assert meanings == ["unknown", "Hill", "balanced_motion", "exact_motion"]

@@ -125,7 +125,7 @@ def _exponentials(modes: _Modes, times: FloatArray) -> tuple[FloatArray, FloatAr
 
 
 @lru_cache(maxsize=8)
-def _known(model: Structure) -> dict[tuple[bytes, bytes], _Perturbations]:
+def _known(model: Structure) -> dict[bytes, _Perturbations]:
     """Perturbations of a structure by its active contacts, which loads of rotation may change."""
     return {}
 
