@@ -33,7 +33,7 @@ extensions = [
     "reference",
     "sources",
 ]
-exclude_patterns = ["extensions", "inventories", "static"]
+exclude_patterns = ["extensions", "inventories", "static", "release", "paper.md"]
 nitpicky = True
 
 myst_enable_extensions = ["dollarmath", "colon_fence"]
@@ -83,6 +83,7 @@ ALONE = (
     "validation",
     "getting-started",
     "contributing",
+    "releasing",
 )
 html_sidebars = {page: [] for page in ALONE}
 html_theme_options = {

@@ -6,7 +6,8 @@ from pathlib import Path
 
 import click
 
-from tests.release.installation import ROOT, build, check_all, check_contents, run
+from tests.release.dependencies import check_dependencies
+from tests.release.installation import ROOT, build, check_all, check_contents, fresh, run
 from tests.release.metadata import disagreements, project
 
 
@@ -25,6 +26,7 @@ def main(output: Path, rehearse: bool) -> None:
         folder = Path(name)
         wheel, sdist = build(folder)
         check_contents(wheel, sdist)
+        click.echo(check_dependencies(fresh(folder / "alone", [wheel]), folder))
         click.echo(check_all("release", wheel, sdist, folder))
         output.mkdir(parents=True, exist_ok=True)
         kept = [Path(shutil.move(path, output / path.name)) for path in (wheel, sdist)]

@@ -25,12 +25,15 @@ def lowest(root: Path = ROOT) -> list[str]:
 
 
 def disagreements(root: Path = ROOT) -> list[str]:
-    """Where CITATION.cff or CHANGELOG.md tell of another version than pyproject.toml."""
+    """Where CITATION.cff, the recipe or CHANGELOG.md tell of another version than the project."""
     version = project(root)["version"]
     cited = re.search(r"^version: (.*)$", (root / "CITATION.cff").read_text("utf-8"), re.MULTILINE)
     found = []
     if cited is None or cited[1] != version:
         found.append(f"CITATION.cff: expected version: {version}, got {cited and cited[1]}")
+    recipe = (root / "docs" / "release" / "recipe.yaml").read_text("utf-8")
+    if f'version: "{version}"' not in recipe:
+        found.append(f'docs/release/recipe.yaml: expected version: "{version}"')
     headings = re.findall(r"^## (.*)$", (root / "CHANGELOG.md").read_text("utf-8"), re.MULTILINE)
     if not headings or not re.fullmatch(rf"{re.escape(version)} - \d{{4}}-\d\d-\d\d", headings[0]):
         found.append(

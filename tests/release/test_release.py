@@ -1,5 +1,6 @@
 """A version is told alike everywhere, and its files and dependencies are those that are said."""
 
+import re
 import subprocess
 import sys
 from pathlib import Path
@@ -8,6 +9,7 @@ import pytest
 from packaging.requirements import Requirement
 from packaging.version import Version
 
+from tests.release.dependencies import refused
 from tests.release.metadata import (
     ROOT,
     disagreements,
@@ -40,10 +42,15 @@ def test_versions_that_disagree_are_told(tmp_path):
     (tmp_path / "pyproject.toml").write_text('[project]\nversion = "0.2.0"\n')
     (tmp_path / "CITATION.cff").write_text("cff-version: 1.2.0\nversion: 0.1.0\n")
     (tmp_path / "CHANGELOG.md").write_text("# Changelog\n\n## Unreleased\n")
+    recipe = tmp_path / "docs" / "release" / "recipe.yaml"
+    recipe.parent.mkdir(parents=True)
+    recipe.write_text('context:\n  version: "0.1.0"\n')
     assert [fault.partition(":")[0] for fault in disagreements(tmp_path)] == [
         "CITATION.cff",
+        "docs/release/recipe.yaml",
         "CHANGELOG.md",
     ]
+    recipe.write_text('context:\n  version: "0.2.0"\n')
     (tmp_path / "CITATION.cff").write_text("cff-version: 1.2.0\nversion: 0.2.0\n")
     (tmp_path / "CHANGELOG.md").write_text("# Changelog\n\n## 0.2.0 - 2026-12-01\n")
     assert not disagreements(tmp_path)
@@ -71,3 +78,38 @@ def test_lower_bounds_and_newest_versions():
     command = [sys.executable, "-m", "tests.release.bounds"]
     done = subprocess.run(command, cwd=Path(ROOT), capture_output=True, text=True, check=False)
     assert done.returncode == 0, done.stdout + done.stderr
+
+
+def test_licences_that_are_refused():
+    found = {"a==1": "BSD-3-Clause", "b==2": "unknown", "c==3": "AGPL-3.0-only"}
+    assert refused(found) == ["b==2: unknown", "c==3: AGPL-3.0-only"]
+
+
+def test_recipe_has_the_dependencies_of_the_package():
+    recipe = (ROOT / "docs" / "release" / "recipe.yaml").read_text(encoding="utf-8")
+    for line in project()["dependencies"]:
+        name, _, bound = line.lower().partition(">=")
+        assert re.search(rf"- {name}(-base)? >={re.escape(bound)}$", recipe, re.MULTILINE), line
+
+
+def test_paper_is_short_and_cites_and_shows_what_there_is():
+    text = (ROOT / "docs" / "paper.md").read_text(encoding="utf-8")
+    body = text.partition("# Summary")[2]
+    assert len(body.split()) < 1000
+    for part in ("Statement of need", "State of the field", "Dependencies, and why each"):
+        assert part in body
+    references = (ROOT / "docs" / "paper.bib").read_text(encoding="utf-8")
+    cited = set(re.findall(r"@(\w+\d{4})", body))
+    assert cited == set(re.findall(r"^@\w+\{(\w+),", references, re.MULTILINE))
+    named = body.lower()
+    assert [
+        one for one in map(Requirement, project()["dependencies"]) if one.name.lower() not in named
+    ] == []
+    (picture,) = re.findall(r"\]\((\S+\.png)\)", body)
+    assert (ROOT / "docs" / picture).exists()
+
+
+def test_workflows_try_three_systems_and_each_python():
+    text = (ROOT / ".github" / "workflows" / "tests.yml").read_text(encoding="utf-8")
+    for word in ("ubuntu-latest", "macos-latest", "windows-latest", '"3.11"', '"3.12"', '"3.13"'):
+        assert word in text
