@@ -1,5 +1,6 @@
 """Pictures drawn by Matplotlib."""
 
+import textwrap
 from collections.abc import Callable, Iterator
 from contextlib import contextmanager
 from typing import Any
@@ -23,6 +24,8 @@ MOST_POINTS = 40_000
 """Most points of the lines of axes that SVG and PDF hold as lines, some 7 to 25 bytes each."""
 _OUTSIDE: Any = dict(loc="upper left", bbox_to_anchor=(1.01, 1.0), borderaxespad=0.0)
 _BELOW: Any = dict(loc="upper center", bbox_to_anchor=(0.5, 0.0), borderaxespad=0.0)
+_LETTER = 0.5
+"""Width of a letter over the size of the font."""
 _GAP = 4
 """Distance of a legend below from the axes and their texts [points]."""
 _SHARE = 0.7
@@ -53,7 +56,8 @@ def drawn(picture: Picture, ax: Axes | None = None, size: Size | None = None) ->
             for part in parts[:-1]:
                 part.tick_params(labelbottom=False)
         for part, panel, named in zip(parts, picture.panels, handles, strict=True):
-            _put_legend(part, parts[-1], panel, named)
+            taken = _put_legend(part, parts[-1], panel, named) / len(parts)
+            _wrap_label(part, part.bbox.height - taken)
         _bound_points(whole)
     return _figure_of(whole)
 
@@ -125,17 +129,30 @@ def _draw(ax: Any, panel: Panel) -> dict[str, Any]:
     return handles
 
 
-def _put_legend(ax: Any, lowest: Any, panel: Panel, handles: dict[str, Any]) -> None:
-    """Draw a legend, with what one before names, beside the axes, or below if they are narrow."""
+def _wrap_label(ax: Any, height: float) -> None:
+    """Break the label of an axis that is longer than the axes are high [pixels]."""
+    label = ax.yaxis.label
+    letters = height * 72 / _figure_of(ax).dpi / (_LETTER * label.get_fontsize())
+    words, bracket, unit = label.get_text().partition(" [")
+    if len(words) + len(unit) > letters and "$" not in words:
+        joined = unit.replace(" ", "\N{NO-BREAK SPACE}")
+        label.set_text(textwrap.fill(f"{words}{bracket}{joined}", max(12, int(letters))))
+
+
+def _put_legend(ax: Any, lowest: Any, panel: Panel, handles: dict[str, Any]) -> float:
+    """Draw a legend, with what one before names, beside the axes, or below if they are narrow.
+
+    Returns the height that it takes from them [pixels].
+    """
     if not (handles and panel.legend_at):
-        return
+        return 0.0
     if (old := ax.get_legend()) is not None:
         texts = (text.get_text() for text in old.get_texts())
         handles = dict(zip(texts, old.legend_handles, strict=True)) | handles
     options: Any = dict(handles=[*handles.values()], labels=[*handles]) | panel.legend
     if panel.legend_at == "best":
         ax.legend(**options)
-        return
+        return 0.0
     figure = _figure_of(ax)
     whole = figure.bbox.width
     if (place := (ax if ax.get_subplotspec() else lowest.axes).get_subplotspec()) is not None:
@@ -144,7 +161,7 @@ def _put_legend(ax: Any, lowest: Any, panel: Panel, handles: dict[str, Any]) -> 
         legend = ax.legend(**_OUTSIDE | options)
         texts = [ax.yaxis.get_tightbbox(), legend.get_window_extent()]
         if whole - sum(text.width for text in texts if text) >= _SHARE * whole:
-            return
+            return 0.0
     options.pop("bbox_to_anchor", None)
     texts = lowest.xaxis.get_tightbbox()
     room = (lowest.bbox.y0 - texts.y0) * 72 / figure.dpi if texts else 0.0
@@ -155,6 +172,7 @@ def _put_legend(ax: Any, lowest: Any, panel: Panel, handles: dict[str, Any]) -> 
         legend = ax.legend(**_BELOW | options, ncols=columns)
         if legend.get_window_extent().width <= whole:
             break
+    return ax.get_legend().get_window_extent().height
 
 
 def _put(ax: Any, which: str, axis: Axis) -> None:

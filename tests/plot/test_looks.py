@@ -131,6 +131,21 @@ def test_legends_leave_axes_their_width_and_stay_inside(sweeps, size):
     assert ax.yaxis.label.get_window_extent().y1 <= whole.y1
 
 
+def test_labels_that_are_longer_than_axes_are_high_are_broken(curves):
+    values = (
+        curves[0]
+        .amplitude.max("point")
+        .assign_attrs(long_name="largest displacement of all the points shown", units="m")
+    )
+    for size, broken in (("column", True), ("page", False)):
+        figure = sh.plot.blades(values, size=size)
+        figure.canvas.draw()
+        label = figure.axes[0].yaxis.label
+        assert ("\n" in label.get_text()) is broken
+        assert label.get_window_extent().y1 <= figure.bbox.y1
+        assert label.get_window_extent().y0 >= 0
+
+
 def test_no_legend_where_none_is_asked_for(sweeps):
     [ax] = sh.plot.response(sweeps[0], legend=False).axes
     assert ax.get_legend() is None

@@ -236,26 +236,36 @@ function loopFigure(motion, contact) {
       label: sign > 0 ? "limit of slip" : "",
       data: [ends, ends.map(() => sign * loop.limit)] });
   });
-  return panelFigure({ items, x: { label: "relative displacement [m]" },
-    y: { label: "contact force [N]" } });
+  const inUnits = (side, units) => {
+    const every = items.flatMap((item) => [...array(item.data[side])]).filter(Number.isFinite);
+    const [factor, own] = prefixed(Math.max(...every.map(Math.abs)), units);
+    items.forEach((item) => {
+      item.data[side] = Array.from(array(item.data[side]), (value) => factor * value);
+    });
+    return own;
+  };
+  const [moved, pushed] = [inUnits(0, "m"), inUnits(1, "N")];
+  return panelFigure({ items, x: { label: `relative displacement [${moved}]` },
+    y: { label: `contact force [${pushed}]` } });
 }
 
 // The shape of a motion: around the disk, or place by place.
 function shapeFigure(motion) {
   const { shape } = motion, size = array(shape.amplitude), instant = array(shape.instant);
-  const hover = (k) => text([data.places[k] || `place ${k}`, `amplitude: ${number(size[k])} m`,
-    `displacement: ${number(instant[k])} m`]);
+  const hover = (k) => text([data.places[k] || `place ${k}`, `amplitude: ${quantity(size[k], "m")}`,
+    `displacement: ${quantity(instant[k], "m")}`]);
+  const [factor, units] = prefixed(Math.max(...size), "m");
   if (!shape.blades) {
     const x = Array.from(size, (_, k) => k), names = x.map((k) => escaped(data.places[k] || k));
     return { traces: [
-      { x, y: [...size], type: "bar", name: "amplitude",
+      { x, y: Array.from(size, (v) => factor * v), type: "bar", name: "amplitude",
         marker: { color: `rgba(${css("--band")},0.3)` }, hoverinfo: "text",
         hovertext: x.map(hover) },
-      { x, y: [...instant], mode: "markers", name: "at the instant of the largest",
+      { x, y: Array.from(instant, (v) => factor * v), mode: "markers", name: "at the instant of the largest",
         marker: { color: css("--mark"), size: 8 }, hoverinfo: "skip" },
     ], layout: baseLayout({
       xaxis: x.length > 30 ? { title: { text: "place" } } : { tickvals: x, ticktext: names },
-      yaxis: { title: { text: "displacement [m]" } },
+      yaxis: { title: { text: `displacement [${units}]` } },
     }) };
   }
   const blades = shape.blades, top = Math.max(...blades.map((k) => size[k])) || 1, rest = 1,

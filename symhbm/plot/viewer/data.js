@@ -29,6 +29,16 @@ function number(value) {
 }
 
 const withUnit = (text, units) => (units && units !== "1" ? `${text} ${units}` : text);
+// Factor and unit with a prefix in which a number has one to three digits, as in pictures.
+function prefixed(largest, units) {
+  const known = ["m", "N", "J"].includes(units) && largest > 0 && Number.isFinite(largest);
+  const power = known ? Math.min(2, Math.max(-3, Math.floor(Math.log10(largest) / 3))) : 0;
+  return [10 ** (-3 * power), ["n", "µ", "m", "", "k", "M"][power + 3] + units];
+}
+function quantity(value, units) {
+  const [factor, own] = prefixed(Math.abs(value), units || "");
+  return withUnit(number(factor === 1 ? value : factor * value), own);
+}
 const decibel = (value) => 20 * Math.log10(value);
 
 // Plotly reads some markup in texts: what comes from an archive has none.
@@ -94,7 +104,7 @@ function pointLines(curve, i, place) {
     const level = told ? ` (${decibel(value).toFixed(3)} dB re 1 m)` : "";
     const where = panel.places && placeName(place, curve, i);
     const name = panel.places ? `amplitude${where ? ` of ${where}` : ""}` : panel.title;
-    lines.push(`${name}: ${withUnit(number(value), panel.units)}${level}`);
+    lines.push(`${name}: ${quantity(value, panel.units)}${level}`);
   }
   const contacts = contactWords(curve, i);
   if (contacts) lines.push(`contacts ${contacts}`);
@@ -139,7 +149,7 @@ function markLines(curve, mark, place) {
   if (mark.point >= 0) return lines.concat(pointLines(curve, mark.point, place));
   lines.push(`${x.title}: ${withUnit(number(mark.x), x.units)}`);
   if (mark.what === "peak") {
-    lines.push(`amplitude: ${mark.y === null ? "unbounded" : `${number(mark.y)} m`}`);
+    lines.push(`amplitude: ${mark.y === null ? "unbounded" : quantity(mark.y, "m")}`);
     const who = mark.dofs.map((k) => data.places[k] || k).join(", ");
     if (who) lines.push(`peaks: ${who}`);
     const error = mark.truncation_error;

@@ -9,7 +9,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from symhbm.plot.drawing import decibel
+from symhbm.plot.drawing import decibel, scaled
 from symhbm.plot.viewer.packing import number, plain
 from symhbm.plot.viewer.sets import Layout, label_of, spoken, values_of
 from symhbm.results.reading import COMPLETE, set_dimensions
@@ -68,7 +68,12 @@ def marks_table(
     others = {n: table(n) for n in _HEADS if n in dataset.variables and what in dataset[n].dims}
     unit = f" [{layout.units}]" if layout.units else ""
     head = ["", *(spoken(dim) for dim in dims), what, f"{layout.title}{unit}"]
-    head += ["amplitude [m]", "dB re 1 m"] * with_heights + [_HEADS[n] for n in others]
+    own = dataset["peak_amplitude"].attrs.get("units", "m") if with_heights else "m"
+    finite = size[np.isfinite(size)]
+    factor, own = (
+        scaled(float(finite.max(initial=0.0)), own) if own in ("m", "N", "J") else (1.0, own)
+    )
+    head += [f"amplitude [{own}]", "dB re 1 m"] * with_heights + [_HEADS[n] for n in others]
 
     def row(index: tuple[int, ...]) -> list[str]:
         cells = [label_of(dataset, dim, i) for dim, i in zip(dims, index[:-1], strict=True)]
@@ -76,7 +81,7 @@ def marks_table(
         if with_heights:
             top = float(heights[index])
             level = number(float(decibel(top))) if np.isfinite(top) and top > 0 else ""
-            cells += [number(top) if np.isfinite(top) else "unbounded", level]
+            cells += [number(factor * top) if np.isfinite(top) else "unbounded", level]
         for n, entries in others.items():
             entry = entries[index]
             if n == "peak_dof" and 0 <= int(entry) < len(places):

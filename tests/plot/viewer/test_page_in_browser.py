@@ -8,6 +8,7 @@ import pytest
 import xarray as xr
 
 import symhbm as sh
+from symhbm.plot.drawing import scaled
 from tests.pages import check
 from tests.problems import duffing, one_blade, ring_of_blades
 from tests.quick import quick_first
@@ -93,6 +94,12 @@ def digits(value):
     return f"{np.asarray(value).item():.8g}"
 
 
+def metres(value):
+    """A length as pages tell it, in the unit in which it has one to three digits."""
+    factor, unit = scaled(np.asarray(value).item(), "m")
+    return f"{factor * np.asarray(value).item():.8g}", unit
+
+
 def decibel(value):
     return 20 * np.log10(value)
 
@@ -130,7 +137,7 @@ def test_numbers_under_the_pointer_are_those_of_the_archive(shown):
         point = one.isel(point=k)
         lines = seen.hover(float(point.frequency), decibel(point.amplitude.item()))
         assert number_of(lines, "excitation frequency") == digits(point.frequency)
-        assert number_of(lines, "amplitude of blade 0") == digits(point.amplitude)
+        assert number_of(lines, "amplitude of blade 0") == metres(point.amplitude)[0]
         assert number_of(lines, "estimated error") == f"{float(point.truncation_error):.2g}"
         assert number_of(lines, "residual") == f"{float(point.residual_norm):.2g}"
         assert any(line.startswith("contacts s") for line in lines)
@@ -145,7 +152,7 @@ def test_numbers_are_those_of_the_chosen_set_and_scale(shown):
         seen.choose("scale", scale)
         point = one.isel(point=5)
         lines = seen.hover(float(point.frequency), float(drawn(point.amplitude.item())))
-        assert number_of(lines, "amplitude of blade 0") == digits(point.amplitude)
+        assert number_of(lines, "amplitude of blade 0") == metres(point.amplitude)[0]
 
 
 @pytest.mark.slow
@@ -176,7 +183,7 @@ def test_peaks_and_events_are_marked_where_they_are(shown):
     lines = seen.hover(float(peak.peak_frequency), decibel(peak.peak_amplitude.item()))
     assert lines[0] == "peak 0, smooth"
     assert number_of(lines, "excitation frequency") == digits(peak.peak_frequency)
-    assert number_of(lines, "amplitude") == digits(peak.peak_amplitude)
+    assert number_of(lines, "amplitude") == metres(peak.peak_amplitude)[0]
 
 
 @pytest.mark.slow
@@ -189,7 +196,7 @@ def test_folds_and_unstable_responses(shown):
     point = one.isel(point=k)
     lines = seen.hover(float(point.frequency), decibel(point.amplitude.item()))
     assert "unstable" in lines
-    assert number_of(lines, "amplitude") == digits(point.amplitude)
+    assert number_of(lines, "amplitude") == metres(point.amplitude)[0]
 
 
 @pytest.mark.slow
@@ -232,11 +239,11 @@ def test_the_table_of_peaks_shows_their_motion(shown):
     rows = seen.page.locator("section:has(h2:text-is('Peaks')) tbody tr")
     tops = one.peak_amplitude.values[np.isfinite(one.peak_amplitude.values)]
     assert rows.count() == len(tops)
-    assert digits(tops.max()) in rows.first.inner_text()
+    assert metres(tops.max())[0] in rows.first.inner_text()
     rows.first.locator("button").click()
     sample = int(np.argmax(one.peak_amplitude.max("peak").values))
     assert f"sample = {sample}" in seen.text("#status")
-    assert digits(tops.max()) in seen.text("#motion-text")
+    assert metres(tops.max())[0] in seen.text("#motion-text")
     shape = seen.run("document.getElementById('shape').data.length")
     assert shape >= 3
 
@@ -249,6 +256,11 @@ def test_loops_enclose_what_is_dissipated(shown):
     )
     u, f = map(np.array, loop)
     area = ((f[1:] + f[:-1]) / 2 * np.diff(u)).sum()
+    axes = seen.run(
+        "['x', 'y'].map((a) => document.getElementById('loop').layout[`${a}axis`].title.text)"
+    )
+    for label, units in zip(axes, ({"mm": 1e-3, "µm": 1e-6}, {"N": 1.0, "mN": 1e-3}), strict=True):
+        area *= units[label.partition("[")[2].rstrip("]")]
     at = one.isel(point=int(np.argmax(one.amplitude.values[: int(one.n_points)])))
     np.testing.assert_allclose(abs(area), at.dissipation.item(), rtol=2e-3)
 
@@ -340,7 +352,7 @@ def test_tables_and_words_without_scripts(page, browser):
     context = browser.new_context(java_script_enabled=False)
     tab = context.new_page()
     tab.goto(page("loads").as_uri())
-    assert digits(dataset("loads").peak_amplitude.values.max()) in tab.inner_text("body")
+    assert metres(dataset("loads").peak_amplitude.values.max())[0] in tab.inner_text("body")
     assert "need scripts" in tab.inner_text("body")
     context.close()
 
