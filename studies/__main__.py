@@ -46,6 +46,7 @@ STUDIES = {
     "open_sector_contacts": 30,
     "open_sector_mistuned": 45,
     "pareto_damper_mass": 45,
+    "identified_contacts": 60,
     "damping_of_modes": 20,
     "flutter": 18,
     "flutter_limits": 11,

@@ -62,6 +62,7 @@ LONG = (
     "damping_of_modes",
     "flutter",
     "flutter_limits",
+    "identified_contacts",
 )
 """Studies that are run apart, in full."""
 STUDIES = tuple(name for name in ALL if name not in LONG)
