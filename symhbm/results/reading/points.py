@@ -85,9 +85,11 @@ def at(result: xr.Dataset, at: At | None = None) -> xr.Dataset:
     value[~np.isfinite(size)] = np.nan
     low, high = np.fmin.reduce(value, axis=1), np.fmax.reduce(value, axis=1)
     peak, words = np.full(len(value), -1), np.full(len(value), "", dtype=object)
+    if isinstance(at, str):
+        check.one_of("at", at, ("peak", "largest"))
+    elif not isinstance(at, float) and at is not None:
+        check.integer("at", at, 0)
     if not isinstance(at, float) and at != "largest":
-        if at not in (None, "peak"):
-            check.integer("at", at, 0)
         needed = {f"peak_{name}", "peak_amplitude", *["peak_coefficient"] * (at is None)}
         if needed <= {*result.variables} and result.sizes.get("peak"):
             peak, words = _peaks(table("peak_amplitude", "peak"), at)

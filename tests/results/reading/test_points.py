@@ -77,8 +77,10 @@ def test_points_that_no_curve_has(paths, where):
 
 
 def test_points_that_are_none(paths):
-    with pytest.raises(TypeError, match="at='top'"):
-        sh.datasets.at(paths, "top")
+    with pytest.raises(ValueError, match="at='peeks': expected one of 'peak', 'largest'"):
+        sh.datasets.at(paths, "peeks")
+    with pytest.raises(TypeError, match="at="):
+        sh.datasets.at(paths, [1])
     with pytest.raises(ValueError, match="one point of each"):
         sh.datasets.at(sh.datasets.at(paths))
     bare = paths.drop_vars("peak_coefficient")
