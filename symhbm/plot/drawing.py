@@ -183,7 +183,7 @@ def scaled(largest: float, unit: str) -> tuple[float, str]:
 def symbol_of(dataset: xr.Dataset, name: str) -> tuple[str, str] | None:
     """Symbol and unit of a parameter of the problem behind a dataset, None for none."""
     about = Description(dataset).records.get(name)
-    if name in SYMBOLS or not isinstance(about, Parameter):
+    if not isinstance(about, Parameter):
         return SYMBOLS.get(name)
     group, point, own = name.partition(".")
     symbol, unit = about.shown_as(own if point else name)

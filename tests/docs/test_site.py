@@ -162,7 +162,11 @@ def test_search_knows_words_and_names(site, copied):
     assert "searchindex.js" in {Path(one).name for one in site["search.html"].loaded}
     assert {"guide/mistuned-disks", "theory"} <= {*found["docnames"]}
     assert "symhbm" in found["objects"]
-    assert {"mistun", "hysteresi"} <= {*found["terms"]}
+    known = {*found["terms"]} | {*found["titleterms"]}
+    assert {"mistun", "hysteresi"} <= known
+    # Words by which the field searches, as the index stems them.
+    field = "iwan jenkin backbon nnm isol hcf snubber lace nlvib tmdsimpi pyharm bifurcationkit"
+    assert {*field.split()} <= known
 
 
 def test_gallery_shows_what_was_computed_and_says_what_was_not(site, copied):

@@ -82,6 +82,17 @@ def test_transmissibility_of_an_isolator_is_the_textbook_one():
         sh.plot.transmissibility(sh.frf(LINEAR, (5, 40), progress=False))
 
 
+def test_amplitudes_of_a_moving_base_are_in_its_unit():
+    isolator = sh.Model([[1.0]], [[10.0]], [[1e4]])
+    problem = sh.HarmonicBalance(isolator, sh.forces.BaseMotion(displacement=1e-3))
+    levels = {"force_amplitude": [1e-5, 2e-5]}
+    [ax] = sh.plot.response(sh.frf(problem, (5, 60), over=levels, progress=False)).axes
+    assert texts(ax) == ["$f_0$ = 1e-05 m", "$f_0$ = 2e-05 m"]
+    path = sh.follow(problem, "force_amplitude", (1e-5, 1e-3), frequency=10, progress=False)
+    [ax] = sh.plot.response(path).axes
+    assert ax.get_xlabel() == "amplitude of the displacement of the base $f_0$ [m]"
+
+
 def test_harmonics_of_responses_are_drawn_by_themselves():
     result = sh.frf(BLADE, (14, 25), progress=False)
     motion = sh.datasets.motion(result)
