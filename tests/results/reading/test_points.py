@@ -79,7 +79,7 @@ def test_points_that_no_curve_has(paths, where):
 def test_points_that_are_none(paths):
     with pytest.raises(ValueError, match="at='peeks': expected one of 'peak', 'largest'"):
         sh.datasets.at(paths, "peeks")
-    with pytest.raises(TypeError, match="at="):
+    with pytest.raises(ValueError, match=r"at=\[1\]: expected an integer >= 0"):
         sh.datasets.at(paths, [1])
     with pytest.raises(ValueError, match="one point of each"):
         sh.datasets.at(sh.datasets.at(paths))
