@@ -20,6 +20,8 @@ _NAMED = 0.05
 """Share of a direction from which an unknown is named."""
 _ALIKE = 0.02
 """Difference up to which shares of two unknowns are equal."""
+_SQUARED = 1e-7
+"""Ratio of singular values below which their squares, in a Hessian, are round-off."""
 _INVOLVED = 1e-6
 """Share in an unseen direction above which an unknown has no error."""
 _MOST, _CLOSE = 12, 1e-3
@@ -49,12 +51,14 @@ class Certainty:
         return inside(self._unknowns, self.point.x)
 
     @cached_property
+    def _jacobian(self) -> FloatArray:
+        """Of the residuals, each as much as the loss counts it."""
+        return weights_of(self.point.residuals, self.loss)[:, None] * self.point.jacobian
+
+    @cached_property
     def _decomposed(self) -> tuple[FloatArray, FloatArray]:
         """Singular values of the Jacobian, and directions as rows."""
-        weights = weights_of(self.point.residuals, self.loss)
-        jacobian = weights[:, None] * self.point.jacobian
-        _, values, directions = np.linalg.svd(jacobian, full_matrices=True)
-        return np.append(values, np.zeros(len(directions) - len(values))), directions
+        return _decomposed(self._jacobian)
 
     @property
     def singular_values(self) -> FloatArray:
@@ -83,44 +87,43 @@ class Certainty:
     @cached_property
     def covariance(self) -> FloatArray:
         """Of the variables by the Jacobian, (n, n); NaN of those at bounds or not seen."""
-        weights = weights_of(self.point.residuals, self.loss)
-        return self._inverse(self.point.jacobian * weights[:, None], None)
+        return self._inverse(None)
 
     @property
     def information(self) -> FloatArray:
         """On the variables by the Jacobian, (n, n)."""
-        weights = weights_of(self.point.residuals, self.loss)
-        jacobian = self.point.jacobian * weights[:, None]
-        return jacobian.T @ jacobian / (self.noise or 1.0) ** 2
+        return self._jacobian.T @ self._jacobian / (self.noise or 1.0) ** 2
 
     @cached_property
     def exact_covariance(self) -> FloatArray:
         """Of the variables by the exact Hessian; NaN where that is none of a minimum."""
         if self.loss != "linear":
             return np.full((len(self.point.x),) * 2, np.nan)
-        return self._inverse(self.point.jacobian, self.point.hessian)
+        return self._inverse(self.point.hessian)
 
-    def _inverse(self, jacobian: FloatArray, hessian: FloatArray | None) -> FloatArray:
+    def _inverse(self, hessian: FloatArray | None) -> FloatArray:
+        """The inverse over free variables and directions that are seen, NaN of all others.
+
+        Each direction over its singular value: that of the Jacobian by itself is then exact, and of
+        a Hessian round-off is seen.
+        """
         n, free = len(self.point.x), np.flatnonzero(self.free)
         result = np.full((n, n), np.nan)
-        if not len(free):
-            return result
-        _, values, directions = np.linalg.svd(jacobian[:, free], full_matrices=True)
-        values = np.append(values, np.zeros(len(directions) - len(values)))
-        limit = UNSEEN * (max(self.point.size, values.max(initial=0.0)) or 1.0)
-        seen = directions[values > limit]
-        hidden = directions[values <= limit]
-        known = np.sqrt(np.sum(hidden**2, axis=0)) <= _INVOLVED
+        values, directions = _decomposed(self._jacobian[:, free])
+        visible = values > UNSEEN * (max(self.point.size, values.max(initial=0.0)) or 1.0)
+        seen, hidden = directions[visible], directions[~visible]
+        seen = seen / values[visible][:, None]
         if not len(seen):
             return result
-        curvature = np.diag(values[values > limit] ** 2)
+        inner = np.eye(len(seen))
         if hessian is not None:
-            curvature = seen @ hessian[np.ix_(free, free)] @ seen.T
-        if np.linalg.eigvalsh(curvature)[0] <= 0:
-            return result
-        inverse = seen.T @ np.linalg.solve(curvature, seen) * self.noise**2
-        chosen = free[known]
-        result[np.ix_(chosen, chosen)] = inverse[np.ix_(known, known)]
+            inner = seen @ hessian[np.ix_(free, free)] @ seen.T
+            blurred = values[visible].min() < _SQUARED * values.max()
+            if blurred or np.linalg.eigvalsh(inner)[0] <= 0:
+                return result
+        inverse = seen.T @ np.linalg.solve(inner, seen) * self.noise**2
+        known = np.linalg.norm(hidden, axis=0) <= _INVOLVED
+        result[np.ix_(free[known], free[known])] = inverse[np.ix_(known, known)]
         return result
 
     def errors(self, covariance: FloatArray) -> FloatArray:
@@ -261,6 +264,12 @@ class Certainty:
         ]
         of = "logarithms of " if logarithmic else ""
         return f"a change of {of}{', '.join(parts)} together"
+
+
+def _decomposed(jacobian: FloatArray) -> tuple[FloatArray, FloatArray]:
+    """Singular values (n,) of a Jacobian, and directions as rows (n, n)."""
+    _, values, directions = np.linalg.svd(jacobian, full_matrices=True)
+    return np.append(values, np.zeros(len(directions) - len(values))), directions
 
 
 @dataclass(frozen=True)

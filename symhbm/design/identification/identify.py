@@ -185,7 +185,7 @@ def _started(unknowns: Unknowns, start: Any) -> Unknowns:
     for one in unknowns.each:
         value = float(values.get(one.label, one.value))
         each.append(replace(one, value=float(np.clip(value, one.lower, one.upper))))
-    return replace(unknowns, each=tuple(each), _compiled={})
+    return replace(unknowns, each=tuple(each))
 
 
 @on_one_thread

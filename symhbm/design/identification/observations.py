@@ -164,7 +164,7 @@ def curves_of(
                 f"unknown[{name!r}]: expected a parameter that is not given with the data"
             )
     keys = [(*one.items(), rows.sweep[i]) for i, one in enumerate(settings)]
-    curves, seeing = [], _Seeing()
+    curves = []
     for key in dict.fromkeys(keys):
         members = np.array([i for i, one in enumerate(keys) if one == key])
         base = problem.with_parameters(**settings[members[0]])
@@ -174,30 +174,23 @@ def curves_of(
         sweep = str(key[-1])
         omegas = np.unique(rows.omega[members])[:: -1 if sweep == "down" else 1]
         at = [members[rows.omega[members] == omega] for omega in omegas]
-        seen = {i: seeing.of(base, rows, i) for i in members.tolist()}
+        sensors = {
+            i: (rows.place[i], rows.quantity[i], int(rows.harmonic[i]), str(rows.units[i]))
+            for i in members.tolist()
+        }
+        read = {sensor: _read(base, *sensor) for sensor in dict.fromkeys(sensors.values())}
+        seen = {i: read[sensor] for i, sensor in sensors.items()}
         curves.append(Curve(base, settings[members[0]], sweep, omegas, at, seen))
     return curves
-
-
-class _Seeing:
-    """What sensors read of the unknowns, once for each of them and each problem."""
-
-    def __init__(self) -> None:
-        self._known: dict[tuple, FloatArray] = {}
-
-    def of(self, problem: HarmonicBalance, rows: Rows, i: int) -> FloatArray:
-        """Cosine and sine that the sensor of a row reads, (2, n_unknowns)."""
-        sensor = rows.place[i], rows.quantity[i], int(rows.harmonic[i])
-        key = (id(problem), *sensor)
-        if key not in self._known:
-            self._known[key] = _read(problem, *sensor, str(rows.units[i]))
-        return self._known[key]
 
 
 def _read(
     problem: HarmonicBalance, place: str, quantity: str, harmonic: int, units: str
 ) -> FloatArray:
-    """As of `_Seeing`; raises for what the problem does not have."""
+    """Cosine and sine of a harmonic that a sensor reads of the unknowns, (2, n_unknowns).
+
+    Raises KeyError or ValueError for what the problem does not have.
+    """
     model, basis = problem.model, problem.basis
     if harmonic not in problem.harmonics:
         raise ValueError(

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Callable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any, NamedTuple
 
@@ -84,7 +84,6 @@ class Unknowns:
     each: tuple[Unknown, ...]
     relations: Mapping[str, Callable[..., Any]]
     nominal: Mapping[str, Any]
-    _compiled: dict[str, Any] = field(default_factory=dict)
 
     @property
     def n(self) -> int:
@@ -173,10 +172,9 @@ class Unknowns:
         return {name: slice(*ends[i : i + 2]) for i, name in enumerate(self.names)}
 
     def _call(self, which: str, x: FloatArray) -> FloatArray:
-        if not self._compiled:
-            self._compiled.update(self._functions())
-        return np.asarray(self._compiled[which](x).full())
+        return np.asarray(self._functions[which](x).full())
 
+    @cached_property
     def _functions(self) -> dict[str, ca.Function]:
         """The parameters as CasADi functions of the variables, with derivatives."""
         x, columns = ca.SX.sym("x", self.n), {}
