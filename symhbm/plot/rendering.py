@@ -28,8 +28,8 @@ _LETTER = 0.5
 """Width of a letter over the size of the font."""
 _GAP = 4
 """Distance of a legend below from the axes and their texts [points]."""
-_SHARE = 0.7
-"""Share of the width that axes keep beside a legend; a wider one stands below."""
+_SHARE, _PADS = 0.7, 0.04
+"""Share of the width that axes keep beside a legend, else it stands below; that of gaps."""
 _RESULTS: WeakKeyDictionary[Axes, int] = WeakKeyDictionary()
 """Results that were drawn into axes."""
 
@@ -156,11 +156,11 @@ def _put_legend(ax: Any, lowest: Any, panel: Panel, handles: dict[str, Any]) -> 
     figure = _figure_of(ax)
     whole = figure.bbox.width
     if (place := (ax if ax.get_subplotspec() else lowest.axes).get_subplotspec()) is not None:
-        whole *= place.get_position(figure).width
+        whole *= len(place.colspan) / place.get_gridspec().ncols
     if panel.legend_at == "outside":
         legend = ax.legend(**_OUTSIDE | options)
         texts = [ax.yaxis.get_tightbbox(), legend.get_window_extent()]
-        if whole - sum(text.width for text in texts if text) >= _SHARE * whole:
+        if whole - sum(text.width for text in texts if text) >= (_SHARE + _PADS) * whole:
             return 0.0
     options.pop("bbox_to_anchor", None)
     texts = lowest.xaxis.get_tightbbox()

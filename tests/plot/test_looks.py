@@ -131,6 +131,13 @@ def test_legends_leave_axes_their_width_and_stay_inside(sweeps, size):
     assert ax.yaxis.label.get_window_extent().y1 <= whole.y1
 
 
+@pytest.mark.parametrize("name", ["as built", "thicker shroud", "a name that is longer"])
+def test_axes_beside_any_legend_are_wide(curves, name):
+    figure = sh.plot.response(curves[0], label=name)
+    figure.canvas.draw()
+    assert figure.axes[0].get_position().width >= 0.7
+
+
 def test_labels_that_are_longer_than_axes_are_high_are_broken(curves):
     values = (
         curves[0]
