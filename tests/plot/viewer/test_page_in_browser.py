@@ -239,7 +239,7 @@ def test_the_table_of_peaks_shows_their_motion(shown):
     rows = seen.page.locator("section:has(h2:text-is('Peaks')) tbody tr")
     tops = one.peak_amplitude.values[np.isfinite(one.peak_amplitude.values)]
     assert rows.count() == len(tops)
-    assert metres(tops.max())[0] in rows.first.inner_text()
+    assert f"\t{metres(tops.max())[0]}\t" in rows.first.inner_text()
     rows.first.locator("button").click()
     sample = int(np.argmax(one.peak_amplitude.max("peak").values))
     assert f"sample = {sample}" in seen.text("#status")
