@@ -19,6 +19,9 @@ from typing import Any
 
 from symhbm.numerics import check
 
+_REACHED = 0.5
+_LINES_APART = 30.0
+"""Seconds between two words on how far work has come, beside a bar and in lines."""
 _BAR_DELAY = 2.0
 """Seconds before a progress bar appears."""
 _SECONDS = 1.0
@@ -181,6 +184,31 @@ def progress_bar(
     )
 
 
+class Reached:
+    """How far one piece of work has come, beside the bar of all pieces.
+
+    ``ends`` are the first and the last value, in ``units``.
+    """
+
+    def __init__(self, bar: Any, ends: tuple[float, float], units: str):
+        self._bar, self._ends, self._units = bar, ends, units
+        self._start = time.monotonic()
+        self._told = self._start + _BAR_DELAY - _REACHED
+
+    def __call__(self, value: float) -> None:
+        """Tell a value that was reached, and how long it takes to the last one at this pace."""
+        now = time.monotonic()
+        if now - self._told < _REACHED:
+            return
+        self._told = now
+        first, last = self._ends
+        text = f"{value:.6g} of {first:g} to {last:g} {self._units}".rstrip()
+        share = (value - first) / (last - first)
+        if 0 < share < 1:
+            text += f", {(now - self._start) * (1 / share - 1):.0f} s left of the path"
+        self._bar.set_postfix_str(text)
+
+
 class _Lines:
     """A line on stderr for each tenth of the work; for each doubling where its size is unknown."""
 
@@ -189,6 +217,7 @@ class _Lines:
         self._start = time.monotonic()
         self._delay, self._done = delay, initial
         self._told = self._step
+        self._last = self._start
 
     def __enter__(self) -> "_Lines":
         return self
@@ -215,6 +244,14 @@ class _Lines:
             text = f"{100 * self._done // self._total} %, {self._done} of {self._total}"
             text += f" {self._unit}{'' if self._total == 1 else 's'}"
         print(f"symhbm: {self._label}{text} after {seconds:.0f} s", file=sys.stderr, flush=True)
+
+    def set_postfix_str(self, text: str) -> None:
+        """Tell how far a long piece of work has come."""
+        now = time.monotonic()
+        if now - self._last >= _LINES_APART:
+            self._last = now
+            seconds = f"after {now - self._start:.0f} s"
+            print(f"symhbm: {self._label}{text}, {seconds}", file=sys.stderr, flush=True)
 
     def close(self) -> None:
         """Nothing is left to tell."""

@@ -11,15 +11,16 @@ import uuid
 from collections import deque
 from collections.abc import Callable, Collection, Generator, Iterator, Sequence
 from concurrent.futures import CancelledError, Executor, Future
+from functools import partial
 from typing import Any
 
 from symhbm.balance import HarmonicBalance
-from symhbm.continuation import Status
+from symhbm.continuation import Status, watched
 from symhbm.numerics import Table
 from symhbm.numerics.loops import told_of_compiling
 from symhbm.response.curve import compute_curve, continuation_problem_of
 from symhbm.results import Request, Sweep, runs, tables
-from symhbm.workers import at_work, progress_bar, warn_of_executor
+from symhbm.workers import Reached, at_work, progress_bar, warn_of_executor
 
 _WAITING = 2
 """Pieces of work queued for each worker: none waits for this process."""
@@ -66,9 +67,20 @@ def compute(
     bar_of_curves = progress_bar("curve", running.progress, sweep.size, len(done))
     with told_of_compiling(tell), bar_of_curves as bar:
         numbers = [number for number in range(sweep.size) if number not in done]
-        for finished in _outcomes(problem, sweep, request, numbers, running.executor):
+        reached = partial(_reached, bar, problem, request)
+        for finished in _outcomes(problem, sweep, request, numbers, running.executor, reached):
             bar.update(len(finished))
             yield [(number, table(outcome)) for number, outcome in finished]
+
+
+def _reached(bar: Any, problem: HarmonicBalance, request: Request) -> Callable[[float], None]:
+    """What tells on a bar where the path of the next curve is."""
+    if request.unforced is not None:  # free motions move along amplitudes of their own
+        return lambda value: None
+    by_frequency = request.name == "frequency"
+    units = "Hz" if by_frequency else problem.model.about(request.name).units
+    tell = Reached(bar, request.band, units)
+    return lambda value: tell(value / request.unit)
 
 
 def _outcomes(
@@ -77,6 +89,7 @@ def _outcomes(
     request: Request,
     numbers: list[int],
     executor: Executor | None,
+    reached: Callable[[], Callable[[float], None]],
 ) -> Iterator[Sequence[tuple[int, Outcome]]]:
     if executor is not None:
         numbers = yield from _Shared(problem, sweep, request, executor).outcomes(numbers)
@@ -84,7 +97,8 @@ def _outcomes(
     start = time.perf_counter()
     for number in numbers:
         try:
-            finished.append((number, _outcome(problem, request, sweep.chosen(number))))
+            with watched(reached()):
+                finished.append((number, _outcome(problem, request, sweep.chosen(number))))
         except BaseException:  # an interrupt does not lose finished sets
             yield finished
             raise

@@ -1,6 +1,7 @@
 """Progress of long work: bars in terminals, lines elsewhere."""
 
 import io
+import re
 import sys
 
 import pytest
@@ -102,3 +103,30 @@ def test_a_notebook_has_a_bar(monkeypatch):
 def test_bad_values(progress):
     with pytest.raises(TypeError, match=f"progress={progress!r}: expected True or False"):
         curves(progress=progress)
+
+
+def test_a_long_curve_tells_where_it_is(monkeypatch):
+    clock = [0.0]
+
+    def monotonic():
+        clock[0] += 1.0
+        return clock[0]
+
+    monkeypatch.setattr(workers.time, "monotonic", monotonic)
+    for stream in (io.StringIO(), Terminal()):
+        monkeypatch.setattr(sys, "stderr", stream)
+        monkeypatch.setattr(workers, "_LINES_APART", 3.0)
+        sh.frf(fig03.problem(), (15, 30), progress=True)
+        told = re.findall(r"([\d.]+) of 15 to 30 Hz, (\d+) s left of the path", stream.getvalue())
+        values = [float(value) for value, _ in told]
+        assert len(values) >= 2
+        assert sorted(values) == values
+        assert 15 < values[0] < values[-1] <= 30
+    stream = Terminal()
+    monkeypatch.setattr(sys, "stderr", stream)
+    sh.follow(fig03.problem(), "normal_load", (1, 20), frequency=20.0, progress=True)
+    assert " of 1 to 20 N" in stream.getvalue()
+    silent = Terminal()
+    monkeypatch.setattr(sys, "stderr", silent)
+    sh.frf(fig03.problem(), (15, 30), progress=False)
+    assert silent.getvalue() == ""
