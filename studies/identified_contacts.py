@@ -46,7 +46,7 @@ def ring() -> sh.HarmonicBalance:
 
 def test_of(problem: sh.HarmonicBalance, levels: Any, band: Any, seed: int) -> xr.Dataset:
     """What a sensor on the first blade reads, with noise."""
-    at = np.linspace(*band, N_FREQUENCIES)
+    at = np.linspace(band[0], band[1], N_FREQUENCIES)
     over = {"force_amplitude": [*levels]}
     response = sh.frf(problem, band, at=at, over=over, progress=False, throw=True)
     first = response.coefficient.sel(dof=0, harmonic=1)
@@ -55,7 +55,7 @@ def test_of(problem: sh.HarmonicBalance, levels: Any, band: Any, seed: int) -> x
     deviation = NOISE * abs(exact)
     real, imaginary = np.random.default_rng(seed).standard_normal((2, *exact.shape))
     noisy = exact + deviation * (real + 1j * imaginary)
-    known = dict(force_amplitude=np.reshape(levels, (-1, 1)))
+    known: Any = dict(force_amplitude=np.reshape(levels, (-1, 1)))
     return sh.datasets.measured(at, noisy, units="m", deviation=deviation, **known)
 
 

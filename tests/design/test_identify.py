@@ -10,6 +10,7 @@ from symhbm.design.identification.identify import objective_of
 from symhbm.design.identification.observations import Rows
 from tests.measurements import complex_responses, measured_responses
 from tests.problems import one_blade, ring_of_blades
+from tests.problems import problem as catalogued
 
 FREQUENCIES = np.linspace(13, 24, 12)
 LEVELS = [0.5, 2.0]
@@ -347,3 +348,24 @@ def test_bad_measurements_are_refused(change, kind, words):
     with pytest.raises(kind) as caught:
         sh.identify(blade(), data, unknown, progress=False)
     assert words in str(caught.value)
+
+
+def test_frequencies_outside_the_band_of_a_condensed_structure_are_refused():
+    problem = catalogued("coulomb condensed point 13")
+    low, high = problem.model.frequency
+    data = sh.datasets.measured([low, 2 * high], [1e-4 + 0j, 1e-4], units="m", deviation=1e-6)
+    with pytest.raises(ValueError, match=r"frequency.*condensed"):
+        sh.identify(problem, data, "normal_load", progress=False)
+
+
+def test_deviations_of_some_and_units_that_differ_without_are_refused(exact):
+    some = exact.copy(deep=True)
+    some["measured_deviation"].values[0] = np.nan
+    with pytest.raises(ValueError, match=r"deviation: expected one of all measurements or of none"):
+        sh.identify(blade(), some, "normal_load", progress=False)
+    data = [
+        sh.datasets.measured([15.0, 16.0], [1e-4, 2e-4], units="m", form="magnitude"),
+        sh.datasets.measured([15.0, 16.0], [1.0, 2.0], units="m s-2", form="magnitude"),
+    ]
+    with pytest.raises(ValueError, match=r"several units .m, m s-2. have none in common"):
+        sh.identify(blade(), data, "normal_load", progress=False)
