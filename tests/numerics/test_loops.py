@@ -94,6 +94,7 @@ def compiled(loop) -> bool:
 def test_a_loop_is_compiled_when_that_pays_in_all_processes_together(tmp_path, monkeypatch):
     monkeypatch.setenv(machine_code.CACHE, str(tmp_path))
     monkeypatch.setattr(machine_code, "_UNTIL_READ", 0.0)
+    monkeypatch.setattr(machine_code, "_UNTIL_COMPILED", 1.0)  # a minute
     machine_code._earlier.cache_clear()
     first = loops_of(tmp_path)
     first["outer"](1.0)

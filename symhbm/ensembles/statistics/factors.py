@@ -57,6 +57,10 @@ def amplification(dataset: xr.Dataset, tuned: xr.Dataset) -> xr.Dataset:
     >>> sh.statistics.amplification(mistuned, tuned).largest_amplification_of_peaks.values.round(3)
     array([1.251, 1.187])
     """
+    return _amplification(dataset, tuned, 4)
+
+
+def _amplification(dataset: xr.Dataset, tuned: xr.Dataset, stacklevel: int | None) -> xr.Dataset:
     ensemble = Population(dataset)
     peak, curve, tuned_source = _tuned(tuned, ensemble)
     along, used = ensemble.along, xr.DataArray(ensemble.used, dims=ensemble.dim)
@@ -94,7 +98,8 @@ def amplification(dataset: xr.Dataset, tuned: xr.Dataset) -> xr.Dataset:
             attributes = meant(f"{along} of the {of_all}", units)
             of_blade = value.isel(dof=blade).assign_attrs(attributes)
             result[f"{along}_of_largest_amplification"] = of_blade
-    return ensemble.explained(result, "Amplification factors of an ensemble", per_sample=True)
+    title = "Amplification factors of an ensemble"
+    return ensemble.explained(result, title, per_sample=True, stacklevel=stacklevel)
 
 
 def worst(
@@ -134,7 +139,7 @@ def worst(
     >>> sh.statistics.worst(mistuned, tuned).sample.item()
     2
     """
-    factors = amplification(dataset, tuned)
+    factors = _amplification(dataset, tuned, None)  # an error says it
     kinds = [str(name) for name in factors if str(name).startswith("amplification_")]
     check.known(by, kinds, "amplification of these results")
     largest = factors[f"largest_{by}"]

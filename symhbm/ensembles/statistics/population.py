@@ -152,17 +152,22 @@ class Population:
         )
         return xr.concat(parts, self.dim, **options)
 
-    def explained(self, result: xr.Dataset, title: str, per_sample: bool) -> xr.Dataset:
-        """The result with the number of samples, the parameters, the problem and a title."""
+    def explained(
+        self, result: xr.Dataset, title: str, per_sample: bool, stacklevel: int | None = 3
+    ) -> xr.Dataset:
+        """The result with the number of samples, the parameters, the problem and a title.
+
+        Where no sample is complete it warns at the caller ``stacklevel`` frames up, None for not.
+        """
         n_used = int(self.used.sum())
         waiting, others = missing_samples(self.dataset)
         n_waiting = int(waiting.sum())
         n_failed = self.size - n_used - n_waiting
-        if not n_used:
+        if not n_used and stacklevel is not None:
             warnings.warn(
                 f"{title}: NaN, none of {self.size} samples is complete, as their status says; "
                 "symhbm.resume computes those that are waiting, max_points= lets paths go on",
-                stacklevel=3,
+                stacklevel=stacklevel,
             )
         result = counted(result, n_used, n_failed, n_waiting + others, "complete samples")
         source = origin(self.dataset, () if per_sample else (self.dim,))
