@@ -159,17 +159,22 @@ class Loop:
             return False
         return self._is_kept or self._seconds + _earlier().get(self._stamp, 0.0) > self._patience
 
+    @property
+    def _named(self) -> list[Any]:
+        """What stands behind the global names in it, those of modules, too."""
+        names, known = self._function.__code__.co_names, self._function.__globals__
+        direct = [known.get(name) for name in names]
+        modules = filter(ismodule, direct)
+        return direct + [getattr(module, name, None) for module in modules for name in names]
+
     @cached_property
     def _called(self) -> list[Loop]:
         """It and all loops that it calls, in depth."""
         found: list[Loop] = [self]
         for loop in found:
-            names, known = loop._function.__code__.co_names, loop._function.__globals__
-            modules = filter(ismodule, map(known.get, names))
-            parts = [getattr(module, name, None) for module in modules for name in names]
-            for part in [*map(known.get, names), *parts]:
-                if isinstance(part, Loop) and part not in found:
-                    found.append(part)
+            for named in loop._named:
+                if isinstance(named, Loop) and named not in found:
+                    found.append(named)
         return found
 
     @property
@@ -188,10 +193,10 @@ class Loop:
         """Checksum of what machine code is made of."""
         parts = []
         for loop in self._called:
-            code, known = loop._function.__code__, loop._function.__globals__
-            numbers = [known.get(name) for name in code.co_names]
-            numbers = [each for each in numbers if isinstance(each, int | float | complex | tuple)]
-            parts += [code.co_code.hex(), repr((code.co_consts, code.co_names, numbers))]
+            code = loop._function.__code__
+            constants = [of for of in loop._named if isinstance(of, _CONSTANTS)]
+            constants = [of.tolist() if isinstance(of, np.ndarray) else of for of in constants]
+            parts += [code.co_code.hex(), repr((code.co_consts, code.co_names, constants))]
         return hashlib.sha256("\0".join(parts).encode()).hexdigest()
 
     @cached_property
@@ -231,6 +236,10 @@ class Loop:
     def _numba_type_(self) -> Any:
         """What it is for a loop that calls it."""
         return self._compiled._numba_type_
+
+
+_CONSTANTS = (int, float, complex, tuple, np.ndarray)
+"""Types of what machine code has written into it."""
 
 
 def _write_again(before: Any, arguments: Any) -> None:
