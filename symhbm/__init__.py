@@ -7,14 +7,12 @@ from typing import TYPE_CHECKING, Any
 
 from symhbm.balance import HarmonicBalance, SwitchingAngles, goals
 from symhbm.continuation import SolveError, Status
-from symhbm.model import ContactPairs as ContactPairs  # in no list: contact_pairs makes them
 from symhbm.model import (
     ModalDamping,
     Model,
     Places,
     RayleighDamping,
     StructuralDamping,
-    Structure,
     bladed_disk,
     contact_pairs,
     forces,
@@ -76,7 +74,6 @@ __all__ = [
     "SolveError",
     "Status",
     "StructuralDamping",
-    "Structure",
     "SwitchingAngles",
     "bladed_disk",
     "campbell",

@@ -119,7 +119,7 @@ def described_with_a_base(
         owner = named(thing.fget.__module__, thing.fget.__qualname__, above=1)
     if not isinstance(owner, type):
         return None
-    names = {*symhbm.__all__, *symhbm.forces.__all__, *symhbm.laws.__all__}
+    names = {*symhbm.__all__, *symhbm.forces.__all__, *symhbm.laws.__all__, "Structure"}
     public = [base for base in owner.__mro__[1:] if base.__name__ in names]
     return True if any(hasattr(base, name) for base in public) else None
 

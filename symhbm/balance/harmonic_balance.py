@@ -99,7 +99,7 @@ class HarmonicBalance:
         results state.
     peaks_of
         The output of the model, by name, whose peaks are looked for in place of those of
-        displacements, see `symhbm.Structure.with_outputs`; or a goal, one of ``symhbm.goals``.
+        displacements, see `symhbm.Model.with_outputs`; or a goal, one of ``symhbm.goals``.
     by_sector
         Solve one sector where all of them move alike (a tuned disk under an engine order), and give
         the results of all ``n_sectors``. False solves all sectors: a cross-check.

@@ -144,7 +144,8 @@ class Structure(Record, ABC):
 
     >>> import numpy as np
     >>> import symhbm as sh
-    >>> class Rod(sh.Structure):  # 1 m long, wave speed 100 m/s, E A = 1e4 N, loss factor 0.02
+    >>> from symhbm.model import Structure
+    >>> class Rod(Structure):  # 1 m long, wave speed 100 m/s, E A = 1e4 N, loss factor 0.02
     ...     def dynamic_stiffness(self, harmonic, frequency):
     ...         speed = 100 * np.sqrt(1 + 0.02j)
     ...         x = max(harmonic * frequency, 1e-6) / speed

@@ -20,6 +20,7 @@ from symhbm.continuation.unforced import (
     phase_of,
 )
 from symhbm.continuation.unforced.linear_modes import _modes_about
+from symhbm.model import Structure
 
 ODD = tuple(range(1, 22, 2))
 
@@ -224,7 +225,7 @@ def test_force_that_sustains_is_that_of_the_mass_times_the_velocity():
 
 
 def test_structures_without_a_mass_matrix_are_refused():
-    class Spring(sh.Structure):
+    class Spring(Structure):
         def dynamic_stiffness(self, harmonic, frequency):
             return np.array([[1e4 + 0j]]), np.array([[0j]])
 

@@ -39,6 +39,7 @@ ONLY_IN = {
     "tqdm": "workers",
     "click": "cli",
 }
+MOST_NAMES_OF_THE_TOP = 55
 MOST_MODULES = 825
 """Modules of all packages that the import brings, a tenth more than it does."""
 SLOW = {"xarray", "pandas", "matplotlib", "plotly", "netCDF4", "dask", "numba", "scipy.stats"}
@@ -188,6 +189,18 @@ def test_names_that_are_imported_later_are_those_that_types_know():
     }
     assert known == symhbm._ROOM_OF
     assert all(hasattr(symhbm, name) for name in symhbm.__all__)
+
+
+def test_the_top_has_few_names_and_none_beside_its_list():
+    """Rooms are there, too: Python puts them beside the names of their package."""
+    ours = {
+        name: thing
+        for name, thing in vars(symhbm).items()
+        if not name.startswith("_") and str(getattr(thing, "__module__", "")).startswith("symhbm")
+    }
+    assert len(symhbm.__all__) <= MOST_NAMES_OF_THE_TOP
+    assert {*ours} <= {*symhbm.__all__}
+    assert "Model" in ours
 
 
 def test_import_is_light():

@@ -6,13 +6,14 @@ import numpy as np
 import pytest
 
 import symhbm as sh
+from symhbm.model import Structure
 from tests.quick import quick_first
 
 DAMPER = dict(contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3.0)
 SPEED, RIGIDITY, LENGTH = 100.0, 1e4, 1.0  # m/s, N, m
 
 
-class Rod(sh.Structure):
+class Rod(Structure):
     """Longitudinal vibration of a clamped rod, felt at its free end: ``E A k cot(k L)``."""
 
     def __init__(self, loss=0.02, **contacts):
@@ -35,7 +36,7 @@ class Rod(sh.Structure):
         return int(x // np.pi) + int(stiffness < 0)
 
 
-class ByHarmonics(sh.Structure):
+class ByHarmonics(Structure):
     """A model of which nothing but the dynamic stiffness is told."""
 
     def __init__(self, model):
@@ -143,7 +144,7 @@ def test_bad_structures_are_refused():
     with pytest.raises(ValueError, match="friction_coefficient=None"):
         Rod(contact_stiffness=1.0)
     with pytest.raises(TypeError, match="abstract"):
-        sh.Structure(1)  # type: ignore[abstract]
+        Structure(1)  # type: ignore[abstract]
 
 
 class Changed(ByHarmonics):
