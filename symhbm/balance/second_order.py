@@ -80,6 +80,8 @@ class SecondOrder:
         self._inputs = list(symbol)
         inputs = [*symbol.values(), multipliers, *added]
         self._compiled = Compiled(ca.Function("second_order", inputs, [jacobian, hessian]))
+        by_parameters = ca.densify(jacobian[:, problem.n_unknowns + 1 :])
+        self._first = Compiled(ca.Function("by_parameters", [*symbol.values()], [by_parameters]))
         as_full = self.n_variables <= DENSE_LIMIT
         self._assemblies = tuple(Assembly(m.sparsity(), as_full) for m in (jacobian, hessian))
 
@@ -102,13 +104,12 @@ class SecondOrder:
         if evaluation is None:
             evaluation = problem.evaluate(unknowns, frequency, switches)
         contacts = evaluation.states
-        named = problem.arguments(unknowns, frequency, states=contacts)
         weights = problem.layout.relative(multipliers)
         added = self.added(
             *(problem, unknowns, frequency, contacts),
             lambda group: problem.contacts.motions(group, weights),
         )
-        inputs = [np.ravel(named[name], order="F") for name in self._inputs]
+        inputs = self._at(problem, unknowns, frequency, contacts)
         found = self._compiled(*inputs, multipliers, *added)
         jacobian, hessian = (
             assemble(values) for assemble, values in zip(self._assemblies, found, strict=True)
@@ -120,6 +121,28 @@ class SecondOrder:
             jacobian = self._with_structure(jacobian, evaluation)
             hessian = hessian + self._of_structure(*bend)
         return Expansion(evaluation, jacobian, hessian)
+
+    def by_parameters(
+        self,
+        problem: HarmonicBalance,
+        unknowns: FloatArray,
+        frequency: float,
+        states: ContactStates,
+    ) -> FloatArray:
+        """First derivatives of the balance by the parameters, (n_unknowns, n_parameters)."""
+        (found,) = self._first(*self._at(problem, unknowns, frequency, states))
+        return found.reshape(-1, problem.n_unknowns).T
+
+    def _at(
+        self,
+        problem: HarmonicBalance,
+        unknowns: FloatArray,
+        frequency: float,
+        states: ContactStates,
+    ) -> list[FloatArray]:
+        """Stored entries of the inputs of the balance."""
+        named = problem.arguments(unknowns, frequency, states=states)
+        return [np.ravel(named[name], order="F") for name in self._inputs]
 
     def _with_structure(self, jacobian: Any, evaluation: Evaluation) -> Any:
         """The derivatives with those of a structure without matrices by unknowns and frequency."""

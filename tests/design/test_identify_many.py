@@ -71,6 +71,23 @@ def test_differences_lead_to_the_same_optimum_by_more_solutions(names):
     assert share <= 1.5 / (len(names) + 1)
 
 
+def test_a_solution_takes_few_evaluations(monkeypatch):
+    """Steps over corners do not stall: most solutions take three, from where the last lead to."""
+    problem = sh.HarmonicBalance(one_blade(), sh.forces.PointForce())
+    data = measured_responses(problem, [0.5, 2.0], np.linspace(13, 24, 23), noise=0.02)
+    wrong = problem.with_parameters(normal_load=7.8, contact_stiffness=2e4, damping=0.3)
+    objective = objective_of(wrong, Rows.of(data), ["normal_load", "contact_stiffness", "damping"])
+    evaluations, evaluate = [0], sh.HarmonicBalance.evaluate
+
+    def counted(self, *arguments, **options):
+        evaluations[0] += 1
+        return evaluate(self, *arguments, **options)
+
+    monkeypatch.setattr(sh.HarmonicBalance, "evaluate", counted)
+    assert descend(objective, objective.unknowns.start).converged
+    assert evaluations[0] < 4 * objective.n_solved
+
+
 def swept(problem: Any, frequencies: Any, steps: int = 40) -> Any:
     """Complex amplitudes [m] of a slow sweep: each solution from the last, or from scratch."""
     path = [np.linspace(a, b, steps, endpoint=False) for a, b in pairwise(frequencies)]

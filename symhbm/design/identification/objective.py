@@ -18,7 +18,7 @@ from symhbm.balance import Evaluation, HarmonicBalance, SecondOrder
 from symhbm.continuation import ACCEPTED, FrequencyProblem, follow_branch, newton, solve_point
 from symhbm.design.identification.observations import Curve, Rows, readings
 from symhbm.design.identification.unknowns import Unknowns
-from symhbm.numerics import RADIANS, Factorisation, FloatArray, full
+from symhbm.numerics import RADIANS, Factorisation, FloatArray
 
 _MOST_POINTS = 5000
 """Points of one path of a response that may jump."""
@@ -90,19 +90,22 @@ class Objective:
         """The solutions of one curve."""
         if curve.followed or not problem.single_valued:
             return self._followed(curve, problem)
-        solved: list[Solved] = []
+        solved, starts, missed = list[Solved](), list[FloatArray](), 0.0
         for k, omega in enumerate(curve.omegas.tolist()):
-            starts = [solved[-1].unknowns] if solved else []
-            if self._near is not None:
-                starts = [*self._near.predicted(number, k, x), *starts]
+            predicted = None if self._near is None else self._near.predicted(number, k, x)
+            if predicted is not None:
+                starts = [predicted + missed, *starts, predicted]
             solved.append(self._one(problem, omega, starts))
+            # What a prediction misses changes little from one frequency to the next.
+            starts = [solved[-1].unknowns]
+            missed = 0.0 if predicted is None else starts[0] - predicted
         return solved
 
     def _one(self, problem: HarmonicBalance, omega: float, starts: list[FloatArray]) -> Solved:
         """The one solution at a frequency, from the first start that leads to it."""
         self.n_solved += 1
         for start in starts:
-            result = newton(partial(problem.evaluate, frequency=omega), start)
+            result = newton(partial(problem.evaluate, frequency=omega), start, damped=False)
             self.n_iterations += result.iterations
             if result.converged:
                 return Solved(problem, omega, result.unknowns, result.evaluation)
@@ -141,10 +144,9 @@ class Point:
     x: FloatArray
     solved: list[list[Solved]]
 
-    def predicted(self, number: int, k: int, x: FloatArray) -> list[FloatArray]:
-        """Unknowns where variables are others, next to a solution: to first order, or as here."""
-        known = self.solved[number][k].unknowns
-        return [known + self._moves[number][k] @ (x - self.x), known]
+    def predicted(self, number: int, k: int, x: FloatArray) -> FloatArray:
+        """Unknowns where variables are others, next to a solution, to first order."""
+        return self.solved[number][k].unknowns + self._moves[number][k] @ (x - self.x)
 
     @cached_property
     def _sensors(self) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -201,7 +203,9 @@ class Point:
             own = self._balanced_slopes(solved[0].problem)
             of_curve = []
             for one in solved:
-                right = full(self._expanded(one, np.zeros(len(one.unknowns))).by_parameters) @ own
+                second_order = self.objective.second_order(one.problem)
+                at = one.problem, one.unknowns, one.omega, one.evaluation.states
+                right = second_order.by_parameters(*at) @ own
                 move = Factorisation(one.evaluation.jacobian).solve(-right)
                 if move is None:
                     raise ArithmeticError(f"the response at {one.omega / RADIANS:g} Hz is singular")
