@@ -17,13 +17,15 @@ from multiprocessing import parent_process
 from types import FrameType
 from typing import Any
 
-from symhbm.numerics import check
+from symhbm.numerics import Watcher, check
 
 _REACHED = 0.5
 _LINES_APART = 30.0
 """Seconds between two words on how far work has come, beside a bar and in lines."""
 _BAR_DELAY = 2.0
 """Seconds before a progress bar appears."""
+_LONG, _LARGE = 60.0, 1e9
+"""Seconds and bytes of all work from which on a forecast is worth a line."""
 _SECONDS = 1.0
 """Between two checks that the parent is alive."""
 
@@ -72,6 +74,27 @@ def at_work(call: str) -> Iterator[None]:
         yield
     finally:
         _worker.busy = False
+
+
+@contextmanager
+def noted(rest: Callable[[], str | None]) -> Iterator[None]:
+    """Add a note to KeyboardInterrupt on what is kept; a script that it ends says that alone."""
+    try:
+        yield
+    except KeyboardInterrupt as interrupt:
+        if (kept := rest()) is not None:
+            interrupt.add_note(f"symhbm: interrupted; {kept}")
+            if sys.excepthook is sys.__excepthook__:
+                sys.excepthook = _notes_alone
+        raise
+
+
+def _notes_alone(kind: type[BaseException], error: BaseException, trace: Any) -> None:
+    """Print an uncaught exception; of a noted interrupt its notes, as no line of it is wrong."""
+    if kind is KeyboardInterrupt and getattr(error, "__notes__", None):
+        print(*error.__notes__, sep="\n", file=sys.stderr)
+    else:
+        sys.__excepthook__(kind, error, trace)
 
 
 def _interrupted(signum: int, frame: FrameType | None) -> None:
@@ -184,29 +207,91 @@ def progress_bar(
     )
 
 
-class Reached:
+class Reached(Watcher):
     """How far one piece of work has come, beside the bar of all pieces.
 
-    ``ends`` are the first and the last value, in ``units``.
+    A path goes between ``ends``, the values that ``shown`` says in ``units``; None where it goes
+    along something else.
     """
 
-    def __init__(self, bar: Any, ends: tuple[float, float], units: str):
-        self._bar, self._ends, self._units = bar, ends, units
-        self._start = time.monotonic()
-        self._told = self._start + _BAR_DELAY - _REACHED
+    def __init__(
+        self,
+        bar: Any,
+        ends: Sequence[float] | None,
+        shown: Callable[[float], float] = float,
+        units: str = "",
+    ):
+        self._bar, self._ends, self._shown, self._units = bar, ends, shown, units
+        self._stage = ""
+        self._begin = 0.0, 0.0
+        self._told = time.monotonic() + _BAR_DELAY - _REACHED
 
-    def __call__(self, value: float) -> None:
-        """Tell a value that was reached, and how long it takes to the last one at this pace."""
+    def reached(self, value: float, n_maxima: int) -> None:
+        """Tell where a path is."""
+        if self._ends is not None:
+            first, last = self._ends
+            band = f"of {self._shown(first):g} to {self._shown(last):g} {self._units}".rstrip()
+            peaks = f", {n_maxima} peak{'' if n_maxima == 1 else 's'}" if n_maxima else ""
+            text = f"{self._shown(value):.6g} {band}{peaks}"
+            self._tell("path", text, (value - first) / (last - first))
+
+    def done(self, number: int, total: int | None, what: str) -> None:
+        """Tell how much of what follows a path is done."""
+        of = f" of {total}" if total else ""
+        self._tell(what, f"{what}: {number}{of}", number / total if total else 0.0)
+
+    def _tell(self, stage: str, text: str, share: float) -> None:
+        """Tell, and how long the rest of this stage takes at the pace up to here."""
         now = time.monotonic()
+        if stage != self._stage:
+            self._stage, self._begin = stage, (now, share)
         if now - self._told < _REACHED:
             return
         self._told = now
-        first, last = self._ends
-        text = f"{value:.6g} of {first:g} to {last:g} {self._units}".rstrip()
-        share = (value - first) / (last - first)
-        if 0 < share < 1:
-            text += f", {(now - self._start) * (1 / share - 1):.0f} s left of the path"
+        start, before = self._begin
+        if before < share < 1:
+            text += f", about {span((now - start) * (1 - share) / (share - before))} left"
         self._bar.set_postfix_str(text)
+
+
+def amount(n_bytes: float) -> str:
+    """Size of a file or of memory in words."""
+    for unit, factor in (("TB", 1e12), ("GB", 1e9), ("MB", 1e6), ("kB", 1e3)):
+        if n_bytes >= factor:
+            return f"{n_bytes / factor:.3g} {unit}"
+    return f"{n_bytes} bytes"
+
+
+def span(seconds: float) -> str:
+    """A time in a unit that makes its number short."""
+    for size, unit in ((86400, "days"), (3600, "h"), (60, "min")):
+        if seconds >= 1.5 * size:
+            return f"{seconds / size:.2g} {unit}"
+    return f"{seconds:.0f} s"
+
+
+class Forecast:
+    """How long many pieces of work take and how large their results are, told once if it is much.
+
+    ``rest`` is how many there are to be done, ``kept`` where results are.
+    """
+
+    def __init__(self, bar: Any, unit: str, rest: int, kept: str):
+        self._bar, self._unit, self._rest, self._kept = bar, unit, rest, kept
+        self._start, self._done, self._bytes = time.monotonic(), 0, 0
+        self._told = False
+
+    def __call__(self, sizes: Sequence[int]) -> None:
+        """Tell, from the sizes [bytes] of results that are done."""
+        self._done += len(sizes)
+        self._bytes += sum(sizes)
+        seconds = time.monotonic() - self._start
+        if self._told or not 0 < self._done < self._rest or seconds < _BAR_DELAY:
+            return
+        self._told, share = True, self._done / self._rest
+        if seconds / share >= _LONG or self._bytes / share >= _LARGE:
+            needs = f"{span(seconds / share)} and {amount(self._bytes / share)} {self._kept}"
+            self._bar.write(f"symhbm: {self._rest} {self._unit}s take about {needs}")
 
 
 class _Lines:
@@ -215,7 +300,7 @@ class _Lines:
     def __init__(self, unit: str, delay: float, total: int | None, initial: int, label: str | None):
         self._unit, self._total, self._label = unit, total, f"{label}, " if label else ""
         self._start = time.monotonic()
-        self._delay, self._done = delay, initial
+        self._delay, self._done, self._initial = delay, initial, initial
         self._told = self._step
         self._last = self._start
 
@@ -243,7 +328,15 @@ class _Lines:
         if self._total:
             text = f"{100 * self._done // self._total} %, {self._done} of {self._total}"
             text += f" {self._unit}{'' if self._total == 1 else 's'}"
-        print(f"symhbm: {self._label}{text} after {seconds:.0f} s", file=sys.stderr, flush=True)
+        text += f" after {seconds:.0f} s"
+        if self._total and self._done < self._total:
+            rest = (self._total - self._done) / (self._done - self._initial)
+            text += f", about {span(rest * seconds)} left"
+        self.write(f"symhbm: {self._label}{text}")
+
+    def write(self, text: str) -> None:
+        """Say a line."""
+        print(text, file=sys.stderr, flush=True)
 
     def set_postfix_str(self, text: str) -> None:
         """Tell how far a long piece of work has come."""
@@ -251,7 +344,7 @@ class _Lines:
         if now - self._last >= _LINES_APART:
             self._last = now
             seconds = f"after {now - self._start:.0f} s"
-            print(f"symhbm: {self._label}{text}, {seconds}", file=sys.stderr, flush=True)
+            self.write(f"symhbm: {self._label}{text}, {seconds}")
 
     def close(self) -> None:
         """Nothing is left to tell."""

@@ -137,14 +137,6 @@ def bound(text: str) -> tuple[str, float | None]:
         raise ValueError(f"--bound {text}: expected FIGURE=VALUE") from None
 
 
-def size(n_bytes: int) -> str:
-    """Size of a file in words."""
-    for unit, factor in (("GB", 1e9), ("MB", 1e6), ("kB", 1e3)):
-        if n_bytes >= factor:
-            return f"{n_bytes / factor:.3g} {unit}"
-    return f"{n_bytes} bytes"
-
-
 def _law(name: str) -> ContactLaw:
     module, _, kind = name.partition(":")
     sys.path.insert(0, str(Path.cwd()))

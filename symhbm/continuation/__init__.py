@@ -11,7 +11,6 @@ from symhbm.continuation.correctors import (
 from symhbm.continuation.following import branches_over, filled, follow_branch
 from symhbm.continuation.newton import ACCEPTED, NewtonResult, newton, other_solution, slope_of
 from symhbm.continuation.other_branches import FoundBranch, Origin, other_branches
-from symhbm.continuation.path import watched
 from symhbm.continuation.point import Event, EventKind, PathPoint
 from symhbm.continuation.problem import ContinuationProblem, FrequencyProblem, ParameterProblem
 from symhbm.continuation.segment import PathState, Segment
@@ -49,5 +48,4 @@ __all__ = [
     "prepare",
     "slope_of",
     "solve_point",
-    "watched",
 ]

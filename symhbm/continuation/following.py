@@ -5,7 +5,7 @@ neighbour starts the next one, which is followed back to its first point and fro
 What lies between two branches is not computed.
 """
 
-from collections.abc import Callable, Collection, Sequence
+from collections.abc import Callable, Collection, Iterator, Sequence
 from dataclasses import dataclass, replace
 from itertools import pairwise
 
@@ -27,7 +27,7 @@ from symhbm.continuation.point import EventKind, PathPoint
 from symhbm.continuation.problem import ContinuationProblem
 from symhbm.continuation.start import linear_response, points_at_rest, solve_point
 from symhbm.continuation.status import Status
-from symhbm.numerics import FloatArray, on_one_thread
+from symhbm.numerics import FloatArray, on_one_thread, watching
 
 _RESTARTS = (1, 10, 100, 1000)
 """Distances beyond a pole at which a new path starts, over that of the last point before it."""
@@ -90,7 +90,7 @@ def follow_with(
     while solution.converged and (end - start) * heading > 0:
         # Without a solution beyond its pole the branch keeps the status of the path.
         path = Path(curve, solution.unknowns, start, end, corrector, max_points)
-        path_points = list(path)
+        path_points = list(_told(path))
         max_points -= len(path_points)
         follower.rejected += path.rejected
         status = path.status
@@ -123,6 +123,17 @@ def follow_with(
     if complete and any(e.kind == EventKind.BRANCH for p in points for e in p.events):
         status = Status.BRANCH_POINTS
     return Branch(corrector, solve_from_scratch, per_dof, points, peaks, status, follower.rejected)
+
+
+def _told(path: Path) -> Iterator[PathPoint]:
+    """The points of a path, told as they come with how many maxima lie before them."""
+    watcher, maxima, rises, before = watching(), 0, False, np.inf
+    for point in path:
+        size = np.linalg.norm(point.unknowns)
+        maxima += bool(rises and size < before)
+        rises, before = size > before, size
+        watcher.reached(point.value, maxima)
+        yield point
 
 
 def filled(branch: Branch) -> Branch:

@@ -9,9 +9,7 @@ Lengths are relative to the response and to the parameter at the start of the st
 mean the same in any units.
 """
 
-from collections.abc import Callable, Iterator
-from contextlib import contextmanager
-from contextvars import ContextVar
+from collections.abc import Iterator
 from typing import Any
 
 import numpy as np
@@ -75,19 +73,6 @@ SHRINKAGE = 1 / 50
 """Step over the usual one below which a corner that event location missed is assumed to be near."""
 
 
-_WATCHER: ContextVar[Callable[[float], object]] = ContextVar("watcher", default=lambda value: None)
-
-
-@contextmanager
-def watched(tell: Callable[[float], object]) -> Iterator[None]:
-    """A context in which ``tell`` gets the value of the parameter at each point of any path."""
-    token = _WATCHER.set(tell)
-    try:
-        yield
-    finally:
-        _WATCHER.reset(token)
-
-
 class Path:
     """Iterator over the points of a curve from ``start``, where ``unknowns`` solve it, to ``end``.
 
@@ -127,12 +112,6 @@ class Path:
         self._solves_before = self.corrector.solves
 
     def __iter__(self) -> Iterator[PathPoint]:
-        tell = _WATCHER.get()
-        for point in self._points():
-            tell(point.value)
-            yield point
-
-    def _points(self) -> Iterator[PathPoint]:
         point = self._first()
         if point is None:
             self.status = Status.NO_START

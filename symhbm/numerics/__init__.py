@@ -37,6 +37,7 @@ from symhbm.numerics.turning_points import (
     turning_hessian,
     turning_points,
 )
+from symhbm.numerics.watched import Watcher, watched, watching
 
 __all__ = [
     "DENSE_LIMIT",
@@ -49,6 +50,7 @@ __all__ = [
     "FloatArray",
     "FourierBasis",
     "Table",
+    "Watcher",
     "bordered",
     "bracketed_root",
     "by_harmonic",
@@ -75,4 +77,6 @@ __all__ = [
     "turning_hessian",
     "turning_points",
     "unknowns_of",
+    "watched",
+    "watching",
 ]

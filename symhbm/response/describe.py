@@ -1,6 +1,6 @@
 """Results at solution points as plain arrays by the names of the dataset."""
 
-from collections.abc import Sequence
+from collections.abc import Callable, Sequence
 from typing import Any
 
 import numpy as np
@@ -15,6 +15,7 @@ from symhbm.numerics import (
     Table,
     by_harmonic,
     largest_displacement,
+    watching,
 )
 from symhbm.results import OF_LAWS, VARIABLES, tables, values_of, variables_of
 from symhbm.time_domain import Growth, growth, verdict
@@ -66,7 +67,8 @@ def describe_each(
         return None if values is None else values[batch]
 
     given = problems, unknowns, omegas, norms, held
-    parts = [_described(stability, machine_code, *(within(of, b) for of in given)) for b in batches]
+    asked = watching().counting("points described", len(problems)), stability, machine_code
+    parts = [_described(*asked, *(within(of, b) for of in given)) for b in batches]
     table: Table = {"iterations": np.array(iterations)}
     table |= {name: np.concatenate([part[name] for part in parts]) for name in parts[0]}
     amplitudes = _amplitudes(first, unknowns, tangents)
@@ -126,6 +128,7 @@ def _layout(problem: HarmonicBalance, stability: bool) -> tables.Layout:
 
 
 def _described(
+    tell: Callable[[], None],
     stability: bool,
     machine_code: bool,
     problems: Sequence[HarmonicBalance],
@@ -156,10 +159,10 @@ def _described(
     if not converged.all():
         table = {name: _where(converged, values, np.nan) for name, values in table.items()}
     if stability:
-        found = [
-            growth(of, omega, of.evaluate(at, omega), at) if solved else Growth()
-            for (of, at, omega), solved in zip(arguments, converged, strict=True)
-        ]
+        found = []
+        for (of, at, omega), solved in zip(arguments, converged, strict=True):
+            found.append(growth(of, omega, of.evaluate(at, omega), at) if solved else Growth())
+            tell()
         rates = [of.rate for of in found]
         table["growth_rate"] = np.array(rates)
         table["doubling"] = np.array([of.doubling for of in found])

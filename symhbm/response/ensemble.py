@@ -15,12 +15,12 @@ from functools import partial
 from typing import Any
 
 from symhbm.balance import HarmonicBalance
-from symhbm.continuation import Status, watched
-from symhbm.numerics import Table
+from symhbm.continuation import Status
+from symhbm.numerics import Table, watched
 from symhbm.numerics.loops import told_of_compiling
 from symhbm.response.curve import compute_curve, continuation_problem_of
 from symhbm.results import Request, Sweep, runs, tables
-from symhbm.workers import Reached, at_work, progress_bar, warn_of_executor
+from symhbm.workers import Forecast, Reached, at_work, progress_bar, warn_of_executor
 
 _WAITING = 2
 """Pieces of work queued for each worker: none waits for this process."""
@@ -68,19 +68,24 @@ def compute(
     with told_of_compiling(tell), bar_of_curves as bar:
         numbers = [number for number in range(sweep.size) if number not in done]
         reached = partial(_reached, bar, problem, request)
+        kept = "of disk" if running.archive else "of memory; archive= keeps them on the disk"
+        forecast = Forecast(bar, "curve", len(numbers), kept)
         for finished in _outcomes(problem, sweep, request, numbers, running.executor, reached):
             bar.update(len(finished))
-            yield [(number, table(outcome)) for number, outcome in finished]
+            encoded = [(number, table(outcome)) for number, outcome in finished]
+            if running.progress is not False:
+                forecast([len(data) for _, (_, data) in encoded])
+            yield encoded
 
 
-def _reached(bar: Any, problem: HarmonicBalance, request: Request) -> Callable[[float], None]:
-    """What tells on a bar where the path of the next curve is."""
-    if request.unforced is not None:  # free motions move along amplitudes of their own
-        return lambda value: None
-    by_frequency = request.name == "frequency"
-    units = "Hz" if by_frequency else problem.model.about(request.name).units
-    tell = Reached(bar, request.band, units)
-    return lambda value: tell(value / request.unit)
+def _reached(bar: Any, problem: HarmonicBalance, request: Request) -> Reached:
+    """What tells on a bar how far the next curve is."""
+    if request.amplitudes is not None and request.name != "amplitude":
+        return Reached(bar, None)  # cycles are looked for along modes, at each value anew
+    of_paths = {"frequency": "Hz", "amplitude": "m"}
+    units = of_paths.get(request.name) or problem.model.about(request.name).units
+    ends = request.followed(request.band).tolist()
+    return Reached(bar, ends, lambda value: float(request.shown([value])[0]), units)
 
 
 def _outcomes(
@@ -89,7 +94,7 @@ def _outcomes(
     request: Request,
     numbers: list[int],
     executor: Executor | None,
-    reached: Callable[[], Callable[[float], None]],
+    reached: Callable[[], Reached],
 ) -> Iterator[Sequence[tuple[int, Outcome]]]:
     if executor is not None:
         numbers = yield from _Shared(problem, sweep, request, executor).outcomes(numbers)

@@ -5,9 +5,9 @@ import os
 import sys
 import warnings
 from collections import Counter
-from collections.abc import Callable, Iterable, Iterator
+from collections.abc import Callable, Iterable
 from concurrent.futures import Executor
-from contextlib import closing, contextmanager, suppress
+from contextlib import closing, suppress
 from functools import cache
 from pathlib import Path
 
@@ -38,6 +38,7 @@ from symhbm.results.archive import (
     working_file,
 )
 from symhbm.results.reading import COMPLETE
+from symhbm.workers import noted
 
 _TOLD = 5
 """Curves of a sweep that a warning names."""
@@ -64,7 +65,7 @@ def run_sweep(
     if request.keep is not None:
         call.attributes["left_out"] = json.dumps(_left_out(problem, request, call))
     if running.archive is None:
-        with Spool() as spool, _with_note(lambda: _lost_text(len(spool), sweep.size)):
+        with Spool() as spool, noted(lambda: _lost_text(len(spool), sweep.size)):
             for encoded in compute(problem, sweep, request, blank, running):
                 spool.add(encoded)
             if part is not None:
@@ -195,7 +196,7 @@ def resume(
     >>> sh.resume("loads.nc", progress=False).sizes["normal_load"]
     2
     """
-    running = runs.Running(executor=executor, progress=progress)
+    running = runs.Running(archive=path, executor=executor, progress=progress)
     target = _target("path", path_of(path).with_name(path_of(path).name.removesuffix(SUFFIX)))
     file = working_file(target)
     if not file.exists():
@@ -227,7 +228,7 @@ def _finished(
         return complete
     sweep, _ = schema.recall(call)
     _check_names(store, blank())
-    with _with_note(lambda: f"{store.rest}, and so does symhbm.resume({str(target)!r})"):
+    with noted(lambda: f"{store.rest}, and so does symhbm.resume({str(target)!r})"):
         curves = compute(problem, sweep, request, blank, running, store.done)
         # Closed at once where the file cannot be written: nothing more is computed.
         with closing(curves):
@@ -236,16 +237,6 @@ def _finished(
         assemble(store, target, running.progress)
         store.remove()
     return load(target, lazy=True)
-
-
-@contextmanager
-def _with_note(rest: Callable[[], str]) -> Iterator[None]:
-    """Add a note to KeyboardInterrupt on the results that are safe."""
-    try:
-        yield
-    except KeyboardInterrupt as interrupt:
-        interrupt.add_note(f"symhbm: interrupted; {rest()}")
-        raise
 
 
 def _lost_text(n_done: int, n_sets: int) -> str:

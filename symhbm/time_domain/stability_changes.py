@@ -13,7 +13,7 @@ from typing import NamedTuple
 import numpy as np
 
 from symhbm.continuation import Corrector, EventKind, PathState, Segment
-from symhbm.numerics import bracketed_root, refined
+from symhbm.numerics import bracketed_root, refined, watching
 from symhbm.time_domain.stability import Growth, growth, multiplier_at, verdict
 
 _BESIDE = 1e-2
@@ -75,7 +75,9 @@ def stability_changes(
     changes: list[Change] = []
     close = _CLOSE * max((abs(point.rate) for point in points if point is not None), default=0.0)
     lost, before, dips = 0, -1, _dips(corrector, points)
+    tell = watching().counting("steps searched for changes of stability", len(points) - 1)
     for number, (left, right) in enumerate(pairwise(points)):
+        tell()
         if left is None or right is None:
             before = -1
             continue

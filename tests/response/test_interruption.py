@@ -75,6 +75,28 @@ def test_what_an_executor_has_finished_is_safe(pool, tmp_path, monkeypatch):
         assert result.identical(call())
 
 
+def test_a_script_ends_with_the_sentence_alone(tmp_path):
+    """No traceback, and the exit code that an interrupt has."""
+    script = """
+        import signal
+        import test_interruption as own
+        from symhbm.response import ensemble
+
+        ensemble._outcome = lambda *given: signal.raise_signal(signal.SIGINT)
+        own.call(archive="x.nc")
+    """
+    done = subprocess.run(
+        [sys.executable, "-c", textwrap.dedent(script)],
+        capture_output=True,
+        text=True,
+        cwd=tmp_path,
+        env=os.environ | {"PYTHONPATH": os.pathsep.join([str(Path(__file__).parent), *sys.path])},
+    )
+    assert done.stderr.startswith("symhbm: interrupted; 0 of 4 parameter sets are safe in 'x.nc.")
+    assert done.stderr.count("\n") == 1
+    assert done.returncode == -signal.SIGINT
+
+
 def test_a_finished_archive_says_that_nothing_was_computed(tmp_path, capsys):
     path = tmp_path / "x.nc"
     call(archive=path, progress=None).close()

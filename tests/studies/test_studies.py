@@ -782,7 +782,7 @@ def test_a_study_that_fails_does_not_stop_the_others(tmp_path, monkeypatch, caps
     wrong = Landmark("half", 0.5, 1.0, "", Source.EXACT, 1e-3)
     monkeypatch.setitem(sys.modules, "studies.failing", fake("failing", raises))
     monkeypatch.setitem(sys.modules, "studies.missing", fake("missing", nothing, [wrong]))
-    studies = {"failing": 1, "not_there": 1, "missing": 1, "fig04_hysteresis_loop": 1}
+    studies = {"failing": 1, "not_there": 1, "fig04_hysteresis_loop": 2, "missing": 1}
     assert main(studies, tmp_path) == 1
     shown = capsys.readouterr()
     assert shown.out.split() == [
@@ -798,8 +798,9 @@ def test_a_study_that_fails_does_not_stop_the_others(tmp_path, monkeypatch, caps
     assert "failing: ArithmeticError: no <solution> at 3 N" in shown.err
     assert "not_there: ModuleNotFoundError" in shown.err
     assert "missing: half: DIFFERS" in shown.err
-    # One bar, to its end.
+    # One bar, to its end, with a sane estimate from its first line on.
     assert "100%" in shown.err
+    assert "about 5 s left" in shown.err
     page = (tmp_path / "index.html").read_text()
     assert "no &lt;solution&gt; at 3 N" in page
     assert "A study of &lt;nothing&gt; &amp; more" in page

@@ -4,8 +4,9 @@ from pathlib import Path
 
 import click
 
-from symhbm.cli.terminal import archive_argument, opened, say, size
+from symhbm.cli.terminal import archive_argument, opened, say
 from symhbm.results.telling import as_text
+from symhbm.workers import amount
 
 
 @click.command()
@@ -28,5 +29,5 @@ def info(archive: Path) -> None:
       symhbm info disk.nc.partial
     """
     with opened(archive) as dataset:
-        say(f"{'archive':<23} {archive}, {size(archive.stat().st_size)}", err=False)
+        say(f"{'archive':<23} {archive}, {amount(archive.stat().st_size)}", err=False)
         say(as_text(dataset), err=False)

@@ -20,7 +20,7 @@ from symhbm.continuation.correctors import Corrector
 from symhbm.continuation.point import UNBOUNDED_AMPLIFICATION, PathPoint
 from symhbm.continuation.problem import ContinuationProblem
 from symhbm.continuation.segment import Measure, PathState, Segment, ahead, measure
-from symhbm.numerics import FloatArray
+from symhbm.numerics import FloatArray, watching
 from symhbm.numerics.loops import Loop, interpolation
 
 
@@ -169,6 +169,7 @@ class Batch:
         segment, doubt = self.segment(k), self._doubt
         can_be = segment.length > 0 and not self.is_last
         middle = doubt.solution(segment, share) if can_be else None
+        doubt.tell()
         if middle is not None and segment.other_states and not doubt.ignore_states:
             doubt.other_states[int(self.segments.number[k])] = float(middle.state[-1])
             return False
@@ -190,6 +191,7 @@ class Doubt(ABC):
 
     def __init__(self, corrector: Corrector, ignore_states: bool = False):
         self.corrector, self.ignore_states = corrector, ignore_states
+        self.tell = watching().counting("places between points solved for")
         self.other_states: dict[int, float] = {}
 
     @abstractmethod

@@ -20,7 +20,7 @@ from symhbm.design.identification.report import report, sentences_of, start_of
 from symhbm.design.identification.unknowns import Unknowns, read_unknowns
 from symhbm.numerics import FloatArray, check, on_one_thread
 from symhbm.results import runs
-from symhbm.workers import progress_bar
+from symhbm.workers import noted, progress_bar
 
 
 def identify(
@@ -137,13 +137,9 @@ def identify(
         raise ValueError(f"confidence={confidence}: expected a probability between 0 and 1")
     profiles, predict = check.flag("profiles", profiles), check.flag("predict", predict)
     objective = objective_of(problem, rows, unknown, start)
-    with progress_bar("evaluation", running.progress) as bar:
-        try:
-            asked = n_starts, loss, confidence, profiles, predict
-            good, result = _result(problem, objective, *asked, bar)
-        except KeyboardInterrupt as interrupt:
-            interrupt.add_note(f"symhbm: interrupted; {objective.best_words()}")
-            raise
+    with progress_bar("evaluation", running.progress) as bar, noted(objective.best_words):
+        asked = n_starts, loss, confidence, profiles, predict
+        good, result = _result(problem, objective, *asked, bar)
     if not good:
         status = str(result["identification_status"].item())
         if running.throw:

@@ -37,6 +37,7 @@ from symhbm.design.task import Task
 from symhbm.design.variables import DesignVariables
 from symhbm.numerics import check
 from symhbm.results import records_of_problem, runs
+from symhbm.workers import noted
 
 
 def dataset_of(
@@ -259,7 +260,7 @@ def pareto_front(
     if kept_designs.complete is not None:
         return checked(kept_designs.complete, _GOOD, running.throw)
     cases = Cases(task.work, running.executor, running.progress)
-    with kept_designs.told():
+    with noted(kept_designs.kept):
         found = points_of(program, (both[0], both[1]), cases, n_points, n_starts, kept_designs)
     points = on_front(found)
     kept = [point for point in points if not point.removed]

@@ -9,8 +9,7 @@ from end to end. Every point of a front is met by such a line, where the front i
 import hashlib
 import json
 import os
-from collections.abc import Iterator, Sequence
-from contextlib import contextmanager
+from collections.abc import Sequence
 from dataclasses import dataclass, field, replace
 from pathlib import Path
 from typing import Any
@@ -85,18 +84,12 @@ class KeptDesigns:
         except OSError as error:
             raise ArchiveError(f"{self.file}: cannot be written ({error})") from error
 
-    @contextmanager
-    def told(self) -> Iterator[None]:
-        """A note on KeyboardInterrupt tells what is kept."""
-        try:
-            yield
-        except KeyboardInterrupt as interrupt:
-            if self.target is not None:
-                interrupt.add_note(
-                    f"symhbm: interrupted; {len(self.designs)} designs are kept in {self.file}, "
-                    "from which the same call goes on"
-                )
-            raise
+    def kept(self) -> str | None:
+        """What an interrupt leaves, in words; None without a file."""
+        if self.target is None:
+            return None
+        count = len(self.designs)
+        return f"{count} designs are kept in {self.file}, from which the same call goes on"
 
     def finished(self, result: xr.Dataset) -> xr.Dataset:
         """The result, written to the archive, in place of the working file."""
