@@ -8,7 +8,7 @@ from scipy.optimize import brentq
 
 import symhbm as sh
 from studies import fig03_single_blade, fig08_engine_orders
-from symhbm.balance.switching_angles import SwitchingAngles
+from symhbm.balance.switching_angles import SwitchingAngles, slip_angles
 from symhbm.continuation.angles.solvers import AngleStatus, solve_angles
 from symhbm.continuation.newton import ACCEPTED
 from symhbm.continuation.start import solve_point
@@ -57,8 +57,8 @@ def turned(first, second):
 
 
 def assert_angles(result, evaluation):
-    located = evaluation.states.groups["friction"].details
     """Angles of a result against the located ones, where those have two events."""
+    located = evaluation.states.groups["friction"].details
     has = located.slip & ~np.isnan(located.theta_star)
     assert np.array_equal(np.isnan(result.theta_star), ~located.slip)
     assert np.array_equal(np.isnan(result.theta_0), ~located.slip)
@@ -450,3 +450,15 @@ def test_bad_arguments():
         solve_angles(problem, 90.0, "newton", start=np.zeros(4), angles=angles)
     with pytest.raises(ValueError, match="start="):
         solve_angles(problem, 90.0, "newton", start=np.full(6, np.nan), angles=angles)
+
+
+def test_angles_beside_a_contact_that_sticks():
+    """Of one contact that slips, ``1 - cos(theta_star - theta_0) = 2 mu F_n / (k_d A)``."""
+    model = sh.Model(np.eye(2), np.eye(2), 1e4 * np.eye(2), contacts=[(0,), (1,)],
+                     **rub(1e5, 0.5, [1.0, 50.0]))  # fmt: skip
+    problem = sh.HarmonicBalance(model, sh.forces.PointForce(), (1,))
+    motion = np.array([3e-5 * np.exp(0.4j), 2e-5j])
+    unknowns = np.stack([motion.real, -motion.imag], axis=1).ravel()
+    theta_0, theta_star = slip_angles(problem, unknowns, np.array([True, False]))
+    assert 1 - np.cos(theta_star[0] - theta_0[0]) == pytest.approx(2 * 0.5 / (1e5 * 3e-5))
+    assert np.isnan([theta_0[1], theta_star[1]]).all()

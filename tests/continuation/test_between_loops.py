@@ -6,8 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from symhbm.continuation.between import intermediate_solutions, missed_events, slope_estimate
-from symhbm.continuation.between.segments import OF_SLOPE, write_errors
+from symhbm.continuation.between.segments import OF_SLOPE, Segments, write_errors
 from symhbm.continuation.between.slopes import FLAT_SLOPE, TIE, _of_one_harmonic
+from symhbm.continuation.point import Event, PathPoint
 from symhbm.continuation.segment import PathState, _measure, measure
 from symhbm.numerics.loops.interpolation import amplitude_between, cubic_slope
 
@@ -261,3 +262,19 @@ def test_where_a_drawn_amplitude_is_the_farthest_off(seed, per_dof):
         kind(*sides, folds, states, expected, per_dof, largest, shares)
         np.testing.assert_allclose(largest, error.max(axis=1), rtol=1e-9)
         assert shares.tolist() == pytest.approx(at.tolist())
+
+
+def point_of(k, *events):
+    """Point number ``k`` of a path along a line, with events there."""
+    state, ahead, one = np.array([0.0, k]), np.array([0.0, 1.0]), np.ones(1)
+    return PathPoint(
+        state, np.ones(2), ahead, ahead, one > 0, one, one, 0.0, 1.0, None, 1, events=events
+    )
+
+
+def test_ends_of_segments_where_slip_begins_and_ends():
+    """A segment knows the onset before it and the end of slip after it, and no others."""
+    onset, end, other = Event("slip", 0, True), Event("stick", 0, False), Event("branch point")
+    path = [point_of(0), point_of(1, onset), point_of(2, other), point_of(3, end), point_of(4)]
+    found = Segments.of(path).switch_events.tolist()
+    assert found == [[False, False], [True, False], [False, True], [False, False]]
