@@ -10,14 +10,14 @@ exceptions.
 
 from copy import copy
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import Any
 
 import numpy as np
 import scipy.linalg
 
 from symhbm.balance import HarmonicBalance
-from symhbm.model import positive_definite
+from symhbm.model import Structure, positive_definite
 from symhbm.model.contacts import Group
 from symhbm.numerics import FloatArray, by_harmonic
 from symhbm.numerics.loops import Loop, polynomials
@@ -65,13 +65,73 @@ class LinearFlow:
         return (np.array([powers, rates]) @ flat).reshape(2 * n, 3 * n)
 
 
+class _Inertia:
+    """What accelerates a structure, at any frequency.
+
+    Attributes
+    ----------
+    mass, damping, stiffness : (n_dof, n_dof)
+        Dense matrices [kg, N s/m, N/m].
+    by_stiffness : (n_dof, n_dof)
+        Accelerations by displacement without contacts [1/s^2].
+    viscous_rate : float
+        The highest rate of decay by the damping matrix [1/s].
+
+    Raises ValueError for a mass matrix that is not positive definite.
+    """
+
+    def __init__(self, model: Structure):
+        self.mass, self.damping, self.stiffness = (
+            np.asarray(getattr(model, f"{name}_matrix").toarray(), dtype=float)
+            for name in ("mass", "damping", "stiffness")
+        )
+        self._factor = factor = positive_definite(self.mass)
+        size = len(self.mass)
+        self._inverse_factor = scipy.linalg.solve_triangular(factor, np.eye(size), lower=True)
+        self.by_stiffness = self.accelerations(self.stiffness)
+        self.viscous_rate = self.rate_of(self.damping)
+        self._scaled_stiffness = self._scaled(self.stiffness)
+        self._springs: dict[bytes, tuple[FloatArray, float]] = {}
+
+    def accelerations(self, forces: FloatArray) -> FloatArray:
+        """Accelerations of forces (n_dof, n)."""
+        return scipy.linalg.cho_solve((self._factor, True), forces)
+
+    def _scaled(self, matrix: FloatArray) -> FloatArray:
+        """A matrix in the coordinates of the factor, in which norms are those of frequencies."""
+        return self._inverse_factor @ matrix @ self._inverse_factor.T
+
+    def rate_of(self, damping: FloatArray) -> float:
+        """The highest rate of decay by a damping matrix [1/s]."""
+        return float(np.linalg.norm(self._scaled(damping), 2))
+
+    def with_springs(self, contacts: ActiveContacts, state: FloatArray) -> tuple[FloatArray, float]:
+        """Accelerations by the displacement of contacts in a state [1/s^2], and the highest rate.
+
+        That is the square root of the norm of the generator, with the structure's own [1/s].
+        """
+        springs = contacts.springs(state)
+        key = springs.tobytes()
+        if key not in self._springs:
+            if len(self._springs) * springs.size > _KEPT_NUMBERS:
+                self._springs.clear()
+            norm = np.linalg.norm(self._scaled_stiffness + self._scaled(springs), 2)
+            self._springs[key] = self.accelerations(springs), float(np.sqrt(norm))
+        return self._springs[key]
+
+
+@lru_cache(maxsize=8)
+def _inertia(model: Structure) -> _Inertia:
+    return _Inertia(model)
+
+
 class LinearMotion(ActiveContacts):
     """The linear motions of a problem at an angular ``frequency`` [rad/s], by contact state.
 
     Attributes beside those of `ActiveContacts`
     -------------------------------------------
     mass, damping, stiffness : (n_dof, n_dof)
-        Dense matrices [kg, N s/m, N/m].
+        Dense matrices [kg, N s/m, N/m]; ``damping`` is less what sustains the motion.
     orders : (n_orders,), cosine, sine : (n_dof, n_orders)
         Harmonics of the force and their coefficients [N]; ``static`` (n_dof,) is its mean.
 
@@ -92,37 +152,30 @@ class LinearMotion(ActiveContacts):
             )
         super().__init__(model, frequency)
         self.frequency = frequency
-        self.mass, self.damping, self.stiffness = (
-            np.asarray(getattr(model, f"{name}_matrix").toarray(), dtype=float)
-            for name in ("mass", "damping", "stiffness")
-        )
+        self._inertia = inertia = _inertia(model)
+        self.mass, self.stiffness = inertia.mass, inertia.stiffness
         self._set_force(problem)
-        self._factor = factor = positive_definite(self.mass)
-        forces = self.stiffness, self.directions.T, self.normal.T
-        self._elastic, self.push, self.push_normal = map(self.accelerations, forces)
-        forces = self.static[:, None], self.cosine, self.sine
-        self._static, self._cosine, self._sine = map(self.accelerations, forces)
-        inverse = scipy.linalg.solve_triangular(factor, np.eye(self.n_dof), lower=True)
-        self._inverse_factor = inverse
-        self._scaled_stiffness = inverse @ self.stiffness @ inverse.T
-        self._set_damping(self.damping)
+        self._elastic = inertia.by_stiffness / frequency**2
+        forces = self.directions.T, self.normal.T, self.static[:, None], self.cosine, self.sine
+        parts = map(self.accelerations, forces)
+        self.push, self.push_normal, self._static, self._cosine, self._sine = parts
+        self._set_damping(inertia.damping, inertia.viscous_rate)
 
     def accelerations(self, forces: FloatArray) -> FloatArray:
         """Accelerations, by ``tau`` twice, of forces (n_dof, n)."""
-        return scipy.linalg.cho_solve((self._factor, True), forces) / self.frequency**2
+        return self._inertia.accelerations(forces) / self.frequency**2
 
     def sustained(self, damping_ratio: float) -> "LinearMotion":
         """The motions with the force ``2 D omega M x'``, which feeds them."""
         other = copy(self)
-        other._set_damping(self.damping - 2 * damping_ratio * self.frequency * self.mass)
+        damping = self.damping - 2 * damping_ratio * self.frequency * self.mass
+        other._set_damping(damping, self._inertia.rate_of(damping))
         return other
 
-    def _set_damping(self, damping: FloatArray) -> None:
+    def _set_damping(self, damping: FloatArray, rate: float) -> None:
         self.damping = damping
         self._viscous = self.frequency * self.accelerations(damping)
-        # In the coordinates of the factor the generator has the norm of its frequencies.
-        inverse = self._inverse_factor
-        self._viscous_norm = np.linalg.norm(inverse @ damping @ inverse.T, 2) / self.frequency
+        self._viscous_rate = rate
         self._flows: dict[bytes, LinearFlow] = {}
 
     def _check_contacts(self, problem: HarmonicBalance) -> None:
@@ -179,11 +232,10 @@ class LinearMotion(ActiveContacts):
 
     def _build(self, state: FloatArray) -> LinearFlow:
         n, n_orders = self.n_dof, len(self.orders)
-        springs, inverse = self.springs(state), self._inverse_factor
-        norm = self._scaled_stiffness + inverse @ springs @ inverse.T
-        rate = np.sqrt(np.linalg.norm(norm, 2)) / self.frequency + self._viscous_norm
-        width = _REACH / max(float(rate), float(self.orders.max(initial=1)))
-        elastic = (self._elastic + self.accelerations(springs)) * width**2
+        springs, rate = self._inertia.with_springs(self, state)
+        rate = (rate + self._viscous_rate) / self.frequency
+        width = _REACH / max(rate, float(self.orders.max(initial=1)))
+        elastic = (self._elastic + springs / self.frequency**2) * width**2
         series = np.zeros((DEGREE + 1, n, 3 * n + 2 * n_orders))
         series[0, :, :n] = np.eye(n)
         series[1, :, n : 2 * n] = width * np.eye(n)
