@@ -158,7 +158,7 @@ class IntegratedMotion(LinearMotion):
         powers = np.zeros((DEGREE + 1, n, start.shape[1]))
         powers[0], powers[1] = start[:n], width * start[n:]
         powers[_ORDER + 2] = width**2 * np.tensordot(_TO_POWERS, np.array(bent), 1)
-        return LinearFlow(width, powers[:, :, 1:]), powers[:, :, 0]
+        return LinearFlow(width, powers[:, :, 1:]), np.ascontiguousarray(powers[:, :, 0])
 
     def _acceleration(
         self, state: FloatArray, x: FloatArray, constant: FloatArray

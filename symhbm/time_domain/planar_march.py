@@ -30,14 +30,15 @@ def planar_march(linear: PlanarMotion, state: FloatArray, length: float) -> Marc
     at, zeros = _start(linear, state)
     closes = np.zeros(count, dtype=bool)
     slipped = (at.state != STICK) | ~linear.rubs
-    cells, events = [], []
+    cells, events, changes = [], [], np.empty((count, 2), dtype=np.int64)
     while length - at.tau > SHORTEST:
         step = linear.step(at, length - at.tau)
         powers, directions = linear.polynomials(at, step)
         if not np.all(np.isfinite(powers)):
             raise ArithmeticError("the motion is not finite")
         margin = _margins(linear, at, step, powers, zeros)
-        share, changing, side = first_event(margin.transpose(2, 1, 0))
+        margin = np.ascontiguousarray(margin.transpose(2, 1, 0))
+        share, n_changes = first_event(margin, changes)
         width = share * step.width
         if width > SHORTEST:
             along = share ** np.arange(DEGREE + 1)[:, None]
@@ -47,7 +48,7 @@ def planar_march(linear: PlanarMotion, state: FloatArray, length: float) -> Marc
             at = linear.follow(at, step, share, closes)
             at.tau = length if last else at.tau
             zeros, closes = np.zeros((2, count), dtype=int), np.zeros(count, dtype=bool)
-        for j, of_side in zip(changing.tolist(), side.tolist(), strict=True):
+        for j, of_side in changes[:n_changes].tolist():
             _change(linear, at, j, of_side, zeros, closes)
             slipped[j] |= at.state[j] != STICK
             events.append((at.tau, j, at.state[j]))

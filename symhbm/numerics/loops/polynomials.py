@@ -118,18 +118,13 @@ def _zero(powers: Any, left: float, right: float, falls: bool) -> float:
     return root
 
 
-def first_exits(powers: np.ndarray) -> np.ndarray:
-    """Where polynomials (m, degree + 1) that begin positive become negative (m,), infinity if not.
-
-    One that begins below 0 by more than round-off does so at 0.
-    """
-    exits = np.empty(len(powers))
-    _find_exits(powers @ bernstein(powers.shape[1] - 1).T, powers, exits)
-    return exits
-
-
 @Loop
-def _find_exits(coefficients: Any, powers: Any, exits: Any) -> None:
+def find_exits(coefficients: Any, powers: Any, exits: Any) -> None:
+    """Write where polynomials that begin positive become negative (m,), infinity if they do not.
+
+    ``coefficients`` are those of Bernstein, ``powers`` those of the same polynomials, (m, degree +
+    1). One that begins below 0 by more than round-off does so at 0.
+    """
     places, falls = np.empty(2), np.empty(2, dtype=np.bool_)
     for m in range(len(powers)):
         exits[m] = math.inf
