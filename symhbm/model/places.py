@@ -41,6 +41,11 @@ class Places(Record):
         Where the node is [m], if known.
     label : (n_dof,)
         Name of the node or of the set of nodes it is in, ``""`` for none.
+    mesh
+        The mesh whose nodes these are, a `symhbm.model.mesh.Mesh`: it tells coordinates, and names
+        of its sets and surfaces, which may share nodes, are names of nodes here.
+    program
+        What else the finite-element program told, a `symhbm.model.mesh.Program`.
 
     Raises
     ------
@@ -60,6 +65,8 @@ class Places(Record):
     direction: Any
     coordinates: Any = None
     label: Any = None
+    mesh: Any = None
+    program: Any = None
 
     def __post_init__(self):
         node = node_numbers("node", self.node)
@@ -77,8 +84,13 @@ class Places(Record):
         for text in np.unique(label).tolist():
             if ":" in text or text.lstrip("+-").isdigit():
                 raise ValueError(f"label={text!r}: expected no number, and no colon")
-        if self.coordinates is not None:
-            columns["coordinates"] = check.array("coordinates", self.coordinates)
+        if self.mesh is not None and not np.isin(node[node >= 0], self.mesh.node).all():
+            raise ValueError("node: expected nodes of the mesh")
+        coordinates = self.coordinates
+        if self.mesh is not None and coordinates is None:
+            coordinates = self.mesh.points(node)
+        if coordinates is not None:
+            columns["coordinates"] = check.array("coordinates", coordinates)
             if columns["coordinates"].shape != (n, 3):
                 raise ValueError(
                     f"coordinates: expected shape {(n, 3)}, got {columns['coordinates'].shape}"
@@ -130,10 +142,12 @@ class Places(Record):
 
     @cached_property
     def labels(self) -> dict[str, NDArray[np.int64]]:
-        """The nodes that each label is of, ascending."""
+        """The nodes that each label, set and surface is of, ascending."""
         named = np.flatnonzero(self.label != "")
         texts, node = self.label[named], self.node[named]
-        return {str(text): np.unique(node[texts == text]) for text in np.unique(texts)}
+        sets = {} if self.mesh is None else self.mesh.names
+        own = {str(text): np.unique(node[texts == text]) for text in np.unique(texts)}
+        return {name: nodes[np.isin(nodes, self.nodes)] for name, nodes in sets.items()} | own
 
     @cached_property
     def _by_node(self) -> tuple[NDArray[np.intp], NDArray[np.int64]]:
@@ -148,6 +162,8 @@ class Places(Record):
     def nodes_of(self, name: object) -> NDArray[np.int64]:
         """The nodes of a label, of a number or of several numbers; KeyError for unknown ones."""
         if isinstance(name, str) and name in self.labels:
+            if not self.labels[name].size:
+                raise KeyError(f"{name} is a set of nodes without degrees of freedom")
             return self.labels[name]
         if isinstance(name, str):
             digits = name.lstrip("+-").isdigit()
@@ -193,7 +209,8 @@ class Places(Record):
         """The places of some degrees of freedom, in their order."""
         chosen = np.asarray(dofs, dtype=np.intp)
         parts = (self.node, self.direction, self.coordinates, self.label)
-        return Places(*(None if part is None else part[chosen] for part in parts))
+        columns = [None if part is None else part[chosen] for part in parts]
+        return Places(*columns, mesh=self.mesh, program=self.program)
 
     def beside(self, rows: ArrayLike, labels: list[str], coordinates: Any) -> Places:
         """These places, and after them displacements ``rows`` of contacts, which have no node.
@@ -205,7 +222,24 @@ class Places(Record):
         )
         if coordinates is not None:
             columns["coordinates"] = coordinates
-        return Places(**{n: np.concatenate([getattr(self, n), c]) for n, c in columns.items()})
+        whole = {n: np.concatenate([getattr(self, n), c]) for n, c in columns.items()}
+        return Places(**whole, mesh=self.mesh, program=self.program)
+
+    def centrifugal_load(self, speed: float) -> NDArray:
+        """Load of rotation at a speed [1/min], (n_dof,) [N], for `symhbm.forces.StaticLoad`.
+
+        That of the place of each node where the structure was at rest. ValueError where mesh,
+        densities or axis are not known, or directions are not x, y and z.
+        """
+        program, speed = self.program, check.scalar("speed", speed, "non-negative")
+        axes = ("x", "y", "z")
+        if program is None or program.moment is None or program.axis is None:
+            raise ValueError("places: expected a mesh with densities, and the axis of rotation")
+        if not np.isin(self.direction, axes).all():
+            raise ValueError("places: expected the directions x, y and z")
+        way = np.searchsorted(axes, self.direction)
+        pull = np.where(self.direction == program.axis, 0.0, 1.0)
+        return (2 * np.pi / 60 * speed) ** 2 * pull * program.moment[self.mesh.at(self.node), way]
 
     def labelled(self, names: Mapping[str, Any]) -> Places:
         """The same places with labels ``{name: node}``, or ``{name: nodes}`` of a set of them.

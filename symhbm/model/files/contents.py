@@ -2,6 +2,7 @@
 
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
+from dataclasses import replace
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -26,7 +27,9 @@ class Contents(NamedTuple):
 
     ``triangle``: the format keeps one triangle of symmetric matrices, as these are. ``beside``:
     names of what else is there and was not read; ``damping``: the rule that damping follows in the
-    place of a matrix.
+    place of a matrix. Files of a program also tell the `Mesh`, what else the `Program` told, and
+    have ``notes``, in words, of what the reader dropped or changed. ``rotation``: the stiffness by
+    speed and the matrix of Coriolis forces of a structure that turns.
     """
 
     matrices: dict[str, Any]
@@ -34,6 +37,10 @@ class Contents(NamedTuple):
     triangle: bool = False
     beside: tuple[str, ...] = ()
     damping: Damping | None = None
+    mesh: Any = None
+    program: Any = None
+    notes: tuple[str, ...] = ()
+    rotation: tuple[dict[float, Any], Any] | None = None
 
 
 Reader = Callable[[dict[str, Path], Mapping[str, str]], Contents]
@@ -162,6 +169,10 @@ def in_si(contents: Contents, units: Units) -> Contents:
         else:
             matrices[kind] = matrix * factor
     if places is not None and places.coordinates is not None:
-        coordinates = units.length * places.coordinates
-        places = Places(places.node, places.direction, coordinates, places.label)
+        places = replace(
+            places,
+            coordinates=units.length * places.coordinates,
+            mesh=places.mesh and places.mesh.scaled(units.length),
+            program=places.program and places.program.in_si(*units),
+        )
     return contents._replace(matrices=matrices, places=places)

@@ -3,26 +3,33 @@
 Groups ``mass``, ``damping`` and ``stiffness`` hold ``data`` (n_entries,), ``indices`` (n_entries,)
 of rows, ``indptr`` (n_dof + 1,) and ``shape`` (2,), as `scipy.sparse.csc_array` has them. A group
 ``places`` holds ``node``, ``direction``, ``label`` (n_dof,) and ``coordinates`` (n_dof, 3) [m].
-Damping by a rule is the attribute ``damping`` of the file, as JSON, in the place of the group.
+What else there is, damping by a rule, the mesh and what the program told of it, is the attribute
+``told`` of the file, as JSON, with the numbers of its arrays in one row, ``numbers``. A structure
+that turns has its stiffness at each speed in a group of ``stiffness_at``, and ``coriolis``.
 """
 
 import json
 import os
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
 
+from symhbm.model.cyclic import RotatingModel
 from symhbm.model.files.arrays import places_of_columns
 from symhbm.model.files.contents import KINDS, Contents, contents_of, told
 from symhbm.model.matrices import Model
-from symhbm.model.records import joined, packed, unpack
+from symhbm.model.records import joined, pack, packed, unpack
 from symhbm.numerics import check
 
-_RULE = "damping"
-"""The attribute that tells a rule of damping."""
+_TOLD, _NUMBERS = "told", "numbers"
+"""The attribute of records, and their row of numbers."""
+_AT = "stiffness_at_"
+"""Groups of the stiffness at speeds, by their numbers."""
+_SUFFIXES = ".h5", ".hdf5", ".nc"
 _PARTS = ("data", "indices", "indptr", "shape")
 
 
@@ -46,17 +53,30 @@ def read(files: dict[str, Path], names: Mapping[str, str]) -> Contents:
                 data, indices, indptr, shape = (parts[part] for part in _PARTS)
                 held[name] = sp.csc_array((data, indices, indptr), shape=tuple(shape))
                 held[name].check_format()
-        rule = json.loads(file.getncattr(_RULE)) if _RULE in file.ncattrs() else None
-        damping = None if rule is None else unpack(rule, joined([]))
-        return contents_of(path, held, names, places_of_columns(columns), damping)
+        beside: dict[str, Any] = {}
+        if _TOLD in file.ncattrs():
+            numbers = np.asarray(file.variables[_NUMBERS][:])
+            beside = unpack(json.loads(file.getncattr(_TOLD)), numbers)
+        places = places_of_columns(columns)
+        if beside.get("mesh") is not None and places is not None:
+            places = replace(places, mesh=beside["mesh"], program=beside["program"])
+        turning = {name: held.pop(name) for name in [*held] if name.startswith(_AT)}
+        coriolis = held.pop("coriolis", None)
+        contents = contents_of(path, held, names, places, beside.get("damping"))
+        if not turning:
+            return contents
+        speeds = [turning[f"{_AT}{k}"] for k in range(len(beside["speeds"]))]
+        by_speed = dict(zip(beside["speeds"], speeds, strict=True))
+        return contents._replace(rotation=(by_speed, coriolis))
 
 
 def save_structure(model: Model, path: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
-    """Write matrices, damping and places of a model to HDF5, without its contacts; return the path.
+    """Write matrices, damping, places and mesh of a model to HDF5, without its contacts.
 
-    `read_structure` reads it, damping by a rule as that rule. Raises TypeError for what is no
-    Model, for one whose matrices change with the speed, and for Coriolis forces or a rule of your
-    own that no matrix tells, FileExistsError for a file that is there unless ``overwrite``.
+    `read_structure` reads it, damping by a rule as that rule, a `RotatingModel` with its stiffness
+    at all speeds. The path is returned. Raises TypeError for what is no Model, and for Coriolis
+    forces at one speed or a rule of your own that no matrix tells, FileExistsError for a file that
+    is there unless ``overwrite``.
 
     Examples
     --------
@@ -72,31 +92,35 @@ def save_structure(model: Model, path: str | os.PathLike[str], *, overwrite: boo
 
     if not isinstance(model, Model):
         raise TypeError(f"model={check.shown(model)}: expected a Model")
-    if getattr(model, "speeds", None) is not None:
-        raise TypeError(
-            "model: expected matrices that do not change with the speed of rotation; save those of "
-            "RotatingModel.at(speed), one file for each speed"
-        )
-    parts: list[Any] = []
-    rule = None if model.damping is None else packed(model.damping, parts)
-    if model.coriolis_matrix is not None or (rule and "lacks" in rule) or parts:
+    turning = isinstance(model, RotatingModel)
+    rule = None if model.damping is None else packed(model.damping, [])
+    if model.coriolis_matrix is not None or (rule and "lacks" in rule):
         raise TypeError(
             f"model: expected a damping matrix, or a damping rule of the library alone, got "
             f"{model.damping!r}{' beside Coriolis forces' * (model.coriolis_matrix is not None)}; "
             "give Model(mass, model.damping_matrix, stiffness)"
         )
     path = Path(path)
-    if path.suffix.lower() not in (".h5", ".hdf5"):
-        raise ValueError(f"path={str(path)!r}: expected a name ending in .h5 or .hdf5")
+    if path.suffix.lower() not in _SUFFIXES:
+        raise ValueError(f"path={str(path)!r}: expected a name ending in {', '.join(_SUFFIXES)}")
     if path.exists() and not check.flag("overwrite", overwrite):
         raise FileExistsError(f"path={str(path)!r}: there is such a file; overwrite=True")
+    matrices = {kind: getattr(model, f"{kind}_matrix") for kind in KINDS if kind != "damping"}
+    if rule is None:
+        matrices["damping"] = model.damping_matrix
+    beside: dict[str, Any] = {"damping": model.damping}
+    if turning:
+        beside["speeds"] = [*model.speeds]
+        at = {f"{_AT}{k}": model.at(s).stiffness_matrix for k, s in enumerate(model.speeds)}
+        matrices |= at | ({} if model.coriolis is None else {"coriolis": model.coriolis})
+    if model.places is not None:
+        beside |= {"mesh": model.places.mesh, "program": model.places.program}
+    numbers: list[Any] = []
+    text = json.dumps(pack(beside, numbers))
     with Dataset(os.fspath(path), "w", format="NETCDF4") as file:
-        if rule is not None:
-            file.setncattr(_RULE, json.dumps(rule))
-        for kind in KINDS:
-            if kind == "damping" and rule is not None:
-                continue
-            matrix = getattr(model, f"{kind}_matrix")
+        file.setncattr(_TOLD, text)
+        _write(file, "/", _NUMBERS, joined(numbers))
+        for kind, matrix in matrices.items():
             for part in _PARTS:
                 _write(file, kind, part, np.asarray(getattr(matrix, part)))
         if model.places is not None:
@@ -108,7 +132,7 @@ def save_structure(model: Model, path: str | os.PathLike[str], *, overwrite: boo
 
 
 def _write(file: Any, group: str, name: str, values: np.ndarray) -> None:
-    owner, text = file.createGroup(group), values.dtype.kind == "U"
+    owner, text = file if group == "/" else file.createGroup(group), values.dtype.kind == "U"
     dims = [f"{name}_{axis}" for axis in range(values.ndim)]
     for dim, size in zip(dims, values.shape, strict=True):
         owner.createDimension(dim, size)

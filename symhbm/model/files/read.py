@@ -4,13 +4,18 @@ import os
 import re
 import warnings
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
 import scipy.sparse as sp
 
+from symhbm.model.cyclic import RotatingModel
 from symhbm.model.files import abaqus, arrays, hdf5, matrix_market, nastran
+from symhbm.model.files.checks import accounted, found_units
 from symhbm.model.files.contents import KINDS, Contents, Reader, in_si, units_of
+from symhbm.model.files.programs import calculix
+from symhbm.model.files.several import damping_of, joined, rotating
 from symhbm.model.files.table import read_places
 from symhbm.model.files.traps import completed, doubt_units, without_supports
 from symhbm.model.matrices import Model
@@ -27,7 +32,9 @@ _READERS: dict[str, Reader] = {
     ".mat": arrays.read_mat,
     ".h5": hdf5.read,
     ".hdf5": hdf5.read,
+    ".nc": hdf5.read,
     ".op4": nastran.read,
+    ".inp": calculix.read,
 }
 _ADVICE = {
     ".full": "read it by ansys-mapdl-reader, or write *EXPORT,...,MMF in Ansys",
@@ -43,7 +50,7 @@ def read_structure(
     names: Mapping[str, str] | None = None,
     places: Any = None,
     labels: Mapping[str, Any] | None = None,
-    units: str = _SI,
+    units: str | None = None,
     symmetric: bool = False,
     damping: Any = None,
 ) -> Model:
@@ -107,9 +114,40 @@ def read_structure(
     >>> rod.number_of("7:z")
     2
     """
+    several = path if isinstance(path, (list, tuple)) else [path]
+    parts = [_contents(each, names or {}) for each in several]
+    of_program = [part.program is not None for part in parts]
+    if len(parts) > 1 and not all(of_program):
+        raise ValueError(f"path={check.shown(path)}: expected one path, or jobs of one program")
+    if all(of_program):
+        parts = joined([*map(Path, several)], parts)
+    options = dict(places=places, labels=labels, units=units, symmetric=symmetric, damping=damping)
+    made = [_structure(path, part, **options) for part in parts]
+    if told := [note for _, notes in made for note in dict.fromkeys(notes)]:
+        warnings.warn(f"{_shown(path)}: {'; '.join(dict.fromkeys(told))}", stacklevel=2)
+    models = [model for model, _ in made]
+    if parts[0].rotation is not None:
+        return RotatingModel(models[0], *parts[0].rotation)
+    return models[0] if len(models) == 1 else rotating(models)
+
+
+def _structure(
+    path: Any,
+    contents: Contents,
+    *,
+    places: Any,
+    labels: Mapping[str, Any] | None,
+    units: str | None,
+    symmetric: bool,
+    damping: Any,
+) -> tuple[Model, list[str]]:
+    """A model of what files hold, and what is to be said of it."""
     notes: list[str] = []
+    found = found_units(contents.program)
+    if units is None and found not in (None, _SI):
+        notes.append(f"units={found!r} found by the material")
+    units = units or found or _SI
     system = units_of(units)
-    contents = _contents(path, names or {})
     matrices = contents.matrices
     for kind in ("mass", "stiffness"):
         if kind not in matrices:
@@ -128,7 +166,10 @@ def read_structure(
     matrices.setdefault("damping", sp.csc_array((n_dof, n_dof)))
     if contents.beside:
         notes.append(f"not read: {', '.join(contents.beside)}")
-    known = read_places(places, contents.places, n_dof, notes.append)
+    known = contents.places
+    if known is not None and contents.mesh is not None:
+        known = replace(known, mesh=contents.mesh, program=contents.program)
+    known = read_places(places, known, n_dof, notes.append)
     if labels is not None:
         if known is None:
             raise ValueError("labels: expected places=, the file does not tell nodes")
@@ -142,12 +183,17 @@ def read_structure(
         assumed = ", all degrees of freedom taken as displacements" if known is None else ""
         notes.append(f"{units} changed to SI{assumed}")
     doubt_units(contents, units, notes.append)
-    if notes:
-        warnings.warn(f"{_shown(path)}: {'; '.join(notes)}", stacklevel=2)
-    of_kind = contents.matrices
+    of_kind, known = contents.matrices, contents.places
+    program = None if known is None else known.program
     given = of_kind["damping"] if contents.damping is None else contents.damping
+    if program is not None:
+        given = damping_of(program.materials) or given
     given = given if damping is None else damping
-    return Model(of_kind["mass"], given, of_kind["stiffness"], places=contents.places)
+    model = Model(of_kind["mass"], given, of_kind["stiffness"], places=known)
+    if program is None or contents.program is None:
+        return model, notes
+    model, doubts = accounted(model, [*contents.notes, *notes])
+    return model, [*contents.notes, *notes, *doubts]
 
 
 def _contents(path: Any, names: Mapping[str, str]) -> Contents:
@@ -161,6 +207,8 @@ def _contents(path: Any, names: Mapping[str, str]) -> Contents:
     if len(of_reader) > 1 and abaqus.read in of_reader:
         raise ValueError("path: expected matrices of Abaqus in all files or in none")
     parts = [reader(of, names) for reader, of in of_reader.items()]
+    if len(parts) == 1:
+        return parts[0]._replace(beside=(*left, *parts[0].beside))
     matrices = {kind: matrix for part in parts for kind, matrix in part.matrices.items()}
     known = next((part.places for part in parts if part.places is not None), None)
     left += [name for part in parts for name in part.beside]

@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import os
-import warnings
 from collections.abc import Mapping
 from dataclasses import dataclass
 from typing import Any
@@ -13,6 +12,16 @@ from numpy.typing import ArrayLike, NDArray
 
 from symhbm.model.cyclic import turn_about
 from symhbm.model.files import read_columns
+from symhbm.model.interfaces.faces import shares_of
+from symhbm.model.interfaces.sides import (
+    ALONE,
+    coordinates_of,
+    held_of,
+    places_of,
+    side_of,
+    spacing,
+    tell_unmatched,
+)
 from symhbm.model.interfaces.surfaces import (
     areas_of,
     given_normals,
@@ -119,7 +128,7 @@ class ContactPairs:
         points = np.column_stack([check.array(axis, columns.pop(axis)) for axis in "xyz"])
         distance, at = KDTree(length * points).query(self.coordinates)
         most = (
-            _spacing(self.coordinates)
+            spacing(self.coordinates)
             if tolerance is None
             else check.scalar("tolerance", tolerance, "positive")
         )
@@ -158,16 +167,17 @@ def contact_pairs(
         Largest distance of the nodes of a pair [m]; by default a tenth of that of neighbours.
     normal : (3,) or (n_left, 3)
         Normal out of ``left``, between sectors out of ``right``, one or one for each of its nodes,
-        of any length; by default that of a parabola through the neighbours of each, towards the
-        other side.
+        of any length; by default that of the faces of elements out of it, or, where no mesh is
+        known, of a parabola through the neighbours of each, towards the other side.
     tangential : (3,)
         What the first tangential direction is as near to as it can; by default an axis of
         coordinates.
     area : (n_left,) or one number
-        Area of each node of that side [m^2], or of the whole interface; by default found from
-        triangles between the pairs, a node having what is nearer to it than to others. Triangles
-        whose nodes the stiffness tells to be in no element together, and those far larger than all
-        beside them, are left out and told: they span notches and holes.
+        Area of each node of that side [m^2], or of the whole interface; by default that of the
+        faces of elements, shared among their nodes (`symhbm.model.mesh.Mesh.shares`). Where no mesh
+        is known it is found from triangles between the pairs, a node having what is nearer to it
+        than to others. Triangles whose nodes the stiffness tells to be in no element together, and
+        those far larger than all beside them, are left out and told: they span notches and holes.
     n_sectors
         ``left`` is of the next of so many sectors, which is turned about the ``axis``; the first
         side of the pairs is then ``right``.
@@ -181,7 +191,8 @@ def contact_pairs(
     Warns
     -----
     UserWarning
-        Of nodes without a partner, in one line; of triangles that are left out of areas.
+        Of nodes without a partner, or without degrees of freedom, in one line, with the share of
+        the area that is theirs; of triangles that are left out of areas.
 
     Raises
     ------
@@ -213,7 +224,7 @@ def contact_pairs(
     """
     from scipy.spatial import KDTree  # slow to import
 
-    places = _places_of(model)
+    places = places_of(model)
     turn = np.eye(3)
     about = "xyz".index(check.one_of("axis", axis, "xyz"))
     if n_sectors is not None:
@@ -221,29 +232,39 @@ def contact_pairs(
         turn = turn_about(axis, angle)
     named = {"left": left, "right": right}
     order = ("left", "right") if n_sectors is None else ("right", "left")
-    sides = [_side(places, name, named[name]) for name in order]
-    points = [_coordinates(places, sides[0]), _coordinates(places, sides[1]) @ turn.T]
+    sides = [side_of(places, name, named[name]) for name in order]
+    points = [coordinates_of(places, sides[0]), coordinates_of(places, sides[1]) @ turn.T]
     most = (
-        _SHARE * max(map(_spacing, points))
+        _SHARE * max(map(spacing, points))
         if tolerance is None
         else check.scalar("tolerance", tolerance, "positive")
     )
     distance, partner = map(np.asarray, KDTree(points[1]).query(points[0]))
     back = np.asarray(KDTree(points[0]).query(points[1])[1])
     paired = (distance <= most) & (back[partner] == np.arange(len(partner)))
-    _tell_unmatched(order, sides, paired, partner, most, float(distance.min()))
+    partners = np.where(paired, sides[1][partner], ALONE)
+    given = [named[name] for name in order]
+    shares = shares_of(places, given, sides, partners)
+    lost = 0.0 if shares is None else 1 - shares[0].area[paired].sum() / shares[1]
+    others = [(f"of {name} are held", held_of(places, named[name])) for name in order]
+    bare = sides[0][:0] if shares is None else sides[0][paired & (shares[0].area == 0)]
+    others.append((f"of {order[0]} are in no face and have no area", bare))
+    tell_unmatched(order, sides, others, partners, most, float(distance.min()), lost)
     chosen, other = np.flatnonzero(paired), partner[paired]
     first, second = points[0][chosen], points[1][other]
     between = (first + second) / 2
-    if normal is None:
-        normals = normals_of(between, second - first, about if n_sectors else None)
-    else:
+    if normal is not None:
         normals = given_normals(normal, len(paired))[chosen]
+    elif shares is not None:
+        normals = shares[0].normal[chosen]
+    else:
+        normals = normals_of(between, second - first, about if n_sectors else None)
     along = tangents_of(normals, tangential)
     axes = np.stack([along, np.cross(normals, along), normals], axis=1)
     nodes = np.column_stack([sides[0][chosen], sides[1][other]])
-    joined = joined_of(model, places, nodes[:, 0])
-    areas = areas_of(area, between, normals, chosen, len(paired), joined)
+    known = None if shares is None else shares[0].area[chosen]
+    joined = joined_of(model, places, nodes[:, 0]) if known is None else None
+    areas = areas_of(area, between, normals, chosen, len(paired), joined, known)
     weights = [[], [], []]
     for pair, (a, b) in enumerate(nodes.tolist()):
         one = _components(places, a, first[pair], about)
@@ -257,62 +278,6 @@ def contact_pairs(
             of_axis.clear()  # a structure in a plane
     gap = np.einsum("ij,ij->i", second - first, normals)
     return ContactPairs(nodes, between, axes, gap, areas, *weights)
-
-
-def _places_of(model: Model) -> Places:
-    if not isinstance(model, Model):
-        raise TypeError(f"model={check.shown(model)}: expected a Model with places")
-    if model.places is None or model.places.coordinates is None:
-        raise ValueError("model: expected places with coordinates")
-    return model.places
-
-
-def _side(places: Places, name: str, nodes: Any) -> NDArray[np.int64]:
-    try:
-        found = places.nodes_of(nodes)
-    except KeyError as error:
-        raise KeyError(f"{name}: {error.args[0]}") from None
-    if np.unique(found).size < found.size:
-        raise ValueError(f"{name}: expected each node once")
-    return found
-
-
-def _coordinates(places: Places, nodes: NDArray[np.int64]) -> FloatArray:
-    return np.array([places.coordinates[places.dofs_of(node)[0]] for node in nodes.tolist()])
-
-
-def _spacing(points: FloatArray) -> float:
-    """Median distance of neighbours, 0 for a single point."""
-    from scipy.spatial import KDTree  # slow to import
-
-    if len(points) == 1:
-        return 0.0
-    return float(np.median(KDTree(points).query(points, 2)[0][:, 1]))
-
-
-def _tell_unmatched(
-    order: tuple[str, str],
-    sides: list[NDArray[np.int64]],
-    paired: NDArray[np.bool_],
-    partner: NDArray[np.intp],
-    most: float,
-    nearest: float,
-) -> None:
-    """Warn of nodes without a partner; ValueError where none has one."""
-    if not paired.any():
-        raise ValueError(
-            f"tolerance={most:.3g}: expected pairs within it [m], the nearest two nodes are "
-            f"{nearest:.3g} m apart"
-        )
-    lonely = sides[0][~paired], np.delete(sides[1], partner[paired])
-    told = [
-        f"{len(nodes)} of {len(side)} nodes of {name} (the first: {nodes[0]})"
-        for name, nodes, side in zip(order, lonely, sides, strict=True)
-        if len(nodes)
-    ]
-    if told:
-        words = f"contact_pairs: no partner within {most:.3g} m for {' and '.join(told)}"
-        warnings.warn(words, stacklevel=3)
 
 
 def _components(places: Places, node: int, point: FloatArray, about: int) -> dict[str, FloatArray]:

@@ -28,8 +28,12 @@ def areas_of(
     chosen: NDArray[np.intp],
     n_left: int,
     joined: Any,
+    shares: FloatArray | None,
 ) -> FloatArray:
-    """Areas (n,) of pairs, given for all nodes of the first side, as a sum, or found."""
+    """Areas (n,) of pairs, given for all nodes of the first side, as a sum, or found.
+
+    ``shares`` (n,) are those of faces of elements, None where they are not known.
+    """
     given = None if area is None else check.array("area", area, "positive")
     if given is not None and given.ndim:
         if given.shape != (n_left,):
@@ -37,7 +41,7 @@ def areas_of(
                 f"area: expected one number or {n_left} (one per node of left), got {given.shape}"
             )
         return given[chosen]
-    shares = _shares(points, normals, joined)
+    shares = _shares(points, normals, joined) if shares is None else shares
     return shares if given is None else shares * (given / shares.sum())
 
 

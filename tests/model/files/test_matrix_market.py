@@ -93,7 +93,7 @@ def test_matrices_that_do_not_fit(tmp_path):
         ("file.full", "EXPORT"),
         ("job.hb", "Matrix Market"),
         ("job.rua", "Matrix Market"),
-        ("job.inp", r"expected one of \.mtx"),
+        ("job.odb", r"expected one of \.mtx"),
     ],
 )
 def test_other_formats_say_what_to_do(tmp_path, name, words):

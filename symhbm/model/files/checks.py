@@ -1,0 +1,236 @@
+"""What files tell of a structure, beside each other: an account in lines, and doubts among them."""
+
+from __future__ import annotations
+
+from collections.abc import Iterable
+from dataclasses import replace
+from typing import NamedTuple
+
+import numpy as np
+from numpy.typing import NDArray
+
+from symhbm.model.cyclic import turn_about
+from symhbm.model.files.contents import Units, units_of
+from symhbm.model.files.geometry import Sides, find_sides, twins
+from symhbm.model.matrices import Model
+from symhbm.model.mesh import Mesh, Modes, Program
+from symhbm.model.places import Places
+from symhbm.numerics import RADIANS, FloatArray
+
+_METALS = (1500.0, 23000.0), (3e10, 5e11)
+"""Densities [kg/m^3] and moduli [N/m^2] of metals that machines are made of."""
+_USUAL = "m-kg-s", "mm-t-s", "mm-kg-ms", "mm-kg-s", "in-lbf-s", "mm-g-ms", "cm-g-s"
+"""Units of length, mass and time that decks have."""
+_SIZES = 5e-3, 50.0
+"""Largest coordinate [m] of machines."""
+_SAME = 1e-4
+"""Difference of two frequencies, or of two masses, relative, that different digits do not make."""
+_FITS = 1e-2
+"""Share of the motion of a side that a wave leaves, from which on it is no such wave."""
+
+
+class Account(NamedTuple):
+    """Lines of what was found, and those of them that are doubts."""
+
+    lines: list[str]
+    doubts: list[str]
+
+    def doubt(self, line: str) -> None:
+        """Say what should be looked at."""
+        self.lines.append(f"LOOK: {line}")
+        self.doubts.append(line)
+
+
+def found_units(program: Program | None) -> str | None:
+    """The units in which all materials are metals, SI where they are in it; None without any."""
+    materials = {} if program is None else program.materials or {}
+    told = [m for m in materials.values() if {"density", "modulus"} <= {*m}]
+    fits = [name for name in _USUAL if told and all(_is_metal(m, units_of(name)) for m in told)]
+    return fits[0] if fits else None
+
+
+def _is_metal(material: dict[str, float], units: Units) -> bool:
+    density = material["density"] * units.mass / units.length**3
+    modulus = material["modulus"] * units.mass / units.length / units.time**2
+    (least, most), (soft, stiff) = _METALS
+    return least < density < most and soft < modulus < stiff
+
+
+def accounted(model: Model, notes: Iterable[str]) -> tuple[Model, list[str]]:
+    """The model with its sides as sets and an account of it all, and doubts."""
+    places, account = model.places, Account([], [])
+    mesh, program = places.mesh, places.program
+    account.lines.append(
+        f"{program.name}: {len(mesh.node)} nodes, {model.n_dof} degrees of freedom"
+    )
+    account.lines.extend(notes)
+    _weigh(model, places, account)
+    _measure(mesh, program, account)
+    sides = _sides(mesh, program, account)
+    if sides is not None:
+        mesh = mesh.with_sets({"left": sides.left, "right": sides.right} | mesh.sets)
+        program = replace(program, axis=sides.axis, n_sectors=sides.n_sectors)
+    for name, nodes in mesh.names.items():
+        here = np.isin(nodes, places.nodes).sum()
+        if here < len(nodes):
+            account.lines.append(f"set {name}: {here} of {len(nodes)} nodes are free")
+    if program.modes is not None:
+        modes = _compare(model, sides, program.modes, account)
+        program = replace(program, modes=modes._replace(shape=None))
+    program = replace(program, account=tuple(account.lines))
+    return model._copy(places=replace(places, mesh=mesh, program=program)), account.doubts
+
+
+def _measure(mesh: Mesh, program: Program, account: Account) -> None:
+    """Doubt sizes and materials that no machine has."""
+    size = np.abs(mesh.coordinates).max()
+    if not _SIZES[0] < size < _SIZES[1]:
+        account.doubt(f"the mesh reaches {size:.3g} m from 0, are units= right?")
+    for name, material in (program.materials or {}).items():
+        if {"density", "modulus"} <= {*material}:
+            text = f"{name}: density {material['density']:.5g} kg/m^3, modulus "
+            text += f"{material['modulus']:.5g} N/m^2"
+            if _is_metal(material, units_of("m-kg-s")):
+                account.lines.append(text)
+            else:
+                account.doubt(f"{text}, which no metal has, are units= right?")
+
+
+def _weigh(model: Model, places: Places, account: Account) -> None:
+    """Mass and centre of the mesh, and its nodes' masses beside those of the mass matrix."""
+    mesh, program = places.mesh, places.program
+    along = np.flatnonzero(places.direction == "x")
+    rows = model.mass_matrix[along][:, along].sum(axis=1)
+    if program.mass is None:
+        account.lines.append(f"mass of the free nodes {rows.sum():.6g} kg")
+        return
+    whole = program.mass.sum()
+    centre = ", ".join(f"{x:.6g}" for x in program.moment.sum(axis=0) / whole)
+    account.lines.append(f"mass {whole:.6g} kg, centre at {centre} m")
+    # Beside supports a row lacks what the matrix has no column for.
+    apart = np.zeros(0, dtype=np.int64)
+    for block in mesh.elements.values():
+        beside = ~np.isin(block, places.node[along]).all(axis=1)
+        apart = np.append(apart, block[beside].ravel())
+    inner = ~np.isin(places.node[along], apart)
+    expected = program.mass[mesh.at(places.node[along])]
+    off = np.where(inner, np.abs(rows - expected), 0.0)
+    if off.max(initial=0.0) > _SAME * np.abs(expected).max():
+        j = int(off.argmax())
+        account.doubt(
+            f"the mass matrix is of another mesh or density: node {places.node[along][j]} has "
+            f"{rows[j]:.6g} kg, elements give it {expected[j]:.6g} kg"
+        )
+
+
+def _sides(mesh: Mesh, program: Program, account: Account) -> Sides | None:
+    """The sides of a sector by their names, or by geometry."""
+    found = find_sides(mesh, program.axis, program.n_sectors)
+    if found is None and program.axis is not None:
+        other = find_sides(mesh)
+        if other is not None:
+            account.doubt(
+                f"no sides about {program.axis} with {program.n_sectors or 'any number of'} "
+                f"sectors, but {len(other.left)} pairs about {other.axis} with {other.n_sectors}"
+            )
+    known = {name.lower(): name for name in mesh.names}
+    named = program.sides or [known[side] for side in ("left", "right") if side in known]
+    axis, n_sectors = program.axis, program.n_sectors
+    if found is not None:
+        axis, n_sectors = found.axis, found.n_sectors
+    if len(named) == 2 and axis is not None and n_sectors is not None:
+        nodes = [mesh.names[name] for name in named]
+        ahead = twins(mesh, axis, n_sectors, *nodes)
+        back = twins(mesh, axis, n_sectors, *nodes[::-1])
+        best, names = (ahead, named) if len(ahead.left) >= len(back.left) else (back, named[::-1])
+        if program.sides is None and best is back:
+            account.doubt(
+                f"sides are exchanged: {named[1]} should be {named[0]} turned by "
+                f"{360 / n_sectors:g} degrees about {axis}, it is turned back"
+            )
+        if len(best.left) < max(map(len, nodes)):
+            account.doubt(
+                f"sides {named[0]} and {named[1]} do not match: {len(best.left)} of "
+                f"{' and '.join(str(len(each)) for each in nodes)} nodes are "
+                f"{360 / n_sectors:g} degrees about {axis} apart"
+            )
+        account.lines.append(f"left is {names[0]}, right is {names[1]}")
+        if found is not None and (more := np.setdiff1d(found.left, best.left)).size:
+            where = "touch the next sector and are not in it: supports, contacts, or a crack"
+            account.lines.append(f"{more.size} nodes beside {names[0]} {where}")
+        found = best
+    elif found is not None:
+        account.lines.append(
+            "left and right are all nodes that touch the next sector, contacts too"
+        )
+    if found is None or len(found.left) == 0:
+        account.lines.append("no sector of a disk: no two sides found")
+        return None
+    account.lines.append(
+        f"sector of {found.n_sectors}, {360 / found.n_sectors:g} degrees about {found.axis}: "
+        f"{len(found.left)} pairs of nodes, {found.gap:.2g} m apart at most"
+    )
+    return found
+
+
+def _compare(model: Model, sides: Sides | None, modes: Modes, account: Account) -> Modes:
+    """Modes of the program in these matrices, and in the sense of nodal diameters here."""
+    if modes.shape is None:
+        account.lines.append(f"{len(modes.frequency)} frequencies of the program are not compared")
+        return modes
+    places = model.places
+    mesh = places.mesh
+    at = mesh.at(places.node), np.searchsorted(["x", "y", "z"], places.direction)
+    motion = modes.shape[:, *at].T
+    elastic = np.einsum("ij,ij->j", motion.conj(), model.stiffness_matrix @ motion).real
+    heavy = np.einsum("ij,ij->j", motion.conj(), model.mass_matrix @ motion).real
+    frequency = np.sqrt(np.maximum(elastic / heavy, 0)) / RADIANS
+    if modes.nodal_diameter is not None and sides is not None:
+        modes = modes._replace(nodal_diameter=_signed(mesh, sides, modes, account))
+    off = np.abs(frequency / modes.frequency - 1)
+    for wave in [None] if modes.nodal_diameter is None else np.unique(modes.nodal_diameter):
+        chosen = slice(None) if wave is None else modes.nodal_diameter == wave
+        text = "modes" if wave is None else f"nodal diameters {wave}"
+        own = ", ".join(f"{f:.7g}" for f in modes.frequency[chosen][:3])
+        most = f"{off[chosen].max():.1e} from those of its shapes here"
+        account.lines.append(f"{text}: {own} Hz by the program, {most}")
+    if off.max() > _SAME:
+        j = int(off.argmax())
+        account.doubt(
+            f"the program's mode of {modes.frequency[j]:.6g} Hz has {frequency[j]:.6g} Hz in these "
+            "matrices: another speed, mesh, material or support"
+        )
+    return modes
+
+
+def _signed(mesh: Mesh, sides: Sides, modes: Modes, account: Account) -> NDArray[np.int64]:
+    """Nodal diameters in the sense here, by how the right side of each mode lags its left one."""
+    turned = turn_about(sides.axis, 2 * np.pi / sides.n_sectors)
+    left = modes.shape[:, mesh.at(sides.left)] @ turned.T
+    right = modes.shape[:, mesh.at(sides.right)]
+    waves = np.asarray(modes.nodal_diameter)
+    lag = np.exp(-2j * np.pi * waves / sides.n_sectors)[:, None, None]
+    size = np.linalg.norm(right, axis=(1, 2))
+
+    def left_over(factor: NDArray) -> FloatArray:
+        return np.linalg.norm(right - factor * left, axis=(1, 2)) / np.where(size, size, 1.0)
+
+    same, other = left_over(lag), left_over(lag.conj())
+    astray = np.minimum(same, other) > _FITS
+    if astray.any():
+        j = int(astray.argmax())
+        account.doubt(
+            f"the program's mode of {modes.frequency[j]:.6g} Hz is no wave of {waves[j]} nodal "
+            f"diameters, of neither sense ({min(same[j], other[j]):.1%} of the side is left)"
+        )
+    turning = (2 * waves) % sides.n_sectors != 0
+    back = turning & (other < same)
+    if back.any():
+        which = "all" if back[turning].all() else f"{back.sum()} of {turning.sum()}"
+        account.doubt(
+            f"nodal diameters of {which} modes of the program are of the other sense: its n is -n "
+            "here, for engine orders and for symhbm.Sector"
+        )
+    elif turning.any():
+        account.lines.append("nodal diameters of the program are of the sense here")
+    return np.where(back, -waves, waves)

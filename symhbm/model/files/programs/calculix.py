@@ -1,0 +1,216 @@
+"""CalculiX: decks, the matrices of ``*FREQUENCY, SOLVER=MATRIXSTORAGE``, and results.
+
+The job ``sector`` has the deck ``sector.inp``; it wrote one triangle of the stiffness and of the
+mass, ``sector.sti`` and ``sector.mas``, node and direction of each row, ``sector.dof``, and results
+in ``sector.frd`` and ``sector.dat``. Degrees of freedom that are held, or depend on others, are no
+rows. Modes may be those of another job, of the same sector with cyclic symmetry.
+"""
+
+from __future__ import annotations
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+
+from symhbm.model.cyclic import PER_MINUTE
+from symhbm.model.files.contents import Contents, told
+from symhbm.model.files.programs.deck import Card, Deck
+from symhbm.model.files.programs.frd import read_results, version_of
+from symhbm.model.mesh import Mesh, Program
+from symhbm.model.places import Places
+
+_ROUND_OFF = 1e-9
+"""Share of the length of an axis."""
+_DEPENDENT = "EQUATION", "MPC", "TIE", "RIGID BODY", "COUPLING", "DISTRIBUTING COUPLING"
+
+
+def read(files: dict[str, Path], names: Mapping[str, str]) -> Contents:
+    """The job of a deck: matrices if it wrote them, mesh, materials, modes, static displacement."""
+    [path] = files.values()
+    path = path.with_suffix(".inp")
+    notes: list[str] = []
+    with told(path, "deck of CalculiX"):
+        deck = Deck(path)
+        if not deck.elements:
+            raise ValueError("expected *ELEMENT with solids")
+        mesh = deck.mesh
+        if deck.dropped:
+            types = ", ".join(f"{count} {kind}" for kind, count in deck.dropped.items())
+            notes.append(f"no part of the mesh: {types}, which are no solids")
+        mass, moment = mesh.weighed(deck.densities)
+        modes, displacement, told_of = read_results(path, mesh)
+        axis, n_sectors, ties = _cyclic(deck)
+        speed = _speed(deck, notes)
+    if np.isnan(mass).any():
+        notes.append("mass of elements without *DENSITY or *SOLID SECTION is not known")
+        mass = moment = None
+    matrices, places = _matrices(path, deck)
+    if places is not None:
+        notes += _held(deck, mesh, places)
+        modal = _modal(deck)
+        if modal is not None and modal.options.get("GLOBAL", "YES").upper() == "NO":
+            matrices = _turned_back(deck, mesh, matrices, places)
+            notes.append("directions of *TRANSFORM turned back to x, y and z")
+    program = Program(
+        name=f"CalculiX{version_of(path)}",
+        speed=speed,
+        axis=axis,
+        n_sectors=n_sectors,
+        sides=ties,
+        materials=deck.materials,
+        mass=mass,
+        moment=moment,
+        displacement=displacement,
+        modes=modes,
+    )
+    kept = notes + told_of
+    return Contents(matrices, places, True, notes=tuple(kept), mesh=mesh, program=program)
+
+
+def _modal(deck: Deck) -> Card | None:
+    """The card that writes matrices, or else the one that asks for modes."""
+    every = deck.of("FREQUENCY")
+    wrote = [c for c in every if c.options.get("SOLVER", "").upper() == "MATRIXSTORAGE"]
+    return next(iter(wrote + every), None)
+
+
+def _matrices(path: Path, deck: Deck) -> tuple[dict[str, Any], Places | None]:
+    """Stiffness and mass, one triangle of each, and the places of their rows."""
+    of_rows = path.with_suffix(".dof")
+    if not of_rows.is_file():
+        return {}, None
+    with told(of_rows, "table of node.direction"):
+        words = of_rows.read_text().replace(".", " ").split()
+        node, way = np.array(words, dtype=np.int64).reshape(-1, 2).T
+        direction = np.array(["x", "y", "z"])[way - 1]
+    size, result = len(node), {}
+    for kind, suffix in (("mass", ".mas"), ("stiffness", ".sti")):
+        with told(path.with_suffix(suffix), "matrix of CalculiX"):
+            entries = np.loadtxt(path.with_suffix(suffix), ndmin=2)
+            row, column = entries[:, :2].astype(np.int64).T - 1
+            largest = 1 + int(max(row.max(), column.max()))
+            if largest == 2 * size and deck.of("CYCLIC SYMMETRY MODEL"):
+                raise ValueError(
+                    "matrices of waves of one nodal diameter, which *CYCLIC SYMMETRY MODEL makes; "
+                    "write those of the sector from a deck without it and without its *TIE"
+                )
+            if largest != size:
+                raise ValueError(f"{largest} rows, {of_rows.name} has {size}")
+            shape = (size, size)
+            result[kind] = sp.coo_array((entries[:, 2], (row, column)), shape=shape).tocsc()
+    return result, Places(node, direction)
+
+
+def _cyclic(deck: Deck) -> tuple[str | None, int | None, tuple[str, str] | None]:
+    """Axis, number of sectors, and the names of the sides."""
+    rows = [row for card in deck.of("CYCLIC SYMMETRY MODEL") for row in card.rows[:1]]
+    turns = [row[2:] for card in deck.of("DLOAD") for row in card.rows if row[1:2] == ["CENTRIF"]]
+    sides, n_sectors = None, None
+    for card in deck.of("CYCLIC SYMMETRY MODEL"):
+        n_sectors = int(card.options["N"])
+        for tie in deck.of("TIE"):
+            name = tie.options.get("NAME", "").upper()
+            if card.options.get("TIE", name).upper() == name:
+                first, second = map(deck.name, tie.rows[0][:2])
+                sides = first, second
+    if rows:
+        first, second = np.array(rows[0][:6], dtype=float).reshape(2, 3)
+        point, axis = first, second - first
+    elif turns:
+        point, axis = np.array(turns[-1][-6:], dtype=float).reshape(2, 3)
+    else:
+        return None, n_sectors, sides
+    axis = axis / np.linalg.norm(axis)
+    letter = "xyz"[int(np.argmax(np.abs(axis)))]
+    apart = np.linalg.norm(point - axis * (axis @ point))
+    if np.abs(axis).max() < 1 - _ROUND_OFF or apart > _ROUND_OFF * np.abs(deck.nodes[1]).max():
+        raise ValueError(
+            f"expected the axis x, y or z, it is along {axis.round(6).tolist()} through "
+            f"{point.tolist()}; turn or move the mesh"
+        )
+    return letter, n_sectors, sides
+
+
+def _speed(deck: Deck, notes: list[str]) -> float | None:
+    """Speed [turns in 60 units of time] that matrices or modes are of, None at rest."""
+    modal = _modal(deck)
+    if modal is None:
+        return None
+    step = modal.step
+    head = [card for card in deck.of("STEP") if card.step == step]
+    loads = [
+        (card.step, float(row[2]))
+        for card in deck.of("DLOAD")
+        for row in card.rows
+        if len(row) > 2 and row[1].upper() == "CENTRIF" and card.step <= step
+    ]
+    if not loads:
+        return None
+    if "PERTURBATION" not in head[0].options:
+        notes.append("matrices and modes are those at rest: their *STEP has no PERTURBATION")
+        return None
+    return float(np.sqrt(loads[-1][1])) / PER_MINUTE
+
+
+def _held(deck: Deck, mesh: Mesh, places: Places) -> list[str]:
+    """What is no row of the matrices: supports, and what depends on others."""
+    solid = np.unique(np.concatenate([*map(np.ravel, mesh.elements.values())]))
+    given = {(int(n), way) for n, way in zip(places.node, places.direction, strict=True)}
+    missing = [(n, way) for n in solid.tolist() for way in "xyz" if (n, way) not in given]
+    held = set[tuple[int, str]]()
+    for card in deck.of("BOUNDARY"):
+        for row in card.rows:
+            first = int(row[1])
+            last = int(row[2]) if len(row) > 2 and row[2] else first
+            for way in "xyz"[first - 1 : last]:
+                held |= {(n, way) for n in deck.members([row[:1]], deck.sets).tolist()}
+    fixed = [each for each in missing if each in held]
+    rest = [each for each in missing if each not in held]
+    notes = []
+    if fixed:
+        nodes = {n for n, _ in fixed}
+        notes.append(f"supports: {len(fixed)} directions of {len(nodes)} nodes (of {fixed[0][0]})")
+    if rest:
+        cards = ", ".join(f"*{word}" for word in _DEPENDENT if deck.of(word)) or "*TRANSFORM"
+        notes.append(
+            f"{len(rest)} degrees of freedom depend on others and are no rows (the first: "
+            f"{rest[0][0]}:{rest[0][1]}), by {cards}"
+        )
+    return notes
+
+
+def _turned_back(
+    deck: Deck, mesh: Mesh, matrices: dict[str, Any], places: Places
+) -> dict[str, Any]:
+    """Matrices over x, y and z, of some over the directions of ``*TRANSFORM``."""
+    axes = np.tile(np.eye(3), (len(mesh.node), 1, 1))
+    for card in deck.of("TRANSFORM"):
+        at = mesh.at(deck.nodes_of(card.options["NSET"]))
+        first, second = card.numbers(6)[0].reshape(2, 3)
+        if card.options.get("TYPE", "R").upper() == "C":
+            axial = np.tile((second - first) / np.linalg.norm(second - first), (len(at), 1))
+            from_first = mesh.coordinates[at] - first
+            radial = from_first - np.einsum("ni,ni,nj->nj", from_first, axial, axial)
+        else:
+            radial = np.tile(first, (len(at), 1))
+            axial = np.tile(np.cross(first, second), (len(at), 1))
+            axial /= np.linalg.norm(axial, axis=1, keepdims=True)
+        radial /= np.linalg.norm(radial, axis=1, keepdims=True)
+        axes[at] = np.stack([radial, np.cross(axial, radial), axial], axis=1)
+    way = np.searchsorted(["x", "y", "z"], places.direction)
+    if np.any(np.bincount(places.node)[np.unique(places.node)] != 3):
+        raise ValueError(
+            "expected three rows of each node where directions are those of *TRANSFORM"
+        )
+    order = np.lexsort((way, places.node))
+    column = np.repeat(order.reshape(-1, 3), 3, axis=0)
+    blocks = axes[mesh.at(places.node[order])[::3]].reshape(-1, 3)
+    turn = sp.csr_array((blocks.ravel(), (np.repeat(order, 3), column.ravel())))
+    result = {}
+    for kind, matrix in matrices.items():
+        whole = matrix + sp.triu(matrix, 1).T + sp.tril(matrix, -1).T
+        result[kind] = sp.csc_array(turn.T @ whole @ turn)
+    return result
