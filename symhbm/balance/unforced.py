@@ -115,6 +115,26 @@ class SustainedMotion:
         """Coefficients of the force alone, (n_unknowns,) [N]."""
         return self._force(unknowns, frequency, damping_ratio, self._momentum.data)[0]
 
+    def bend(
+        self,
+        weights: FloatArray,
+        unknowns: FloatArray,
+        frequency: float,
+        damping_ratio: float,
+        along: FloatArray,
+    ) -> FloatArray:
+        """Second derivatives (k, k) of ``weights`` times the force, ``along`` (n_unknowns + 2, k).
+
+        Along changes of the unknowns, the frequency and the damping ratio.
+        """
+        n = len(weights)
+        pulled = 2 * (self._momentum.T @ weights)
+        size, moved, (faster, more) = pulled @ unknowns, pulled @ along[:n], along[n:]
+        mixed = frequency**2 * np.outer(more, moved) + 2 * frequency * np.outer(
+            faster, damping_ratio * moved + size * more
+        )
+        return mixed + mixed.T + 2 * damping_ratio * size * np.outer(faster, faster)
+
     def modal_amplitude(self, unknowns: FloatArray) -> float:
         """Root of the sum of ``X_n^H M X_n`` over harmonics above 0, ``unknowns`` (n_unknowns,)."""
         return float(np.sqrt(max(unknowns @ (self.inertia @ unknowns), 0.0)))

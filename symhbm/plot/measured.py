@@ -4,6 +4,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from symhbm.numerics import RADIANS, FloatArray, check
 from symhbm.plot.picture import Panel
@@ -11,6 +12,7 @@ from symhbm.plot.places import Chosen, chosen
 from symhbm.results.reading import MEASURED
 
 _POWERS = {"displacement": 0, "velocity": 1, "acceleration": 2}
+_LOOK: Any = dict(marker="o", markersize=3.5, markerfacecolor="none", linestyle="")
 _ALIKE = 1e-9
 """Relative difference up to which a parameter of a test is that of a curve."""
 
@@ -43,21 +45,34 @@ def draw_measured(
     """
     frequency, amplitude = amplitudes(measured)
     here = np.isin(measured["measured_place"].values, _names(measured, curve, where))
+    here &= np.isfinite(amplitude) & of_test(measured, curve)
+    panel.line(frequency[here], scale.of(amplitude[here]), **(_LOOK | {"color": color}))
+
+
+def draw_modes(panel: Panel, measured: xr.Dataset, curve: xr.Dataset, name: str, look: Any) -> None:
+    """Draw measured frequencies or damping ratios of modes over their amplitudes."""
+    form = {"frequency": "mode_frequency", "damping_ratio": "mode_damping"}[name]
+    here = (measured["measured_form"].values == form) & of_test(measured, curve)
+    points = measured["measured_amplitude"].values[here], measured[MEASURED].values[here]
+    panel.line(*points, **(_LOOK | {"color": look}))
+
+
+def of_test(measured: xr.Dataset, curve: xr.Dataset) -> NDArray[np.bool_]:
+    """Which rows were measured under the parameters of a curve, and are not left out."""
+    here = measured["measured_left_out"].values == 0
     for name in measured.variables:
         parameter = str(name).removeprefix("measured_at_")
         if parameter != name and parameter in curve.variables and not curve[parameter].ndim:
-            of_test = measured[name].values
-            alike = np.isclose(of_test, curve[parameter].item(), rtol=_ALIKE, atol=0.0)
-            here &= alike | np.isnan(of_test)
-    here &= (measured["measured_left_out"].values == 0) & np.isfinite(amplitude)
-    look: Any = dict(marker="o", markersize=3.5, markerfacecolor="none", linestyle="", color=color)
-    panel.line(frequency[here], scale.of(amplitude[here]), **look)
+            known = measured[name].values
+            alike = np.isclose(known, curve[parameter].item(), rtol=_ALIKE, atol=0.0)
+            here &= alike | np.isnan(known)
+    return here
 
 
 def amplitudes(measured: xr.Dataset) -> tuple[FloatArray, FloatArray]:
     """Frequencies [Hz] and amplitudes [m] of all rows, NaN of those that tell none."""
     form, value = measured["measured_form"].values, measured[MEASURED].values
-    amplitude = np.where(form == "magnitude", value, np.nan)
+    amplitude = np.where(np.isin(form, ("magnitude", "peak_amplitude")), value, np.nan)
     real = np.flatnonzero(form == "real")
     # The imaginary part of a complex value is the row after its real part.
     amplitude[real] = np.hypot(value[real], value[real + 1])

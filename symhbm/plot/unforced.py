@@ -27,6 +27,7 @@ from symhbm.plot.lines import (
     mark_events,
 )
 from symhbm.plot.looks import Look, Named, compared, pictured
+from symhbm.plot.measured import check_measured, draw_modes
 from symhbm.plot.picture import FAMILY, Axis, Panel, Picture
 from symhbm.results import Description, check_dataset, check_present
 from symhbm.results.archive import rebuild
@@ -209,7 +210,13 @@ _PANELS = {"frequency": (0.54, "frequency [Hz]"), "damping_ratio": (0.0, "dampin
 
 
 @compared
-def nonlinear_modes(dataset: xr.Dataset, *, over: str = "", **common: Unpack[Named]) -> Picture:
+def nonlinear_modes(
+    dataset: xr.Dataset,
+    *,
+    over: str = "",
+    measured: xr.Dataset | None = None,
+    **common: Unpack[Named],
+) -> Picture:
     """Draw frequency and damping ratio over what moves, one line per parameter set.
 
     Circles are onsets and ends of slip, of contact and of opening, squares folds, diamonds maxima
@@ -222,6 +229,9 @@ def nonlinear_modes(dataset: xr.Dataset, *, over: str = "", **common: Unpack[Nam
     over
         ``"energy"`` in the place of what moves: twice the mean kinetic energy over the period [J],
         that of the motion where the mode is linear.
+    measured
+        Measurements of `symhbm.datasets.measured` to draw as circles over the amplitude; by default
+        those that a fit holds.
     common
         As of all pictures.
 
@@ -247,6 +257,7 @@ def nonlinear_modes(dataset: xr.Dataset, *, over: str = "", **common: Unpack[Nam
     check_present(dataset, "amplitude", *_PANELS)
     if Description(dataset).unforced != "nonlinear mode":
         raise TypeError("dataset: expected a result of nonlinear_modes")
+    measured = check_measured(dataset, measured)
     dataset = one_solution(dataset)
     if check.one_of("over", over, ("", "energy")):
         dataset = _over_energy(dataset)
@@ -264,6 +275,8 @@ def nonlinear_modes(dataset: xr.Dataset, *, over: str = "", **common: Unpack[Nam
             panel.line(*curved(one[moves], one[name], (of_amplitude, False)), **member.look)
             mark_ends(panel, one, moves, one[name].values)
             mark_events(panel, one, name, member.color)
+            if measured is not None and moves == "amplitude" and not over:
+                draw_modes(panel, measured, one, name, member.color)
         panels.append(panel)
     panels[-1].x.label = label
     if not (dataset["damping_ratio"] < 0).any():

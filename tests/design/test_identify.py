@@ -8,6 +8,7 @@ import pytest
 import symhbm as sh
 from symhbm.design.identification.identify import objective_of
 from symhbm.design.identification.observations import Rows
+from tests.design.differences import differences
 from tests.measurements import complex_responses, measured_responses
 from tests.problems import one_blade, ring_of_blades
 from tests.problems import problem as catalogued
@@ -64,15 +65,6 @@ def mixed_objective():
     objective = objective_of(problem, Rows.of(data), unknown)
     x = objective.unknowns.start + 0.05 * rng.standard_normal(objective.unknowns.n)
     return objective, x
-
-
-def differences(function: Any, x: Any, step: float = 2e-4) -> Any:
-    """Derivatives by the variables, as columns, to the fourth order of the step."""
-    columns = []
-    for unit in step * np.eye(len(x)):
-        near, far = (function(x + k * unit) - function(x - k * unit) for k in (1, 2))
-        columns.append((8 * near - far) / (12 * step))
-    return np.array(columns).T
 
 
 def test_jacobian_and_hessian_agree_with_differences():

@@ -70,3 +70,21 @@ def test_places_that_are_not_shown_and_points_left_out(problem):
 def test_what_is_no_measurement_is_refused(curves):
     with pytest.raises(TypeError, match=r"measured=3: expected a dataset"):
         sh.plot.response(curves, measured=3)  # pyright: ignore[reportArgumentType]
+
+
+def test_peaks_and_modes_lie_on_their_curves(problem):
+    data = [
+        sh.datasets.measured(18.0, 5e-4, units="m", form="peak", force_amplitude=2.0),
+        sh.datasets.measured(
+            [20.0, 17.0], [0.1, 0.08], units="mm", form="mode", amplitude=[0.2, 1]
+        ),
+    ]
+    curves = sh.frf(problem, (13, 21), over={"force_amplitude": LEVELS}, progress=False)
+    figure = sh.plot.response(curves, measured=data[0], scale="linear", peaks=False)
+    assert [line.get_xydata().tolist() for line in circles(figure)] == [[], [[18.0, 5e-4]]]
+    modes = sh.nonlinear_modes(problem, progress=False)
+    figure = sh.plot.nonlinear_modes(modes, measured=data[1])
+    panels = figure.axes[0].child_axes
+    drawn = [line.get_xydata() for panel in panels for line in panel.lines]
+    assert any(np.array_equal(points, [[2e-4, 20.0], [1e-3, 17.0]]) for points in drawn)
+    assert any(np.array_equal(points, [[2e-4, 0.1], [1e-3, 0.08]]) for points in drawn)

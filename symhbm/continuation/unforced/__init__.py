@@ -13,6 +13,7 @@ from symhbm.continuation.unforced.linear_modes import (
     LinearMode,
     NoModeError,
     linear_mode,
+    mode_start,
 )
 from symhbm.continuation.unforced.nonlinear_mode import (
     ModeOverParameterProblem,
@@ -41,6 +42,7 @@ __all__ = [
     "follow_mode_over",
     "last_fold",
     "linear_mode",
+    "mode_start",
     "phase_of",
     "settled",
 ]

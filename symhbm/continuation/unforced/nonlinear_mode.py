@@ -42,7 +42,7 @@ class NonlinearModeProblem(UnforcedProblem):
         self.dof = dof
         self._cosine, phase = first_harmonic(problem, dof)
         super().__init__(problem, phase, name, index, smallest)
-        self._sustained = SustainedMotion(problem)
+        self.sustained = SustainedMotion(problem)
 
     @property
     def damping_place(self) -> int:
@@ -59,7 +59,7 @@ class NonlinearModeProblem(UnforcedProblem):
 
     def modal_amplitude(self, unknowns: FloatArray) -> float:
         """The modal amplitude [kg^1/2 m] of a motion, see `SustainedMotion.modal_amplitude`."""
-        return self._sustained.modal_amplitude(unknowns[: self.problem.n_unknowns])
+        return self.sustained.modal_amplitude(unknowns[: self.problem.n_unknowns])
 
     def balance(
         self, unknowns: FloatArray, value: float, switches: NDArray[np.bool_] | None
@@ -68,7 +68,7 @@ class NonlinearModeProblem(UnforcedProblem):
         free = super().balance(unknowns, value, switches)
         motion, frequency = unknowns[: self.problem.n_unknowns], self.frequency(unknowns)
         at = motion, frequency, self.damping_ratio(unknowns)
-        evaluation, by_damping = self._sustained(free.evaluation, *at)
+        evaluation, by_damping = self.sustained(free.evaluation, *at)
         return free._replace(evaluation=evaluation, by_more=(by_damping,))
 
     def conditions(self, unknowns: FloatArray, value: float) -> list[Condition]:

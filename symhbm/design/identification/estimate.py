@@ -143,6 +143,9 @@ def polished(
             break
         moved = free[inner]
         hessian = point.hessian[np.ix_(moved, moved)]
+        if not np.isfinite(hessian).all():
+            columns = point.jacobian[:, moved]
+            hessian = columns.T @ columns
         if np.linalg.eigvalsh(hessian)[0] <= 0:
             break
         x = point.x.copy()

@@ -13,9 +13,10 @@ import xarray as xr
 from symhbm.balance import HarmonicBalance, check_mean, check_problem
 from symhbm.continuation import SolveError
 from symhbm.design.identification.certainty import Certainty
+from symhbm.design.identification.curves import curves_of
 from symhbm.design.identification.estimate import LOSSES, descend, search
 from symhbm.design.identification.objective import Objective, Point
-from symhbm.design.identification.observations import Rows, curves_of
+from symhbm.design.identification.observations import Rows
 from symhbm.design.identification.report import report, sentences_of, start_of
 from symhbm.design.identification.unknowns import Unknowns, read_unknowns
 from symhbm.numerics import FloatArray, check, on_one_thread

@@ -1,39 +1,25 @@
-"""Half the sum of squared residuals, with exact first and second derivatives.
-
-A solution ``u`` of the balance ``R(u, p) = 0`` moves by ``-R_u^-1 R_p`` with the parameters. The
-second derivative of a sum of readings, each with a weight, is that of the Lagrangian: one solution
-with the transposed Jacobian gives the multipliers of all parameters.
-"""
+"""Half the sum of squared residuals, with exact first and second derivatives."""
 
 from __future__ import annotations
 
 from collections.abc import Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from functools import cached_property, partial
-from typing import Any
 
 import numpy as np
 
 from symhbm.balance import Evaluation, HarmonicBalance, SecondOrder
 from symhbm.continuation import ACCEPTED, FrequencyProblem, follow_branch, newton, solve_point
-from symhbm.design.identification.observations import Curve, Rows, readings
+from symhbm.design.identification.curves import Curve
+from symhbm.design.identification.observations import Rows, readings
+from symhbm.design.identification.solutions import Response, Solved, mode_of, peak_of
 from symhbm.design.identification.unknowns import Unknowns
-from symhbm.numerics import RADIANS, Factorisation, FloatArray
+from symhbm.numerics import RADIANS, FloatArray
 
 _MOST_POINTS = 5000
 """Points of one path of a response that may jump."""
 CORNER = 1e-5
 """Margin of a contact, the logarithm of its motion over its limit, below which it is on it."""
-
-
-@dataclass(frozen=True)
-class Solved:
-    """One solution: ``unknowns`` (n_unknowns,) and the balance there."""
-
-    problem: HarmonicBalance
-    omega: float
-    unknowns: FloatArray
-    evaluation: Evaluation
 
 
 @dataclass
@@ -77,6 +63,10 @@ class Objective:
         """Start from the solutions of a point next to those of which others are looked for."""
         self._near = point
 
+    def afresh(self, x: FloatArray) -> float:
+        """The value where no solution is known before: of the highest peaks, of the modes asked."""
+        return replace(self, _near=None, _last=None).at(x).value
+
     def second_order(self, problem: HarmonicBalance) -> SecondOrder:
         """Derivatives by the parameters of the fit, compiled once for all copies of a problem."""
         key = id(problem.compiled[0])
@@ -88,6 +78,8 @@ class Objective:
         self, number: int, curve: Curve, problem: HarmonicBalance, x: FloatArray
     ) -> list[Solved]:
         """The solutions of one curve."""
+        if curve.kind != "response":
+            return self._of_given(number, curve, problem, x)
         if curve.followed or not problem.single_valued:
             return self._followed(curve, problem)
         solved, starts, missed = list[Solved](), list[FloatArray](), 0.0
@@ -97,9 +89,29 @@ class Objective:
                 starts = [predicted + missed, *starts, predicted]
             solved.append(self._one(problem, omega, starts))
             # What a prediction misses changes little from one frequency to the next.
-            starts = [solved[-1].unknowns]
+            starts = [solved[-1].state]
             missed = 0.0 if predicted is None else starts[0] - predicted
         return solved
+
+    def _of_given(
+        self, number: int, curve: Curve, problem: HarmonicBalance, x: FloatArray
+    ) -> list[Solved]:
+        """Peaks in given bands, or modes of given amplitudes."""
+        order, near, solved = self.second_order(problem), self._near, list[Solved]()
+        for k, given in enumerate(curve.given):
+            self.n_solved += 1
+            if curve.kind == "peak":
+                beside = None if near is None else near.solved[number][k]
+                solved.append(peak_of(order, problem, given, beside))
+            else:
+                predicted = None if near is None else near.predicted(number, k, x)
+                solved.append(mode_of(order, problem, curve.mode, given, predicted))
+        return solved
+
+    def _response(
+        self, problem: HarmonicBalance, omega: float, unknowns: FloatArray, at: Evaluation
+    ) -> Solved:
+        return Response(self.second_order(problem), problem, omega, unknowns, at)
 
     def _one(self, problem: HarmonicBalance, omega: float, starts: list[FloatArray]) -> Solved:
         """The one solution at a frequency, from the first start that leads to it."""
@@ -108,12 +120,12 @@ class Objective:
             result = newton(partial(problem.evaluate, frequency=omega), start, damped=False)
             self.n_iterations += result.iterations
             if result.converged:
-                return Solved(problem, omega, result.unknowns, result.evaluation)
+                return self._response(problem, omega, result.unknowns, result.evaluation)
         result = solve_point(problem, omega)
         self.n_iterations += result.iterations
         if not result.converged:
             raise ArithmeticError(f"no response was found at {omega / RADIANS:g} Hz")
-        return Solved(problem, omega, result.unknowns, result.evaluation)
+        return self._response(problem, omega, result.unknowns, result.evaluation)
 
     def _followed(self, curve: Curve, problem: HarmonicBalance) -> list[Solved]:
         """The response as a sweep follows it: the first on the path that reaches a frequency."""
@@ -132,7 +144,7 @@ class Objective:
             evaluation = problem.evaluate(unknowns, omega)
             if evaluation.norm > ACCEPTED:
                 raise ArithmeticError(f"no response was found at {omega / RADIANS:g} Hz")
-            solved.append(Solved(problem, omega, unknowns, evaluation))
+            solved.append(self._response(problem, omega, unknowns, evaluation))
         return solved
 
 
@@ -146,7 +158,7 @@ class Point:
 
     def predicted(self, number: int, k: int, x: FloatArray) -> FloatArray:
         """Unknowns where variables are others, next to a solution, to first order."""
-        return self.solved[number][k].unknowns + self._moves[number][k] @ (x - self.x)
+        return self.solved[number][k].state + self._moves[number][k] @ (x - self.x)
 
     @cached_property
     def _sensors(self) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -166,7 +178,7 @@ class Point:
         for curve, solved in zip(self.objective.curves, self.solved, strict=True):
             for rows, one in zip(curve.rows, solved, strict=True):
                 for i in rows.tolist():
-                    parts[i] = curve.seen[i] @ one.unknowns
+                    parts[i] = curve.seen[i] @ one.state
         rows = self.objective.rows
         return readings(rows, range(rows.n), parts, self._sensors[0])
 
@@ -197,26 +209,11 @@ class Point:
 
     @cached_property
     def _moves(self) -> list[list[FloatArray]]:
-        """Derivatives of the unknowns of every solution by the variables, (n_unknowns, n) each."""
-        moves: list[list[FloatArray]] = []
-        for solved in self.solved:
-            own = self._balanced_slopes(solved[0].problem)
-            of_curve = []
-            for one in solved:
-                second_order = self.objective.second_order(one.problem)
-                at = one.problem, one.unknowns, one.omega, one.evaluation.states
-                right = second_order.by_parameters(*at) @ own
-                move = Factorisation(one.evaluation.jacobian).solve(-right)
-                if move is None:
-                    raise ArithmeticError(f"the response at {one.omega / RADIANS:g} Hz is singular")
-                of_curve.append(move)
-            moves.append(of_curve)
-        return moves
-
-    def _expanded(self, one: Solved, multipliers: FloatArray) -> Any:
-        second_order = self.objective.second_order(one.problem)
-        at = one.problem, one.unknowns, one.omega, multipliers
-        return second_order(*at, evaluation=one.evaluation)
+        """Derivatives of the state of every solution by the variables, (n_state, n) each."""
+        return [
+            [one.move(self._balanced_slopes(one.problem)) for one in solved]
+            for solved in self.solved
+        ]
 
     @cached_property
     def _slopes(self) -> dict[str, FloatArray]:
@@ -267,20 +264,12 @@ class Point:
         result += np.einsum("rij,rik,rjl->kl", second, self._inner, self._inner, optimize=True)
         result += np.diag(np.einsum("ri,rik->k", first[:, 2:], self._sensors[2]))
         bends = self.objective.unknowns.bends(self.x)
-        for curve, solved, moves in zip(
-            self.objective.curves, self.solved, self._moves, strict=True
-        ):
+        for curve, solved in zip(self.objective.curves, self.solved, strict=True):
             problem = solved[0].problem
             own, bend = self._balanced_slopes(problem), balanced(problem, bends, (n, n))
-            for at, one, move in zip(curve.rows, solved, moves, strict=True):
+            for at, one in zip(curve.rows, solved, strict=True):
                 pull = sum(first[i, :2] @ curve.seen[i] for i in at.tolist())
-                multipliers = Factorisation(one.evaluation.jacobian.T).solve(np.asarray(pull))
-                assert multipliers is not None
-                expanded = self._expanded(one, multipliers)
-                along = np.vstack([move, np.zeros((1, n)), own])
-                result -= along.T @ (expanded.hessian @ along)
-                pushed = expanded.by_parameters.T @ multipliers
-                result -= np.tensordot(pushed, bend, 1)
+                result += one.bend(np.asarray(pull), own, bend)
         return result
 
     @property
@@ -289,9 +278,8 @@ class Point:
         rows, total = self.objective.rows, 0.0
         for curve, solved in zip(self.objective.curves, self.solved, strict=True):
             for at, one in zip(curve.rows, solved, strict=True):
-                largest = float(np.abs(one.unknowns).max())
                 chosen = at[rows.kept[at]]
-                total += float(np.sum((rows.reach(chosen, largest) / rows.scales[chosen]) ** 2))
+                total += float(np.sum((rows.reach(chosen, one.size) / rows.scales[chosen]) ** 2))
         return float(np.sqrt(total))
 
     def on_corners(self) -> list[tuple[float, int]]:
@@ -299,8 +287,7 @@ class Point:
         found = []
         for solved in self.solved:
             for one in solved:
-                margins = one.evaluation.states.margins
-                for switch in np.flatnonzero(np.abs(margins) <= CORNER).tolist():
+                for switch in np.flatnonzero(np.abs(one.margins) <= CORNER).tolist():
                     contact = int(one.problem.contacts.of_switches[switch])
                     found.append((one.omega / RADIANS, contact))
         return found

@@ -1,4 +1,4 @@
-"""What was measured: rows of numbers, the curves that they are on, and what a sensor sees there."""
+"""What was measured, rows of numbers, and what sensors read of motions."""
 
 from __future__ import annotations
 
@@ -8,7 +8,6 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
-import scipy.sparse as sp
 import xarray as xr
 from numpy.typing import NDArray
 
@@ -18,6 +17,10 @@ from symhbm.results.reading import MEASURED
 
 POWERS = {"displacement": 0, "velocity": 1, "acceleration": 2}
 """Powers of ``i harmonic omega`` that make a quantity of displacements."""
+OF_PEAKS, OF_MODES = ("peak_frequency", "peak_amplitude"), ("mode_frequency", "mode_damping")
+"""Forms of what peaks, and nonlinear modes, are told by."""
+_BY_ITSELF = "peak_frequency", *OF_MODES
+"""Forms that no sensor changes."""
 KNOWN = "measured_at_"
 """Beginning of the names of parameters that were set in the test."""
 
@@ -108,9 +111,33 @@ class Rows:
 
     def reach(self, chosen: NDArray[np.intp], size: float) -> FloatArray:
         """What sensors read of a motion [m] as large as ``size``, of phases one radian."""
-        power = np.array([POWERS.get(quantity, 0) for quantity in self.quantity[chosen]])
-        reach = size * (self.harmonic[chosen] * self.omega[chosen]) ** power
-        return np.where(self.form[chosen] == "phase", 1.0, reach)
+        turning = self.harmonic[chosen] * self.omega[chosen]
+        reach = size * turning ** self.powers(chosen, ("peak_frequency", *OF_MODES))
+        reach[np.isin(self.form[chosen], ("phase", "mode_damping"))] = 1.0
+        of_frequency = np.isin(self.form[chosen], ("peak_frequency", "mode_frequency"))
+        return np.where(of_frequency, self.frequency[chosen], reach)
+
+    def powers(self, chosen: NDArray[np.intp], but: Sequence[str]) -> NDArray[np.intp]:
+        """Powers of the frequency that make what is read of displacements, 0 of some forms."""
+        powers = np.array([POWERS.get(quantity, 0) for quantity in self.quantity[chosen]])
+        return np.where(np.isin(self.form[chosen], but), 0, powers)
+
+    def kind(self, i: int) -> tuple[Any, ...]:
+        """What a row is of: a response, the peaks of a sensor, or a mode and its amplitudes."""
+        if self.form[i] in OF_PEAKS:
+            sensor = self.place[i], self.quantity[i], int(self.harmonic[i]), str(self.units[i])
+            return "peak", sensor
+        if self.form[i] not in OF_MODES:
+            return ("response",)
+        nodal_diameter = self.nodal_diameter[i]
+        wave = None if np.isnan(nodal_diameter) else int(nodal_diameter)
+        return "mode", int(self.mode[i]), self.place[i], wave
+
+    def given(self, i: int) -> Any:
+        """What a solution is asked for at: a frequency [rad/s], a band [Hz], or an amplitude."""
+        if self.form[i] in OF_PEAKS:
+            return float(self.lowest[i]), float(self.highest[i])
+        return float(self.amplitude[i] if self.form[i] in OF_MODES else self.omega[i])
 
     def settings(self, problem: HarmonicBalance) -> list[dict[str, Any]]:
         """Parameters that were set in the test, row by row; raises for what is none."""
@@ -129,94 +156,6 @@ class Rows:
         ]
 
 
-@dataclass(frozen=True)
-class Curve:
-    """Measurements under one setting of a test: frequencies ``omegas`` [rad/s] in its order.
-
-    ``rows`` are those of each frequency, ``seen`` what the sensor of each row reads of the
-    unknowns of the ``problem``: cosine and sine of a harmonic, (2, n_unknowns).
-    """
-
-    problem: HarmonicBalance
-    setting: dict[str, Any]
-    sweep: str
-    omegas: FloatArray
-    rows: list[NDArray[np.intp]]
-    seen: dict[int, FloatArray]
-
-    @property
-    def followed(self) -> bool:
-        """Whether the response may jump, so that it is followed as the test led it."""
-        return not self.problem.single_valued
-
-
-def curves_of(
-    problem: HarmonicBalance, rows: Rows, names: Sequence[str], alike: bool
-) -> list[Curve]:
-    """The curves of all measurements; ``names`` are parameters that a fit changes.
-
-    ``alike`` tells that it changes them of all sectors together.
-    """
-    settings = rows.settings(problem)
-    for name in dict.fromkeys(name for one in settings for name in one):
-        if name in names:
-            raise ValueError(
-                f"unknown[{name!r}]: expected a parameter that is not given with the data"
-            )
-    keys = [(*one.items(), rows.sweep[i]) for i, one in enumerate(settings)]
-    curves = []
-    for key in dict.fromkeys(keys):
-        members = np.array([i for i, one in enumerate(keys) if one == key])
-        base = problem.with_parameters(**settings[members[0]])
-        unique = base.single_valued and not problem.may_fold(names)
-        symmetry = base.equal_sectors if alike and unique and base.samples is None else None
-        base = base if symmetry is None else base.of_sector(symmetry)
-        sweep = str(key[-1])
-        omegas = np.unique(rows.omega[members])[:: -1 if sweep == "down" else 1]
-        at = [members[rows.omega[members] == omega] for omega in omegas]
-        sensors = {
-            i: (rows.place[i], rows.quantity[i], int(rows.harmonic[i]), str(rows.units[i]))
-            for i in members.tolist()
-        }
-        read = {sensor: _read(base, *sensor) for sensor in dict.fromkeys(sensors.values())}
-        seen = {i: read[sensor] for i, sensor in sensors.items()}
-        curves.append(Curve(base, settings[members[0]], sweep, omegas, at, seen))
-    return curves
-
-
-def _read(
-    problem: HarmonicBalance, place: str, quantity: str, harmonic: int, units: str
-) -> FloatArray:
-    """Cosine and sine of a harmonic that a sensor reads of the unknowns, (2, n_unknowns).
-
-    Raises KeyError or ValueError for what the problem does not have.
-    """
-    model, basis = problem.model, problem.basis
-    if harmonic not in problem.harmonics:
-        raise ValueError(
-            f"harmonic={harmonic}: expected one of those of the problem, {problem.harmonics}"
-        )
-    at: Any = int(place) if place.isdecimal() else place
-    if quantity in POWERS:
-        row = model.with_outputs({"sensor": {at: 1.0}}, "m").outputs["sensor"].rows
-    else:
-        check.known(quantity, model.outputs, "output of the model (quantity)")
-        output = model.outputs[quantity]
-        if units not in (output.units, "rad"):
-            raise ValueError(f"units={units!r}: expected those of {quantity}, {output.units!r}")
-        n_rows = output.rows.shape[0]
-        if not isinstance(at, int) or at >= n_rows:
-            raise ValueError(
-                f"place={place!r}: expected a row of {quantity}, from 0 to {n_rows - 1}"
-            )
-        row = sp.csr_array(output.rows)[[at]]
-    parts = np.zeros((2, basis.n_components))
-    parts[0, basis.component(harmonic)] = 1.0
-    if harmonic:
-        parts[1, basis.component(harmonic, sine=True)] = 1.0
-    return np.asarray((sp.kron(row, parts) @ problem.layout.expansion).todense())
-
-
 def readings(
     rows: Rows, at: Iterable[int], parts: FloatArray, sensors: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
@@ -227,8 +166,9 @@ def readings(
     """
     chosen = np.fromiter(at, dtype=int)
     order, omega = rows.harmonic[chosen], rows.omega[chosen]
-    power = np.array([POWERS.get(quantity, 0) for quantity in rows.quantity[chosen]])
-    gain, phase, delay = sensors.T
+    power = rows.powers(chosen, (*OF_PEAKS, *OF_MODES))
+    itself = np.isin(rows.form[chosen], _BY_ITSELF)
+    gain, phase, delay = np.where(itself[:, None], [1.0, 0.0, 0.0], sensors).T
     turned = (1j * order * omega) ** power * np.exp(1j * (phase - order * omega * delay))
     motion = (parts[:, 0] - 1j * parts[:, 1]) * turned
     # The reading is gain times motion; each rate is a factor of it or of the turned unit.
@@ -244,6 +184,7 @@ def readings(
     for i, by_part in enumerate((turned, -1j * turned)):
         second[:, i, 2] = second[:, 2, i] = by_part
     second[:, 3:, 3:] = whole[:, None, None] * rates[:, :, None] * rates[:, None, :]
+    first[itself, 2:], second[itself] = 0.0, 0.0
     return _of_form(rows.form[chosen], whole, first, second)
 
 
@@ -265,8 +206,10 @@ def _of_form(
         "phase": (np.angle(whole), relative.imag, of_log.imag),
     }
     result = tuple(np.zeros_like(part) for part in values["real"])
+    of_forms = dict.fromkeys(_BY_ITSELF, "real") | {"peak_amplitude": "magnitude"}
+    named = np.array([of_forms.get(one, one) for one in form])
     for name, parts in values.items():
-        which = form == name
+        which = named == name
         for target, part in zip(result, parts, strict=True):
             target[which] = part[which]
     return result

@@ -10,15 +10,18 @@ import xarray as xr
 
 from symhbm.balance import HarmonicBalance
 from symhbm.design.identification.certainty import Certainty, Remains, probability_of, remains
+from symhbm.design.identification.curves import at_place
 from symhbm.design.identification.estimate import Descent
 from symhbm.design.identification.observations import Rows
 from symhbm.numerics import RADIANS, FloatArray
-from symhbm.response import frf
+from symhbm.response import frf, nonlinear_modes
 
 _BESIDE = 0.1
-"""How far beside a single frequency, relative, the response is followed."""
+"""How far beside a single frequency, or peaks, relative, the response is followed."""
 _UNLIKELY = 1e-3
 """Probability below which residuals are told to be more than noise."""
+_SAME = 1e-7
+"""Difference of sums of squares that is none, relative, and of residuals, over all readings."""
 FOUND = "the optimum was found"
 _MEANINGS = {
     "unknown": ("1", "name of an unknown of the fit"),
@@ -109,10 +112,12 @@ def _about(name: str) -> dict[str, str]:
 
 def responses(problem: HarmonicBalance, rows: Rows, curves: Sequence[Any]) -> xr.Dataset:
     """Responses of a problem over the frequencies of all measurements, under all settings."""
+    if all(curve.kind == "mode" for curve in curves):
+        return _modes(problem, rows)
     low, high = float(rows.frequency.min()), float(rows.frequency.max())
-    if low == high:
+    if low == high or any(curve.kind == "peak" for curve in curves):
         low, high = (1 - _BESIDE) * low, (1 + _BESIDE) * high
-    settings = [curve.setting for curve in curves]
+    settings = [curve.setting for curve in curves if curve.kind != "mode"]
     different = [one for i, one in enumerate(settings) if one not in settings[:i]]
     names = list(different[0])
     over: dict[str, Any] = {}
@@ -125,6 +130,15 @@ def responses(problem: HarmonicBalance, rows: Rows, curves: Sequence[Any]) -> xr
     down = all(curve.sweep == "down" for curve in curves)
     band = (high, low) if down else (low, high)
     return frf(problem, band, over=over or None, progress=False)
+
+
+def _modes(problem: HarmonicBalance, rows: Rows) -> xr.Dataset:
+    """The first measured mode over its amplitude, a little beyond all measured ones."""
+    _, mode, place, wave = rows.kind(0)
+    known = rows.amplitude[np.isfinite(rows.amplitude)]
+    band = (known.min() / 2, 2 * known.max()) if known.size else None
+    asked: Any = dict(mode=mode, nodal_diameter=wave, place=at_place(place), progress=False)
+    return nonlinear_modes(problem, band=band, **asked)
 
 
 def sentences_of(
@@ -147,6 +161,13 @@ def sentences_of(
         status = (
             f"the search ended {best.distance:.1e} standard errors from an optimum; begin it there "
             "(start=), or with narrower bounds"
+        )
+    again = point.objective.afresh(point.x)
+    if abs(again - point.value) > _SAME * point.value + (_SAME * point.size) ** 2:
+        good = False
+        status += (
+            ", but other peaks or modes are found from scratch, with a sum of squares "
+            f"{2 * again:.6g}: begin it at other values (start=), or with narrower bands of peaks"
         )
     if unseen:
         good = False

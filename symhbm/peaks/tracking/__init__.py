@@ -3,7 +3,7 @@
 from symhbm.peaks.tracking.branches import Parameter
 from symhbm.peaks.tracking.envelope import EnvelopePoint, UpperEnvelope
 from symhbm.peaks.tracking.leading_branches import LeadingBranches, SurveyedValue
-from symhbm.peaks.tracking.step import advanced, polished
+from symhbm.peaks.tracking.step import advanced, polished, verified
 from symhbm.peaks.tracking.track import retrack
 
 __all__ = [
@@ -15,4 +15,5 @@ __all__ = [
     "advanced",
     "polished",
     "retrack",
+    "verified",
 ]

@@ -23,7 +23,13 @@ _UNITS = {
 """Units of motions: the quantity that they are of, and how much of SI units each is."""
 _ANGLES = {"rad": 1.0, "deg": np.pi / 180}
 _QUANTITIES = {"displacement": "m", "velocity": "m s-1", "acceleration": "m s-2"}
-_FORMS = ("complex", "magnitude", "phase")
+_FORMS = ("complex", "magnitude", "phase", "peak", "mode")
+_PAIRS = {
+    "complex": ("real", "imaginary"),
+    "peak": ("peak_frequency", "peak_amplitude"),
+    "mode": ("mode_frequency", "mode_damping"),
+}
+"""Forms of two real numbers each."""
 _SWEEPS = ("up", "down")
 
 
@@ -37,12 +43,17 @@ def measured(
     quantity: str | None = None,
     harmonic: Any = 1,
     deviation: Any = None,
+    frequency_deviation: Any = None,
+    band: tuple[Any, Any] | None = None,
+    amplitude: Any = None,
+    mode: Any = 0,
+    nodal_diameter: Any = None,
     sweep: Any = "up",
     left_out: Any = False,
     table: pd.DataFrame | Mapping[str, Any] | str | os.PathLike[str] | None = None,
     **known: Any,
 ) -> xr.Dataset:
-    """Measured responses as a dataset that `symhbm.identify` fits.
+    """Measured responses, peaks or modes as a dataset that `symhbm.identify` fits.
 
     All but ``units``, ``form`` and ``quantity`` may be arrays, whose shapes broadcast: levels in
     rows and frequencies in columns, for example. With a ``table``, text that names one of its
@@ -55,14 +66,19 @@ def measured(
     response
         What was measured there. Complex amplitudes turn as ``exp(i omega t)``: the displacement is
         the real part of ``response exp(i harmonic omega t)``. With a ``table`` also the names of
-        two columns, of the real and the imaginary part.
+        two columns, of the real and the imaginary part. Of modes the damping ratio; None of peaks
+        and modes of which the frequency alone was measured.
     units
         Those of the response: ``"m"``, ``"mm"``, ``"um"``, ``"m s-1"``, ``"mm s-1"``, ``"m s-2"``,
-        ``"g"``, of phases ``"rad"`` or ``"deg"``, of an output of the model its own.
+        ``"g"``, of phases ``"rad"`` or ``"deg"``, of an output of the model its own; of modes
+        those of their ``amplitude``.
     place
         Which degree of freedom, by number or name as ``"tip:y"``; of an output which row.
     form
-        ``"complex"``, ``"magnitude"`` (no less than 0, half of peak to peak) or ``"phase"``.
+        ``"complex"``, ``"magnitude"`` (no less than 0, half of peak to peak) or ``"phase"``;
+        ``"peak"``, the frequency and magnitude of the highest response in a ``band``; ``"mode"``,
+        the frequency and damping ratio of a free motion of some ``amplitude``, as tests in phase
+        resonance and decays tell them.
     quantity
         ``"displacement"``, ``"velocity"``, ``"acceleration"`` or the name of an output of the
         model; by default what ``units`` are of, and of phases the displacement.
@@ -71,6 +87,15 @@ def measured(
     deviation
         Standard deviation of the response in ``units``, of real and imaginary part each. By default
         one that is common to all measurements and not known: the fit estimates it.
+    frequency_deviation
+        Standard deviation [Hz] of the frequencies of peaks and modes.
+    band
+        Frequencies [Hz] between which a peak is the highest, by default half and twice its own.
+    amplitude
+        Of modes, that of the first harmonic at the place, in ``units`` [m]; by default motions are
+        small, and contacts stick: natural frequencies and modal damping.
+    mode, nodal_diameter
+        Which mode, as in `symhbm.nonlinear_modes`.
     sweep
         ``"up"`` or ``"down"``: how the frequency was led, where responses jump.
     left_out
@@ -103,15 +128,23 @@ def measured(
     columns = _columns(table)
     check.one_of("form", form, _FORMS)
     scale, quantity, units = _scale(check.text("units", units), form, quantity)
-    values = scale * _response(response, columns, form)
+    if form == "mode" and quantity != "displacement":
+        raise ValueError(f"units={units!r}: expected those of the amplitude of modes, of a length")
+    values = (1.0 if form == "mode" else scale) * _response(response, columns, form)
     given = {
         "frequency": _numbers("frequency", frequency, columns, "positive"),
         "harmonic": _numbers("harmonic", harmonic, columns, "non-negative"),
-        "deviation": _deviation(deviation, columns, scale),
+        "deviation": _deviation(deviation, columns, 1.0 if form == "mode" else scale),
         "place": np.asarray(_column(place, columns)),
         "sweep": np.asarray(_column(sweep, columns)),
         "left_out": np.asarray(_column(left_out, columns)),
     }
+    own = {"frequency_deviation": frequency_deviation, "band": band}
+    own |= {"amplitude": amplitude, "nodal_diameter": nodal_diameter, "mode": mode or None}
+    if form in ("peak", "mode"):
+        given |= _of_motion(form, own, columns, given["frequency"], scale)
+    elif bad := [name for name, value in own.items() if value is not None]:
+        raise ValueError(f"{bad[0]}: expected None, it is of peaks or modes, got form={form!r}")
     given |= {name: _numbers(name, value, columns) for name, value in known.items()}
     try:
         values, *arrays = np.broadcast_arrays(values, *given.values())
@@ -129,7 +162,7 @@ def measured(
         raise ValueError(f"harmonic={check.shown(harmonic)}: expected integers")
     if not values.size:
         raise ValueError("response: expected at least one value, got none")
-    unknown = ~np.isfinite(values) & ~flat["left_out"]
+    unknown = ~np.isfinite(values) & ~flat["left_out"] & (response is not None)
     if unknown.any():
         first = flat["frequency"][unknown][0]
         raise ValueError(
@@ -137,45 +170,88 @@ def measured(
             f"first at {first:g} Hz; left_out=~np.isfinite(response) keeps them in the dataset and "
             "leaves them out of fits"
         )
-    if form == "magnitude" and np.any(values[~flat["left_out"]] < 0):
+    if form in ("magnitude", "peak") and np.any(values[~flat["left_out"]] < 0):
         raise ValueError("response: expected magnitudes of no less than 0")
-    repeats = 2 if form == "complex" else 1
-    flat = {name: np.repeat(array, repeats) for name, array in flat.items()}
-    forms = np.full(len(values), form, dtype=object)
+    pair = _PAIRS.get(form, (form,))
+    flat = {name: np.repeat(array, len(pair)) for name, array in flat.items()}
+    forms = np.tile(np.array(pair, dtype=object), len(values))
+    units_of = np.full(len(forms), units, dtype=object)
     if form == "complex":
         values = np.column_stack([np.real(values), np.imag(values)]).ravel()
-        forms = np.tile(np.array(["real", "imaginary"], dtype=object), len(values) // 2)
-    return _labelled(values, forms, (quantity, units), flat, tuple(known))
+    elif len(pair) == 2:
+        values = np.column_stack([flat["frequency"][::2], values]).ravel()
+        flat["left_out"][1::2] |= response is None
+        flat["deviation"][::2] = flat.pop("frequency_deviation")[::2]
+        units_of[::2] = "Hz"
+        units_of[1::2] = "1" if form == "mode" else units
+    return _labelled(values, forms, (quantity, units_of), flat, tuple(known))
 
 
 def _labelled(
     values: FloatArray,
     forms: np.ndarray,
-    of: tuple[str, str],
+    of: tuple[str, np.ndarray],
     flat: Mapping[str, np.ndarray],
     known: tuple[str, ...],
 ) -> xr.Dataset:
-    """The dataset of as many rows; ``of`` are the quantity and its unit."""
-    quantity, units = of
+    """The dataset of as many rows; ``of`` are the quantity and the unit of each."""
+    quantity, each = of
+    units = each[0] if len({*each}) == 1 else "measured_units"
     texts = {name: flat[name].astype(str).astype(object) for name in ("place", "sweep")}
     table = {
         MEASURED: (values, units, "measured value"),
         "measured_deviation": (flat["deviation"], units, "standard deviation, NaN where unknown"),
         "measured_frequency": (flat["frequency"], "Hz", "excitation frequency of the measurement"),
         "measured_harmonic": (flat["harmonic"].astype(np.int32), "1", "harmonic that was measured"),
-        "measured_form": (forms, "1", "real, imaginary, magnitude or phase"),
+        "measured_form": (forms, "1", "what of a response, a peak or a mode"),
         "measured_quantity": (np.full(len(values), quantity, dtype=object), "1", "what it is of"),
-        "measured_units": (np.full(len(values), units, dtype=object), "1", "unit of the value"),
+        "measured_units": (each, "1", "unit of the value"),
         "measured_place": (texts["place"], "1", "where it was measured"),
         "measured_sweep": (texts["sweep"], "1", "up or down: how the frequency was led"),
         "measured_left_out": (flat["left_out"].astype(np.int8), "1", "1 where fits leave it out"),
     }
+    table |= {f"measured_{n}": (flat[n], *of) for n, of in _OF_MOTIONS.items() if n in flat}
     table |= {f"measured_at_{n}": (flat[n], "SI units", f"{n} of the test") for n in known}
     variables = {
         name: ("measurement", value, {"units": unit, "long_name": meaning})
         for name, (value, unit, meaning) in table.items()
     }
     return xr.Dataset(variables, attrs={"title": "Measured responses"})
+
+
+_OF_MOTIONS = {
+    "lowest": ("Hz", "frequency from which on a peak is the highest"),
+    "highest": ("Hz", "frequency up to which a peak is the highest"),
+    "amplitude": ("m", "amplitude of a mode, NaN of small motions"),
+    "mode": ("1", "number of a mode"),
+    "nodal_diameter": ("1", "nodal diameters of a mode, NaN where it is no wave"),
+}
+"""What peaks and modes are given with: units, and what it is."""
+
+
+def _of_motion(
+    form: str, own: dict[str, Any], columns: Mapping[str, Any], frequency: FloatArray, scale: float
+) -> dict[str, FloatArray]:
+    """What peaks and modes are given with, as arrays; raises for what the other is given with."""
+    own = dict(own)
+    deviation, band = own.pop("frequency_deviation"), own.pop("band")
+    result = {"frequency_deviation": _deviation(deviation, columns, 1.0)}
+    if form == "peak":
+        if bad := [name for name, value in own.items() if value is not None]:
+            raise ValueError(f"{bad[0]}: expected None, it is of modes, got form='peak'")
+        low, high = (0.5 * frequency, 2 * frequency) if band is None else band
+        low, high = (_numbers("band", end, columns, "positive") for end in (low, high))
+        if np.any((low > frequency) | (frequency > high)):
+            raise ValueError(f"band={check.shown(band)}: expected the frequencies of peaks in it")
+        return result | {"lowest": low, "highest": high}
+    if band is not None:
+        raise ValueError("band: expected None, it is of peaks, got form='mode'")
+    bounds = {"amplitude": "positive", "mode": "non-negative", "nodal_diameter": "any"}
+    for name, bound in bounds.items():
+        missing = np.array(0.0 if name == "mode" else np.nan)
+        value = own[name]
+        result[name] = missing if value is None else _numbers(name, value, columns, bound)
+    return result | {"amplitude": scale * result["amplitude"]}
 
 
 def _columns(table: Any) -> Mapping[str, Any]:
@@ -212,6 +288,8 @@ def _numbers(name: str, value: Any, columns: Mapping[str, Any], bound: str = "an
 
 def _response(response: Any, columns: Mapping[str, Any], form: str) -> np.ndarray:
     """The values of a response, complex ones of two columns, too."""
+    if response is None and form in ("peak", "mode"):
+        return np.array(np.nan)
     if isinstance(response, (list, tuple)) and all(isinstance(one, str) for one in response):
         if len(response) != 2 or form != "complex":
             raise ValueError(
