@@ -1,12 +1,13 @@
 """Pictures of motions that no force drives: nonlinear modes, limit cycles, flutter limits."""
 
 from collections.abc import Iterator
+from itertools import pairwise
 from typing import Any, Unpack
 
 import numpy as np
 import xarray as xr
 
-from symhbm.numerics import RADIANS, check
+from symhbm.numerics import RADIANS, FloatArray, check
 from symhbm.plot.drawing import (
     LINE_STYLES,
     Family,
@@ -86,9 +87,8 @@ def limit_cycles(dataset: xr.Dataset, **common: Unpack[Named]) -> Picture:
     panel = Panel(Axis(axis_label(dataset, name)), Axis(FIRST_HARMONIC, log=True))
     for member, one in family.curves():
         value, amplitude = one[name].values, one["amplitude"].values
-        for part, verdict in _runs(one):
-            look = dict(color=member.color, linestyle=_STYLES[verdict])
-            panel.line(value[part], amplitude[part], **look)
+        for x, y, verdict in _smooth_runs(one, value, amplitude):
+            panel.line(x, y, color=member.color, linestyle=_STYLES[verdict])
         ends = np.array([] if is_complete(one) else [*_ends(one, name)], dtype=int)
         draw_ends(panel, value[ends], amplitude[ends])
         mark_events(panel, one, "amplitude", member.color)
@@ -96,19 +96,28 @@ def limit_cycles(dataset: xr.Dataset, **common: Unpack[Named]) -> Picture:
     return Picture([panel])
 
 
-def _runs(one: xr.Dataset) -> Iterator[tuple[slice, int]]:
-    """Parts of branches whose cycles are alike, each up to the first point of the next one."""
-    found = np.isfinite(one["amplitude"].values)
+def _smooth_runs(
+    one: xr.Dataset, value: FloatArray, amplitude: FloatArray
+) -> Iterator[tuple[FloatArray, FloatArray, int]]:
+    """Lines through branches, in parts whose cycles are alike, up to the first point of the next.
+
+    They are smooth over the whole branch: at a fold, where stability changes, it is vertical.
+    """
+    found = np.isfinite(amplitude)
     branch = np.where(found, one["cycle_branch"].values, -1)
     known = "stability" in one.variables
     stable = one["stability"].values if known else np.ones(len(found), dtype=int)
-    begin = 0
-    for i in range(1, len(found) + 1):
-        ends = i == len(found) or branch[i] != branch[begin]
-        if ends or stable[i] != stable[begin]:
-            if branch[begin] >= 0:
-                yield slice(begin, i if ends else i + 1), int(stable[begin])
-            begin = i
+    for number in np.unique(branch[found]):
+        own = np.flatnonzero(branch == number)
+        x, y = curved(value[own], amplitude[own], (False, True))
+        turns = np.flatnonzero(np.diff(stable[own])) + 1
+        begin = 0
+        for first, last in pairwise([0, *turns.tolist(), len(own) - 1]):
+            # The place of a point on the line; another one may close the branch there.
+            far = np.abs(x - value[own[last]]) + np.abs(y - amplitude[own[last]])
+            end = len(x) - 1 if last == len(own) - 1 else begin + int(np.argmin(far[begin:]))
+            yield x[begin : end + 1], y[begin : end + 1], int(stable[own[first]])
+            begin = end
 
 
 def _ends(one: xr.Dataset, name: str) -> Iterator[int]:

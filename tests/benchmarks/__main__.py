@@ -9,7 +9,15 @@ for name in ("OPENBLAS_NUM_THREADS", "OMP_NUM_THREADS", "MKL_NUM_THREADS"):
 
 import click  # noqa: E402
 
-from tests.benchmarks import comparison, contacts, elements, own, scale, structures  # noqa: E402
+from tests.benchmarks import (  # noqa: E402
+    comparison,
+    contacts,
+    elements,
+    own,
+    releases,
+    scale,
+    structures,
+)
 from tests.benchmarks.table import PAGE, SCALE, machine, write  # noqa: E402
 
 MEASUREMENTS = {
@@ -46,6 +54,8 @@ def main(measurements: tuple[str, ...], written: bool) -> None:
     if written:
         for page, sections in pages.items():
             write("\n\n".join(sections), page)
+        if PAGE in pages:
+            releases.keep()
 
 
 if __name__ == "__main__":

@@ -156,7 +156,7 @@ def certificate(
         )
     if complete:
         sentences.append("Not proved: that the mode has no other motions of these amplitudes.")
-    return " ".join(sentences)
+    return "\n".join(sentences)
 
 
 def finished(result: xr.Dataset, status: Status, text: str, throw: bool) -> xr.Dataset:

@@ -94,7 +94,7 @@ def report(
         ),
         "start_sum": ("fit_start", np.array([2 * one.value for one in ended])),
         "identification_status": ((), sentences[0]),
-        "certificate": ((), " ".join(sentences[1:])),
+        "certificate": ((), "\n".join(sentences)),
     }
     if not rows.has_noise:
         table["noise_level"] = ((), certainty.noise * float(rows.scales[0]))

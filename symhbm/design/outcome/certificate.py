@@ -70,7 +70,7 @@ def certificate(
     cases: Cases,
     check: str = "",
 ) -> str:
-    """Sentences on the largest response, the active maxima and bounds, and the search.
+    """Lines on the largest response, the active maxima and bounds, and the search.
 
     ``check`` is what was found when the response was followed once more.
     """
@@ -128,7 +128,7 @@ def certificate(
             f"values up to a factor of {factor:.3g} away ({nearest[1]}): what they are is not "
             "known, and better designs there were not found."
         )
-    return " ".join([*sentences, *_held(program, search_result)])
+    return "\n".join([*sentences, *_held(program, search_result)])
 
 
 def _where(bands: Sequence[tuple[float, float]]) -> str:

@@ -130,8 +130,9 @@ def infeasible(
 
 
 def with_certificate(result: xr.Dataset, status: Status, text: str) -> xr.Dataset:
-    """The dataset of a design with its status and certificate."""
-    said = labelled({"design_status": ((), str(status)), "certificate": ((), text)})
+    """The dataset of a design with its status, which is the first line of its certificate."""
+    told = {"design_status": ((), str(status)), "certificate": ((), f"{status}\n{text}")}
+    said = labelled(told)
     return result.assign(said.data_vars)
 
 

@@ -122,7 +122,7 @@ def certificate_of(points: Sequence[FrontPoint], aims: Sequence[Aim], check: str
         "Not proved: that no design is better in both aims than a point, as minima were reached "
         "from several starts and not from all; nothing is said of the front between points."
     )
-    return " ".join(sentences)
+    return "\n".join(sentences)
 
 
 def _beaten(point: FrontPoint, points: Sequence[FrontPoint]) -> bool:

@@ -143,7 +143,8 @@ def _peaks(words: Words) -> Rows:
         if top is not None:
             value, index = top
             at = dataset.isel(index)
-            told = [words.level(value, amplitude.attrs.get("units", "m"))]
+            error = float(at.get("peak_truncation_error", np.nan))
+            told = [words.level(value, amplitude.attrs.get("units", "m"), error)]
             if f"peak_{words.along}" in at.variables:
                 told.append(words.at(at[f"peak_{words.along}"]))
             peaks_of = description.problem.get("peaks_of")

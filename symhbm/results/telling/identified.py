@@ -2,7 +2,7 @@
 
 import numpy as np
 
-from symhbm.results.telling.words import Rows, Words
+from symhbm.results.telling.words import Rows, Words, certificate
 
 STATUS = "identification_status"
 _DIMS = {"unknown", "measurement", "curve", "direction", "fit_start"}
@@ -17,12 +17,12 @@ def identified(words: Words) -> Rows:
     names = ("unknown", "unknown_units", "estimate", "standard_error", "profile_interval")
     for label, units, value, error, ends in zip(*(dataset[n].values for n in names), strict=True):
         unit = "" if units == "1" else f" {units}"
-        text = f"{short(value)}{unit}, standard error "
-        text += f"{short(error)}{unit}" if np.isfinite(error) else "not known"
+        text = f"{words.within(value, error)}{unit}"
+        text += "" if np.isfinite(error) else ", standard error not known"
         if np.isfinite(ends).all():
             text += f", interval {short(ends[0])} to {short(ends[1])}{unit}"
         yield f"  {label}", text
-    yield "certificate", str(dataset["certificate"].item())
+    yield from certificate(words)
 
 
 def of_fits(words: Words) -> set[str]:

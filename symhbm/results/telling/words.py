@@ -28,6 +28,16 @@ class Words:
         value = np.asarray(value).item()
         return f"{value:.{self.digits}g}" if isinstance(value, float) else str(value)
 
+    def within(self, value: float, error: float) -> str:
+        """A number to the second digit of its error, or to as many as others without one."""
+        if not (np.isfinite([value, error]).all() and 0 < error < abs(value)):
+            return self.short(value)
+        first, last = (int(np.floor(np.log10(abs(of)))) for of in (value, float(f"{error:.1e}")))
+        scale, power = (0, "") if -3 <= first < 6 and last < 2 else (first, f"e{first:+03d}")
+        digits = 1 + scale - last
+        text = " ± ".join(f"{of / 10.0**scale:.{digits}f}" for of in (value, error))
+        return f"({text}){power}" if power else text
+
     def span(self, values: Any) -> str:
         """From the smallest to the largest of some numbers, or the only one."""
         return " to ".join(dict.fromkeys([self.short(np.min(values)), self.short(np.max(values))]))
@@ -36,10 +46,10 @@ class Words:
         """The value at which something is."""
         return f"at {self.short(value.values)} {value.attrs.get('units', '')}".rstrip()
 
-    def level(self, amplitude: float, units: str = "m") -> str:
-        """An amplitude, with its level."""
+    def level(self, amplitude: float, units: str = "m", error: float = np.nan) -> str:
+        """An amplitude, with its level, to what its relative ``error`` leaves of it."""
         level = f" ({20 * np.log10(amplitude):.2f} dB re 1 {units})" if amplitude > 0 else ""
-        return f"{self.short(amplitude)} {units}{level}"
+        return f"{self.within(amplitude, error * amplitude)} {units}{level}"
 
     def place(self, number: int) -> str:
         """A degree of freedom by its name, node and direction, or number."""
@@ -124,7 +134,13 @@ def designs(words: Words) -> Rows:
     elif "design_value" in dataset.variables:
         yield from _design(words)
     if "certificate" in dataset.variables:
-        yield "certificate", str(dataset["certificate"].item())
+        yield from certificate(words)
+
+
+def certificate(words: Words) -> Rows:
+    """The certificate of a design or a fit, line by line, but the first, which is its status."""
+    _, *lines = str(words.dataset["certificate"].item()).split("\n")
+    yield from zip(["certificate", *[""] * len(lines)], lines, strict=False)
 
 
 def _design(words: Words) -> Rows:
