@@ -9,8 +9,10 @@ of ``data/pictures`` where there is one.
 import re
 from collections.abc import Iterable, Sequence
 from importlib import import_module
+from io import BytesIO
 from pathlib import Path
 
+import matplotlib.pyplot as plt
 from docutils import nodes
 from docutils.statemachine import StringList
 from PIL import Image
@@ -25,8 +27,10 @@ from studies.index import COLUMNS, Section, parameters
 from studies.landmark import Landmark, number
 
 FOLDER = Path("gallery", "generated")
-THUMBNAIL = 480, 360
+THUMBNAIL = 720, 540
 """Largest size of a thumbnail [pixels]."""
+DOTS, MARGIN = 200, 5
+"""Dots per inch from which thumbnails are made, and dots around the panel that they show."""
 GROUPS = {
     "Figures of the source": lambda name: name.startswith("fig"),
     "Questions around it": lambda name: not name.startswith("fig"),
@@ -87,12 +91,30 @@ def write_pages(app: Sphinx) -> None:
         if original := picture(app, name):
             small = folder / f"{name}.png"
             if not small.exists() or small.stat().st_mtime < original.stat().st_mtime:
-                with Image.open(original) as image:
-                    image.thumbnail(THUMBNAIL)
-                    image.save(small)
+                thumbnail(app, name, original).save(small)
             wanted.add(small)
     for path in {*folder.iterdir()} - wanted:
         path.unlink()
+
+
+def thumbnail(app: Sphinx, name: str, original: Path) -> Image.Image:
+    """Return a small picture of a study.
+
+    Of one that was computed it is the largest panel: all of them would be hard to read.
+    """
+    image, archive = Image.open(original), results(app) / f"{name}.nc"
+    if archive.exists():
+        figure, drawn = import_module(f"studies.{name}").draw(sh.load(archive)), BytesIO()
+        figure.savefig(drawn, dpi=DOTS)  # what is outside of panels finds its place now
+        panel = max(figure.axes, key=lambda ax: ax.get_position().width * ax.get_position().height)
+        box = panel.get_tightbbox()
+        image = Image.open(drawn)
+        if box is not None:
+            left, low, right, high = DOTS / figure.dpi * box.padded(MARGIN).extents
+            image = image.crop((left, image.height - high, right, image.height - low))
+        plt.close(figure)
+    image.thumbnail(THUMBNAIL)
+    return image
 
 
 class Gallery(SphinxDirective):
@@ -102,7 +124,7 @@ class Gallery(SphinxDirective):
         """Return a grid for each group."""
         lines = [".. toctree::", "   :hidden:", "", *(f"   generated/{name}" for name in STUDIES)]
         for title, belongs in GROUPS.items():
-            lines += ["", f".. rubric:: {title}", "", ".. grid:: 1 2 3 3", "   :gutter: 3", ""]
+            lines += ["", f".. rubric:: {title}", "", ".. grid:: 1 1 2 2", "   :gutter: 3", ""]
             for name in filter(belongs, STUDIES):
                 lines += [f"   {line}" for line in self.card(name)]
         node = nodes.section(document=self.state.document)
