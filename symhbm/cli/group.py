@@ -38,6 +38,11 @@ def main() -> None:
       symhbm verify blade.nc                      every stored point, recomputed
       symhbm export blade.nc --output b.csv    the numbers, for other programs
 
+    An archive of a structure is made of the files of a finite-element program:
+
+    \b
+      symhbm import sector.inp --output sector.nc
+
     A computation that was interrupted leaves a working file, blade.nc.partial. It can be looked
     at in the same way, and `symhbm resume blade.nc` computes what is missing. `symhbm merge`
     makes one archive of the parts of an ensemble that several jobs computed.

@@ -42,10 +42,10 @@ class Places(Record):
     label : (n_dof,)
         Name of the node or of the set of nodes it is in, ``""`` for none.
     mesh
-        The mesh whose nodes these are, a `symhbm.model.mesh.Mesh`: it tells coordinates, and names
-        of its sets and surfaces, which may share nodes, are names of nodes here.
+        The mesh whose nodes these are, a ``symhbm.model.mesh.Mesh``: it tells coordinates, and
+        names of its sets and surfaces, which may share nodes, are names of nodes here.
     program
-        What else the finite-element program told, a `symhbm.model.mesh.Program`.
+        What else the finite-element program told, a ``symhbm.model.mesh.Program``.
 
     Raises
     ------

@@ -4,7 +4,9 @@ from pathlib import Path
 
 import click
 
+import symhbm as sh
 from symhbm.cli.terminal import archive_argument, opened, say
+from symhbm.model.files import is_structure
 from symhbm.results.telling import as_text
 from symhbm.workers import amount
 
@@ -19,6 +21,8 @@ def info(archive: Path) -> None:
     dissipation), and how far to trust it (largest residual, truncation error). An unfinished
     run, ARCHIVE.partial, tells how many curves are still to come.
 
+    Of a structure that symhbm import made it prints the account that import printed.
+
     Peaks are local maxima over the band; the largest response is printed as well where it is none,
     as at an end of the band. "mistuned" and "swept" mark parameters that differ between blades
     or contacts, and between curves.
@@ -28,6 +32,11 @@ def info(archive: Path) -> None:
       symhbm info blade.nc
       symhbm info disk.nc.partial
     """
+    if is_structure(archive):
+        structure = sh.read_structure(archive)
+        program = getattr(structure.places, "program", None)
+        say("\n".join([repr(structure), *(program.account if program else ())]), err=False)
+        return
     with opened(archive) as dataset:
         say(f"{'archive':<23} {archive}, {amount(archive.stat().st_size)}", err=False)
         say(as_text(dataset), err=False)

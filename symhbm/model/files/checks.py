@@ -23,6 +23,8 @@ _USUAL = "m-kg-s", "mm-t-s", "mm-kg-ms", "mm-kg-s", "in-lbf-s", "mm-g-ms", "cm-g
 """Units of length, mass and time that decks have."""
 _SIZES = 5e-3, 50.0
 """Largest coordinate [m] of machines."""
+SHARES = "mass_share", "stiffness_share", "loss"
+"""What materials tell of damping."""
 _SAME = 1e-4
 """Difference of two frequencies, or of two masses, relative, that different digits do not make."""
 _FITS = 1e-2
@@ -72,7 +74,9 @@ def accounted(model: Model, notes: Iterable[str]) -> tuple[Model, list[str]]:
         program = replace(program, axis=sides.axis, n_sectors=sides.n_sectors)
     for name, nodes in mesh.names.items():
         here = np.isin(nodes, places.nodes).sum()
-        if here < len(nodes):
+        if not len(nodes):
+            account.doubt(f"set {name} is empty")
+        elif here < len(nodes):
             account.lines.append(f"set {name}: {here} of {len(nodes)} nodes are free")
     if program.modes is not None:
         modes = _compare(model, sides, program.modes, account)
@@ -86,7 +90,10 @@ def _measure(mesh: Mesh, program: Program, account: Account) -> None:
     size = np.abs(mesh.coordinates).max()
     if not _SIZES[0] < size < _SIZES[1]:
         account.doubt(f"the mesh reaches {size:.3g} m from 0, are units= right?")
-    for name, material in (program.materials or {}).items():
+    materials = program.materials or {}
+    if len({tuple(m.get(share, 0.0) for share in SHARES) for m in materials.values()}) > 1:
+        account.doubt("materials damp differently, no damping is read; damping= gives it")
+    for name, material in materials.items():
         if {"density", "modulus"} <= {*material}:
             text = f"{name}: density {material['density']:.5g} kg/m^3, modulus "
             text += f"{material['modulus']:.5g} N/m^2"
@@ -190,10 +197,10 @@ def _compare(model: Model, sides: Sides | None, modes: Modes, account: Account) 
     off = np.abs(frequency / modes.frequency - 1)
     for wave in [None] if modes.nodal_diameter is None else np.unique(modes.nodal_diameter):
         chosen = slice(None) if wave is None else modes.nodal_diameter == wave
-        text = "modes" if wave is None else f"nodal diameters {wave}"
+        text = "modes" if wave is None else f"{wave} nodal diameters"
         own = ", ".join(f"{f:.7g}" for f in modes.frequency[chosen][:3])
-        most = f"{off[chosen].max():.1e} from those of its shapes here"
-        account.lines.append(f"{text}: {own} Hz by the program, {most}")
+        same = f"its shapes have the same here to {off[chosen].max():.0e}"
+        account.lines.append(f"{text}: {own} Hz by the program, {same}")
     if off.max() > _SAME:
         j = int(off.argmax())
         account.doubt(

@@ -70,6 +70,17 @@ def read(files: dict[str, Path], names: Mapping[str, str]) -> Contents:
         return contents._replace(rotation=(by_speed, coriolis))
 
 
+def is_structure(path: str | os.PathLike[str]) -> bool:
+    """Whether a file is one of `save_structure`, and no archive of results."""
+    from netCDF4 import Dataset  # slow to import
+
+    try:
+        with Dataset(os.fspath(path)) as file:
+            return _TOLD in file.ncattrs() and "stiffness" in file.groups
+    except OSError:
+        return False
+
+
 def save_structure(model: Model, path: str | os.PathLike[str], *, overwrite: bool = False) -> Path:
     """Write matrices, damping, places and mesh of a model to HDF5, without its contacts.
 

@@ -65,6 +65,9 @@ def read_structure(
         ``_damping``, as ``sector_stiffness.mtx``, in ``_STIF2``, ``_MASS2`` and ``_DMPV2``, or are
         ``k.mtx``, ``m.mtx`` and ``c.mtx``: one of them tells the others, ``sector.mtx`` all. Or
         ``{"mass": path, "stiffness": path}``.
+        The deck of a job of CalculiX, ``.inp``, with what it wrote beside it, or a list of several
+        jobs of one mesh: matrices at rest or at a speed, and natural modes that the program
+        computed. An archive of `save_structure`, ``.nc`` or ``.h5``.
     names
         What matrices are called in a file of several, ``{"stiffness": "KAA", ...}``, unless M, C
         and K, mass, damping and stiffness, or MAA, BAA and KAA.
@@ -76,7 +79,7 @@ def read_structure(
         Names of nodes, ``{"tip": 1207, "root": [3, 4, 5]}``.
     units
         Length, mass and time of the file, ``"mm-t-s"``, ``"mm-kg-ms"``, ``"in-lbf-s"``; SI is made
-        of them.
+        of them. By default those in which the materials of a deck are metals, else SI.
     symmetric
         The matrices are symmetric, and one triangle of them may stand for both.
     damping
@@ -91,6 +94,10 @@ def read_structure(
     natural frequency below 0.01 or above 1e6 Hz, which wrong units have; matrices that are there
     and were not read, and how many directions each node was given. Without a damping matrix
     there is no damping. Of more than 20,000 degrees of freedom the frequency is not solved for.
+
+    Of the files of a program ``places`` have its mesh, what else it told, and an account of all of
+    it, ``places.program.account``; its doubts are warned of, too. Matrices at several speeds make
+    a `RotatingModel`.
 
     Raises
     ------

@@ -9,6 +9,7 @@ import numpy as np
 
 from symhbm.model.cyclic import RotatingModel
 from symhbm.model.damping import RayleighDamping, StructuralDamping
+from symhbm.model.files.checks import SHARES
 from symhbm.model.files.contents import Contents
 from symhbm.model.matrices import Model
 from symhbm.model.mesh import Mesh
@@ -42,6 +43,9 @@ def joined(paths: Sequence[Path], parts: Sequence[Contents]) -> list[Contents]:
             more = {n: getattr(told, n) for n in names if getattr(program, n) is None}
             if told.modes is not None and program.modes is None and _speeds(program, told):
                 more["modes"] = told.modes
+            alone = not any(_speeds(each.program, told) for _, each in with_matrices)
+            if told.modes is not None and alone:
+                notes += (f"modes of {other_path.name} are at another speed, not compared",)
             program = replace(program, **more)
             if not other.matrices:
                 notes += tuple(f"{other_path.name}: {note}" for note in other.notes)
@@ -83,8 +87,7 @@ def rotating(models: Sequence[Model]) -> RotatingModel:
 
 def damping_of(materials: Mapping[str, Mapping[str, float]]) -> Any:
     """The rule of damping that all materials have, None where they differ or have none."""
-    names = "mass_share", "stiffness_share", "loss"
-    every = {tuple(each.get(name, 0.0) for name in names) for each in materials.values()}
+    every = {tuple(each.get(name, 0.0) for name in SHARES) for each in materials.values()}
     mass, stiffness, loss = every.pop() if len(every) == 1 else (0.0, 0.0, 0.0)
     if loss:
         return StructuralDamping(loss)

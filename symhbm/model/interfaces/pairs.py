@@ -174,9 +174,9 @@ def contact_pairs(
         coordinates.
     area : (n_left,) or one number
         Area of each node of that side [m^2], or of the whole interface; by default that of the
-        faces of elements, shared among their nodes (`symhbm.model.mesh.Mesh.shares`). Where no mesh
-        is known it is found from triangles between the pairs, a node having what is nearer to it
-        than to others. Triangles whose nodes the stiffness tells to be in no element together, and
+        faces of elements, shared among their nodes. Where no mesh is known it is found from
+        triangles between the pairs, a node having what is nearer to it than to others. Triangles
+        whose nodes the stiffness tells to be in no element together, and
         those far larger than all beside them, are left out and told: they span notches and holes.
     n_sectors
         ``left`` is of the next of so many sectors, which is turned about the ``axis``; the first

@@ -1,7 +1,9 @@
 """CalculiX: its matrices, sets, loads and modes, read from jobs that it ran, and anew."""
 
+import re
 import shutil
 import warnings
+from pathlib import Path
 
 import numpy as np
 import pytest
@@ -251,3 +253,35 @@ def test_damping_of_the_material_is_that_of_the_structure(tmp_path):
     assert quietly(tmp_path / "still").damping == sh.RayleighDamping(3.0, 2e-6)
     path.write_text(deck.replace("*DENSITY", "*DAMPING, STRUCTURAL=0.02\n*DENSITY"))
     assert quietly(tmp_path / "still").damping == sh.StructuralDamping(0.02)
+
+
+PAGE = Path(__file__).parents[3] / "docs" / "guide" / "export" / "calculix.md"
+
+
+@pytest.mark.slow
+@pytest.mark.skipif(swept_bricks.PROGRAM is None, reason=swept_bricks.MISSING)
+def test_the_decks_of_the_page_write_what_is_needed(tmp_path, monkeypatch, capsys):
+    """And its lines of Python run on them."""
+    decks = re.findall(r"^```\n(\*.*?)```$", PAGE.read_text(), re.M | re.S)
+    scripts = re.findall(r"^```\n(import.*?)```$", PAGE.read_text(), re.M | re.S)
+    assert (len(decks), len(scripts)) == (3, 2)
+    mesh = swept_bricks.mesh_of(8)
+    mesh = re.sub(r"NSET=(left|right)", r"NSET=whole_\1", mesh)
+    (tmp_path / "mesh.inp").write_text(mesh.replace("NSET=free_", "NSET="))
+    monkeypatch.chdir(tmp_path)
+    warnings.simplefilter("ignore")
+    for job, deck in zip(("still", "waves", "turning"), decks, strict=True):
+        (tmp_path / f"{job}.inp").write_text(deck)
+    swept_bricks.run(tmp_path, "still")
+    exec(scripts[0], {})
+    for job in ("waves", "turning"):
+        swept_bricks.run(tmp_path, job)
+    jobs = [f"{job}.inp" for job in ("still", "turning", "waves")]
+    sector = sh.read_structure(jobs)
+    account = "\n".join(sector.places.program.account)
+    assert "LOOK" not in account
+    assert "nodal diameters of the program are of the sense here" in account
+    assert sector.speeds == pytest.approx((0, 5000))
+    sh.save_structure(sector, "sector.nc")
+    exec(scripts[1], {})
+    assert len(capsys.readouterr().out.split()) > 5

@@ -99,6 +99,8 @@ def _matrices(path: Path, deck: Deck) -> tuple[dict[str, Any], Places | None]:
                 )
             if largest != size:
                 raise ValueError(f"{largest} rows, {of_rows.name} has {size}")
+            if not np.isin(np.arange(size), row[row == column]).all():
+                raise ValueError("some rows have no diagonal entry")
             shape = (size, size)
             result[kind] = sp.coo_array((entries[:, 2], (row, column)), shape=shape).tocsc()
     return result, Places(node, direction)
@@ -171,8 +173,8 @@ def _held(deck: Deck, mesh: Mesh, places: Places) -> list[str]:
     rest = [each for each in missing if each not in held]
     notes = []
     if fixed:
-        nodes = {n for n, _ in fixed}
-        notes.append(f"supports: {len(fixed)} directions of {len(nodes)} nodes (of {fixed[0][0]})")
+        count = f"{len(fixed)} directions of {len({n for n, _ in fixed})} nodes"
+        notes.append(f"supports: {count} (the first: {fixed[0][0]}:{fixed[0][1]})")
     if rest:
         cards = ", ".join(f"*{word}" for word in _DEPENDENT if deck.of(word)) or "*TRANSFORM"
         notes.append(

@@ -42,6 +42,8 @@ def read_results(path: Path, mesh: Mesh) -> tuple[Modes | None, FloatArray | Non
     results, table = path.with_suffix(".frd"), path.with_suffix(".dat")
     if results.is_file():
         content = results.read_bytes()
+        if not content.rstrip().endswith(b"9999"):
+            raise ValueError(f"{results.name} is cut off, its last line is not 9999")
         blocks = _blocks(content)
         if blocks and (moved := _moved(mesh, content)) is not None:
             raise ValueError(
