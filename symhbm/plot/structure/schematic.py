@@ -2,6 +2,7 @@
 
 import textwrap
 from collections import Counter
+from collections.abc import Sequence
 from typing import Any, NamedTuple, Unpack
 
 import numpy as np
@@ -28,6 +29,7 @@ from symhbm.plot.structure.masses import (
     draw_symbols,
     number,
 )
+from symhbm.plot.structure.mesh import mesh_picture
 from symhbm.plot.structure.network import (
     Network,
     joined,
@@ -53,8 +55,13 @@ class _Force(NamedTuple):
 
 
 @pictured
-def model(structure: Any, *, force: Any = None, **common: Unpack[Look]) -> Picture:
+def model(
+    structure: Any, *, force: Any = None, sets: Sequence[str] | None = None, **common: Unpack[Look]
+) -> Picture:
     """Draw a structure: masses, the elements between them and to the ground, contacts.
+
+    One of a finite-element program, whose places have a mesh, is drawn as the outside of its
+    elements, with sets of nodes, supports, contacts, the axes, and the axis of rotation.
 
     Up to 16 masses have symbols: zigzags are springs, pistons viscous dampers, a spring with two
     plates that are pressed together a friction damper, a spring with an arrow through it a cubic
@@ -73,13 +80,16 @@ def model(structure: Any, *, force: Any = None, **common: Unpack[Look]) -> Pictu
     force
         An excitation, or a `symhbm.HarmonicBalance` that has one, to be drawn as arrows; their
         lengths tell how large it is on each degree of freedom.
+    sets
+        Names of sets of nodes of a mesh to be coloured; by default the sides of a sector.
     common
         As of all pictures.
 
     Raises
     ------
     TypeError, ValueError
-        For what is no model and no excitation, and for a force that does not fit the model.
+        For what is no model and no excitation, for a force that does not fit the model, and for
+        sets of a structure without a mesh; KeyError for unknown ones.
 
     Examples
     --------
@@ -91,6 +101,11 @@ def model(structure: Any, *, force: Any = None, **common: Unpack[Look]) -> Pictu
     >>> sh.plot.model(disk, force=sh.forces.EngineOrder(3)).savefig("disk.png")
     """
     drawn, load = _model_and_force(structure, force)
+    if getattr(drawn.places, "mesh", None) is not None:
+        size, words = (None, "") if load is None else (load.size, load.text)
+        return mesh_picture(drawn, sets, size, textwrap.fill(words, _WRAP))
+    if sets is not None:
+        raise ValueError(f"sets={check.shown(sets)}: expected a structure whose places have a mesh")
     parts = network(drawn)
     pairs = joined(drawn, parts)
     kinds = kinds_of_contacts(drawn)
@@ -142,7 +157,8 @@ def _model_and_force(structure: Any, force: Any) -> tuple[Structure, _Force | No
         raise TypeError(
             f"{name}={check.shown(holder)}: expected an excitation or a HarmonicBalance"
         )
-    return model, _force(model, excitation, getattr(holder, "basis", None))
+    placed = excitation.placed(model.number_of)
+    return model, _force(model, placed, getattr(holder, "basis", None))
 
 
 def _force(model: Structure, excitation: Excitation, basis: FourierBasis | None) -> _Force:
@@ -184,8 +200,10 @@ def _text(part: Excitation, coefficients: FloatArray) -> str:
         phase = f" + {number(part.phase)} rad" if part.phase else ""
         return rf"force $f_0$ cos({turn}$\omega t${phase}) on {part.place}, {amplitude}"
     if isinstance(part, EngineOrder):
-        blades = _counted(count, "blade")
-        return f"force of engine order {part.order} on {blades}, {amplitude}"
+        where = _counted(count, "blade")
+        if part.pattern is not None:
+            where = f"{_counted(count, 'degree')} of freedom"
+        return f"force of engine order {part.order} on {where}, {amplitude}"
     up_to = f"up to {number(size.max())} N"
     if isinstance(part, StaticLoad):
         return f"static load on {_counted(count, 'degree')} of freedom, {up_to}"
