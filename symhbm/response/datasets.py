@@ -5,7 +5,17 @@ from symhbm.response.disks import sector_response
 from symhbm.response.recover import recover
 from symhbm.response.unforced import synthesised_response
 from symhbm.results.archive import ArchiveError, merge, rebuild
-from symhbm.results.reading import at, measured, motion, output, seen_from, table, trimmed
+from symhbm.results.reading import (
+    at,
+    measured,
+    measured_functions,
+    measured_signal,
+    motion,
+    output,
+    seen_from,
+    table,
+    trimmed,
+)
 from symhbm.results.telling import compare
 
 __all__ = [
@@ -13,6 +23,8 @@ __all__ = [
     "at",
     "compare",
     "measured",
+    "measured_functions",
+    "measured_signal",
     "merge",
     "motion",
     "output",

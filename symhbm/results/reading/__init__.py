@@ -21,6 +21,7 @@ from symhbm.results.reading.motions import HISTORIES, MOTIONS, motion
 from symhbm.results.reading.moving_base import seen_from
 from symhbm.results.reading.output import output
 from symhbm.results.reading.points import CHOSEN, At, at
+from symhbm.results.reading.recorded import measured_functions, measured_signal
 from symhbm.results.reading.rows import KINDS, rows_of, table
 
 __all__ = [
@@ -41,6 +42,8 @@ __all__ = [
     "largest",
     "largest_of",
     "measured",
+    "measured_functions",
+    "measured_signal",
     "motion",
     "motions_of",
     "moving",
