@@ -16,7 +16,7 @@ _TOGETHER = 1e-5
 """Distance of two nodes, over the size of the mesh, that are at one place of two sectors."""
 _WHOLE = 1e-3
 """How far from an integer the number of sectors of an angle is, relative."""
-_LEAST = 4
+_LEAST = 3
 """Nodes on a side of what is a sector."""
 
 
@@ -83,15 +83,16 @@ def _about(mesh: Mesh, axis: str, n_sectors: int | None) -> Sides | None:
         number = np.round(whole).astype(int)
         number[np.abs(whole - number) > _WHOLE * whole] = 0
         votes = np.bincount(number)
-        votes[:2] = 0
-        if len(votes) < 3 or votes.max() < _LEAST:
+        votes[:3] = 0  # a whole body may have nodes on both sides of a plane
+        if votes.max() < _LEAST:
             return None
         n_sectors = int(votes.argmax())
     gap = np.abs(span - 2 * np.pi / n_sectors) * radius[first]
     twin = apart & (gap <= 2 * near)
-    if twin.sum() < _LEAST:
-        return None
-    return Sides(axis, n_sectors, nodes[first[twin]], nodes[last[twin]], float(gap[twin].max()))
+    left, right = nodes[first[twin]], nodes[last[twin]]
+    if not all(mesh.faces_of(None, side) for side in (left, right)):
+        return None  # nodes here and there of a body that is no sector
+    return Sides(axis, n_sectors, left, right, float(gap[twin].max()))
 
 
 def _ends(

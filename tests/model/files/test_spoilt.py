@@ -194,6 +194,9 @@ REFUSED = {
     "no file that is included": (
         lambda f: (f / "mesh.inp").unlink(), FileNotFoundError, "mesh.inp|still.inp"
     ),
+    "matrices along directions of nodes": (
+        edited("MATRIXSTORAGE", "MATRIXSTORAGE, GLOBAL=NO", "still.inp"), ValueError, "GLOBAL=NO"
+    ),
     "no nodes": (edited(r"^\*NODE,", "*NODES,"), ValueError, r"expected \*NODE"),
     "results of another mesh": (
         edited(MOVED, r"\g<1>180.0\2"), ValueError, "waves.frd is of another mesh than waves.inp"

@@ -19,11 +19,12 @@ from symhbm.model.cyclic import PER_MINUTE
 from symhbm.model.files.contents import Contents, told
 from symhbm.model.files.programs.deck import Card, Deck
 from symhbm.model.files.programs.frd import read_results, version_of
-from symhbm.model.mesh import Mesh, Program
+from symhbm.model.mesh import Program
 from symhbm.model.places import Places
 
 _ROUND_OFF = 1e-9
 """Share of the length of an axis."""
+_WAYS = "x", "y", "z"
 _DEPENDENT = "EQUATION", "MPC", "TIE", "RIGID BODY", "COUPLING", "DISTRIBUTING COUPLING"
 
 
@@ -48,12 +49,7 @@ def read(files: dict[str, Path], names: Mapping[str, str]) -> Contents:
         notes.append("mass of elements without *DENSITY or *SOLID SECTION is not known")
         mass = moment = None
     matrices, places = _matrices(path, deck)
-    if places is not None:
-        notes += _held(deck, mesh, places)
-        modal = _modal(deck)
-        if modal is not None and modal.options.get("GLOBAL", "YES").upper() == "NO":
-            matrices = _turned_back(deck, mesh, matrices, places)
-            notes.append("directions of *TRANSFORM turned back to x, y and z")
+    notes += [] if places is None else _held(deck, places)
     program = Program(
         name=f"CalculiX{version_of(path)}",
         speed=speed,
@@ -66,8 +62,8 @@ def read(files: dict[str, Path], names: Mapping[str, str]) -> Contents:
         displacement=displacement,
         modes=modes,
     )
-    kept = notes + told_of
-    return Contents(matrices, places, True, notes=tuple(kept), mesh=mesh, program=program)
+    kept = (*notes, *told_of)
+    return Contents(matrices, places, True, notes=kept, mesh=mesh, program=program)
 
 
 def _modal(deck: Deck) -> Card | None:
@@ -85,7 +81,10 @@ def _matrices(path: Path, deck: Deck) -> tuple[dict[str, Any], Places | None]:
     with told(of_rows, "table of node.direction"):
         words = of_rows.read_text().replace(".", " ").split()
         node, way = np.array(words, dtype=np.int64).reshape(-1, 2).T
-        direction = np.array(["x", "y", "z"])[way - 1]
+        direction = np.array(_WAYS)[way - 1]
+    modal = _modal(deck)
+    if modal is not None and modal.options.get("GLOBAL", "YES").upper() == "NO":
+        raise ValueError(f"path={str(path)!r}: expected matrices along x, y and z, not GLOBAL=NO")
     size, result = len(node), {}
     for kind, suffix in (("mass", ".mas"), ("stiffness", ".sti")):
         with told(path.with_suffix(suffix), "matrix of CalculiX"):
@@ -116,8 +115,9 @@ def _cyclic(deck: Deck) -> tuple[str | None, int | None, tuple[str, str] | None]
         for tie in deck.of("TIE"):
             name = tie.options.get("NAME", "").upper()
             if card.options.get("TIE", name).upper() == name:
-                first, second = map(deck.name, tie.rows[0][:2])
-                sides = first, second
+                sides = deck.name(tie.rows[0][0]), deck.name(tie.rows[0][1])
+                if unknown := {*sides} - {*deck.mesh.names}:
+                    raise KeyError(f"*TIE of unknown surfaces {unknown}")
     if rows:
         first, second = np.array(rows[0][:6], dtype=float).reshape(2, 3)
         point, axis = first, second - first
@@ -157,62 +157,24 @@ def _speed(deck: Deck, notes: list[str]) -> float | None:
     return float(np.sqrt(loads[-1][1])) / PER_MINUTE
 
 
-def _held(deck: Deck, mesh: Mesh, places: Places) -> list[str]:
+def _held(deck: Deck, places: Places) -> list[str]:
     """What is no row of the matrices: supports, and what depends on others."""
-    solid = np.unique(np.concatenate([*map(np.ravel, mesh.elements.values())]))
-    given = {(int(n), way) for n, way in zip(places.node, places.direction, strict=True)}
-    missing = [(n, way) for n in solid.tolist() for way in "xyz" if (n, way) not in given]
-    held = set[tuple[int, str]]()
-    for card in deck.of("BOUNDARY"):
-        for row in card.rows:
-            first = int(row[1])
-            last = int(row[2]) if len(row) > 2 and row[2] else first
-            for way in "xyz"[first - 1 : last]:
-                held |= {(n, way) for n in deck.members([row[:1]], deck.sets).tolist()}
-    fixed = [each for each in missing if each in held]
-    rest = [each for each in missing if each not in held]
-    notes = []
-    if fixed:
-        count = f"{len(fixed)} directions of {len({n for n, _ in fixed})} nodes"
-        notes.append(f"supports: {count} (the first: {fixed[0][0]}:{fixed[0][1]})")
-    if rest:
-        cards = ", ".join(f"*{word}" for word in _DEPENDENT if deck.of(word)) or "*TRANSFORM"
-        notes.append(
-            f"{len(rest)} degrees of freedom depend on others and are no rows (the first: "
-            f"{rest[0][0]}:{rest[0][1]}), by {cards}"
-        )
-    return notes
-
-
-def _turned_back(
-    deck: Deck, mesh: Mesh, matrices: dict[str, Any], places: Places
-) -> dict[str, Any]:
-    """Matrices over x, y and z, of some over the directions of ``*TRANSFORM``."""
-    axes = np.tile(np.eye(3), (len(mesh.node), 1, 1))
-    for card in deck.of("TRANSFORM"):
-        at = mesh.at(deck.nodes_of(card.options["NSET"]))
-        first, second = card.numbers(6)[0].reshape(2, 3)
-        if card.options.get("TYPE", "R").upper() == "C":
-            axial = np.tile((second - first) / np.linalg.norm(second - first), (len(at), 1))
-            from_first = mesh.coordinates[at] - first
-            radial = from_first - np.einsum("ni,ni,nj->nj", from_first, axial, axial)
-        else:
-            radial = np.tile(first, (len(at), 1))
-            axial = np.tile(np.cross(first, second), (len(at), 1))
-            axial /= np.linalg.norm(axial, axis=1, keepdims=True)
-        radial /= np.linalg.norm(radial, axis=1, keepdims=True)
-        axes[at] = np.stack([radial, np.cross(axial, radial), axial], axis=1)
-    way = np.searchsorted(["x", "y", "z"], places.direction)
-    if np.any(np.bincount(places.node)[np.unique(places.node)] != 3):
-        raise ValueError(
-            "expected three rows of each node where directions are those of *TRANSFORM"
-        )
-    order = np.lexsort((way, places.node))
-    column = np.repeat(order.reshape(-1, 3), 3, axis=0)
-    blocks = axes[mesh.at(places.node[order])[::3]].reshape(-1, 3)
-    turn = sp.csr_array((blocks.ravel(), (np.repeat(order, 3), column.ravel())))
-    result = {}
-    for kind, matrix in matrices.items():
-        whole = matrix + sp.triu(matrix, 1).T + sp.tril(matrix, -1).T
-        result[kind] = sp.csc_array(turn.T @ whole @ turn)
-    return result
+    solid = np.unique(np.concatenate([nodes.ravel() for _, nodes in deck.elements.values()]))
+    rows = 3 * places.node + np.searchsorted(_WAYS, places.direction)
+    missing = np.setdiff1d((3 * solid[:, None] + np.arange(3)).ravel(), rows)
+    fixed = np.zeros(0, dtype=np.int64)
+    for row in (row for card in deck.of("BOUNDARY") for row in card.rows):
+        first, last = (int(row[i]) if len(row) > i and row[i] else int(row[1]) for i in (1, 2))
+        nodes = deck.members([row[:1]], deck.sets)
+        fixed = np.append(fixed, [3 * nodes + way for way in range(first - 1, min(last, 3))])
+    held, rest = np.intersect1d(missing, fixed), np.setdiff1d(missing, fixed)
+    cards = ", ".join(f"*{word}" for word in _DEPENDENT if deck.of(word)) or "*TRANSFORM"
+    told_of = {
+        f"supports: {len(held)} directions of {len(np.unique(held // 3))} nodes": held,
+        f"{len(rest)} degrees of freedom depend on others and are no rows, by {cards}": rest,
+    }
+    return [
+        f"{words} (the first: {each[0] // 3}:{_WAYS[each[0] % 3]})"
+        for words, each in told_of.items()
+        if len(each)
+    ]

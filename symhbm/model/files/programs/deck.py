@@ -99,7 +99,7 @@ class Deck:
     @cached_property
     def nodes(self) -> tuple[NDArray[np.int64], FloatArray]:
         """Numbers and coordinates; the last line of a node counts."""
-        table = [_padded(card, 4) for card in self.of("NODE")]
+        table = [_padded(card) for card in self.of("NODE")]
         if not table:
             raise ValueError("expected *NODE")
         whole = np.concatenate(table)[::-1]
@@ -111,8 +111,7 @@ class Deck:
         """Numbers of elements (n,), and of their nodes (n, n_nodes), by kind."""
         parts: dict[str, list[NDArray]] = {}
         for card in self.of("ELEMENT"):
-            family = card.options.get("TYPE", "").upper()
-            kind = KINDS.get(family.rstrip("RIHTMS"))
+            family, kind = card.options.get("TYPE", ""), _kind_of(card)
             if kind is None:
                 self.dropped[family] = self.dropped.get(family, 0) + len(card.lines)
                 continue
@@ -132,14 +131,18 @@ class Deck:
         return self._gathered("ELSET", "ELEMENT")
 
     def _gathered(self, keyword: str, owner: str) -> dict[str, NDArray[np.int64]]:
+        """Sets of cards of their own, of nodes or elements, and surfaces of nodes."""
         result: dict[str, NDArray[np.int64]] = {}
-        for card in self.of(keyword, owner):
-            if keyword not in card.options:
+        for card in self.of(keyword, owner, "SURFACE"):
+            of_nodes = keyword == "NSET" and card.options.get("TYPE", "").upper() == "NODE"
+            given = card.options.get("NAME" if of_nodes else keyword)
+            if given is None:
                 continue
-            name = self.name(card.options[keyword])
-            if card.keyword == owner:
-                width = 4 if owner == "NODE" else self._width(card)
-                more = _padded(card, width)[:, 0] if width else np.zeros(0)
+            if card.keyword == "NODE":
+                more = _padded(card)[:, 0]
+            elif card.keyword == "ELEMENT":
+                kind = _kind_of(card)
+                more = card.numbers(1 + len(element(kind).points))[:, 0] if kind else ()
             elif "ELSET" in card.options and keyword == "NSET":
                 more = self.nodes_of_elements(self.element_sets[self.name(card.options["ELSET"])])
             elif "GENERATE" in card.options:
@@ -147,12 +150,9 @@ class Deck:
                 more = np.concatenate([np.arange(s[0], s[1] + 1, *s[2:]) for s in spans])
             else:
                 more = self.members(card.rows, result)
+            name = self.name(given)
             result[name] = np.append(result.get(name, ()), more).astype(np.int64)
         return result
-
-    def _width(self, card: Card) -> int:
-        kind = KINDS.get(card.options.get("TYPE", "").upper().rstrip("RIHTMS"))
-        return 0 if kind is None else 1 + len(element(kind).points)
 
     def members(
         self, rows: Iterable[list[str]], known: dict[str, NDArray[np.int64]]
@@ -187,30 +187,11 @@ class Deck:
             result[name] = {kind: np.concatenate(blocks) for kind, blocks in faces.items()}
         return result
 
-    def nodes_of(self, name: str) -> NDArray[np.int64]:
-        """Nodes of a set or of a surface, by its name; KeyError without."""
-        of_nodes = {
-            self.name(card.options["NAME"]): card.rows
-            for card in self.of("SURFACE")
-            if card.options.get("TYPE", "").upper() == "NODE"
-        }
-        name = self.name(name)
-        if name in of_nodes:
-            return np.unique(self.members(of_nodes[name], self.sets))
-        if name in self.surfaces:
-            return np.unique(np.concatenate([*map(np.ravel, self.surfaces[name].values())]))
-        return self.sets[name]
-
     @cached_property
     def mesh(self) -> Mesh:
         """Nodes, solids, sets and surfaces; surfaces of nodes are sets."""
         solids = {kind: nodes for kind, (_, nodes) in self.elements.items()}
-        of_nodes = {
-            self.name(card.options["NAME"]): self.nodes_of(card.options["NAME"])
-            for card in self.of("SURFACE")
-            if card.options.get("TYPE", "").upper() == "NODE"
-        }
-        return Mesh(*self.nodes, solids, of_nodes | self.sets, self.surfaces)
+        return Mesh(*self.nodes, solids, self.sets, self.surfaces)
 
     @cached_property
     def materials(self) -> dict[str, dict[str, float]]:
@@ -241,12 +222,13 @@ class Deck:
         return result
 
 
-def _padded(card: Card, width: int) -> FloatArray:
-    """Rows of numbers whose last ones may be left out, as coordinates that are 0."""
-    if card.keyword == "ELEMENT":
-        return card.numbers(width)
+def _kind_of(card: Card) -> str | None:
+    """The kind of the elements of a card, None for other ones than solids."""
+    return KINDS.get(card.options.get("TYPE", "").upper().rstrip("RIHTMS"))
+
+
+def _padded(card: Card) -> FloatArray:
+    """Numbers of nodes and their coordinates, of which the last ones may be left out as 0."""
     rows = card.rows
-    if all(len(row) == width for row in rows):
-        return card.numbers(width)
-    words = [word or "0" for row in rows for word in (row + ["0"] * width)[:width]]
-    return card._replace(lines=[",".join(words)]).numbers(width)
+    words = [word or "0" for row in rows for word in (row + ["0"] * 4)[:4]]
+    return card._replace(lines=[",".join(words)] * bool(rows)).numbers(4)
