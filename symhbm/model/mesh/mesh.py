@@ -137,8 +137,11 @@ class Mesh(Record):
         for kind, blocks in faces.items():
             every = np.concatenate(blocks)
             corners = np.sort(every[:, : 3 if element(kind).cell == "triangle" else 4], axis=1)
-            _, which, count = np.unique(corners, axis=0, return_inverse=True, return_counts=True)
-            result[kind] = every[count[which.ravel()] == 1]
+            order = np.lexsort(corners.T)
+            same = np.all(np.diff(corners[order], axis=0) == 0, axis=1)
+            alone = np.ones(len(every), dtype=bool)
+            alone[order[1:][same]] = alone[order[:-1][same]] = False
+            result[kind] = every[alone]
         return result
 
     def faces_of(self, name: Any, nodes: ArrayLike) -> dict[str, NDArray[np.int64]]:

@@ -125,6 +125,8 @@ def test_mass_and_centre_are_those_of_the_program(folder, brick):
     assert program.mass.sum() == pytest.approx(tonnes * float(words), rel=1e-6)
     centre = np.array(text.partition("center of gravity")[2].split("\n\n", 2)[1].split(), float)
     unit = 1e-3 if brick == 8 else 1.0
+    told = quietly(folder / "still", folder / "static").places.program.account
+    assert f"static.inp: total mass, by the program in its units: {words.strip()}" in told
     np.testing.assert_allclose(
         program.moment.sum(axis=0) / program.mass.sum(), unit * centre, rtol=1e-6
     )

@@ -21,6 +21,7 @@ _WIDTH, _NUMBER, _VALUE = 50, 10, 12
 _FREQUENCY = 2
 """Kind of analysis of natural modes."""
 _TABLE = re.compile(r"^ +(\d+) +(?:(\d+) +)?(?:-?\d\S*E\S+ +){2}(\d\S*E\S+) +-?\d\S*E\S+ *$", re.M)
+_TOTALS = re.compile(r"(total mass|center of gravity) for set.*\n\s*\n *(.*)")
 _NEAR = 1e-5
 """Distance of a node from where the deck has it, over its distance from 0, that digits leave."""
 
@@ -52,8 +53,13 @@ def read_results(path: Path, mesh: Mesh) -> tuple[Modes | None, FloatArray | Non
         still = [block for block in blocks if block.kind != _FREQUENCY and block.name == "DISP"]
         displacement = _over(mesh, still[-1]) if still else None
         modes = _modes(mesh, blocks)
-    if table.is_file() and modes is None:
-        rows = _TABLE.findall(table.read_text(encoding="latin-1"))
+    text = table.read_text(encoding="latin-1") if table.is_file() else ""
+    notes += [
+        f"{what}, by the program in its units: {' '.join(v.split())}"
+        for what, v in _TOTALS.findall(text)
+    ]
+    if modes is None:
+        rows = _TABLE.findall(text)
         if rows:
             frequency = np.array([float(row[2]) for row in rows])
             waves = np.array([int(row[0]) for row in rows]) if rows[0][1] else None
