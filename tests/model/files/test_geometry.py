@@ -44,6 +44,7 @@ def test_bodies_that_are_no_sector_have_no_sides():
     corners = [[r * np.cos(a), r * np.sin(a), z] for a in turns for z in (0, 1) for r in (1.0, 2.0)]
     first = 4 * np.arange(count)[:, None]
     after = np.roll(first, -1, axis=0)
-    cells = np.hstack([first + [0, 1], after + [1, 0], first + [2, 3], after + [3, 2]])
+    over, back = np.array([0, 1]), np.array([1, 0])
+    cells = np.hstack([first + over, after + back, first + 2 + over, after + 2 + back])
     ring = Mesh(np.arange(4 * count), corners, {"hexahedron": cells})
     assert find_sides(ring) is None
