@@ -27,6 +27,8 @@ SHARES = "mass_share", "stiffness_share", "loss"
 """What materials tell of damping."""
 _SAME = 1e-4
 """Difference of two frequencies, relative, that different digits do not make."""
+_RIGID = 1e-2
+"""Frequency, over the highest one of the program, below which differences are relative to it."""
 _HEAVIER = 1e-2
 """Difference of a node's mass, over the largest one, that quadratures of a curved element make."""
 _FITS = 1e-2
@@ -196,7 +198,9 @@ def _compare(model: Model, sides: Sides | None, modes: Modes, account: Account) 
     frequency = np.sqrt(np.maximum(elastic / heavy, 0)) / RADIANS
     if modes.nodal_diameter is not None and sides is not None:
         modes = modes._replace(nodal_diameter=_signed(mesh, sides, modes, account))
-    off = np.abs(frequency / modes.frequency - 1)
+    # Of rigid bodies both have round-off, which is of the squares.
+    size = np.maximum(modes.frequency, _RIGID * modes.frequency.max())
+    off = np.abs(frequency**2 - modes.frequency**2) / (2 * size**2)
     for wave in [None] if modes.nodal_diameter is None else np.unique(modes.nodal_diameter):
         chosen = slice(None) if wave is None else modes.nodal_diameter == wave
         text = "modes" if wave is None else f"{wave} nodal diameters"

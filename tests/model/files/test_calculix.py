@@ -197,6 +197,8 @@ a text, of no matter
 *INCLUDE, INPUT=rest.inp
 *NSET, NSET=ODD, GENERATE
 1, 7, 2
+*NSET, NSET=odd, GENERATE
+101, 109
 *NSET, NSET=odd
 8
 *NSET, NSET=both

@@ -148,6 +148,7 @@ class Deck:
             elif "GENERATE" in card.options:
                 spans = (np.array(row, dtype=int) for row in card.rows)
                 more = np.concatenate([np.arange(s[0], s[1] + 1, *s[2:]) for s in spans])
+                more = more[np.isin(more, self.nodes[0])] if keyword == "NSET" else more
             else:
                 more = self.members(card.rows, result)
             name = self.name(given)
