@@ -93,7 +93,7 @@ def result(name: str) -> xr.Dataset:
 
 
 each = pytest.mark.parametrize("name", RESULTS)
-READ = {"path", "grid", "ensemble", "point", "modes", "motion", "design", "branches", "verified"}
+READ = {"path", "grid", "point", "motion", "verified"}
 """Results that commands read in all runs; the others are slow tests."""
 pytestmark = pytest.mark.filterwarnings("ignore:.*incomplete:RuntimeWarning")
 

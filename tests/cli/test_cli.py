@@ -131,6 +131,7 @@ def test_info_of_an_ensemble(archive):
     assert ("always stuck" in said["contacts"]) == bool(stuck)
 
 
+@pytest.mark.slow
 def test_info_of_all_that_there_is(archive):
     said = told(archive("short"))
     assert said["curves"].startswith("0 of 2 complete, 2 not 2: the largest number of points")
@@ -169,6 +170,7 @@ def interrupted(target, at=GRID, **options):
     return target.with_name("run.nc.partial")
 
 
+@pytest.mark.slow
 def test_info_of_a_flutter_limit(tmp_path):
     blade = one_blade()  # fmt: skip
     problem = sh.HarmonicBalance(blade, harmonics=(1,))
@@ -514,6 +516,7 @@ def test_resume(tmp_path, monkeypatch):
     assert f"kept in {partial}" in err
 
 
+@pytest.mark.slow
 def test_warnings_are_lines_without_code(tmp_path):
     target = tmp_path / "run.nc"
     interrupted(target, max_points=3)
@@ -598,6 +601,7 @@ def test_every_file_of_verbs_is_a_command():
     assert files == {*main.commands}
 
 
+@pytest.mark.slow
 def test_several_archives_in_one_picture(archive, tmp_path):
     path, output = archive("path"), tmp_path / "both.svg"
     other = sh.save(sh.frf(BLADE.with_parameters(stiffness=1.2e4), (10, 30)), tmp_path / "stiff.nc")
@@ -656,6 +660,7 @@ def test_the_program_is_installed_as_symhbm():
     assert getattr(importlib.import_module(module), name) is main
 
 
+@pytest.mark.slow
 def test_a_reader_may_stop_reading(archive):
     # More than a pipe holds, so that the writer meets the closed end.
     command = [sys.executable, "-m", "symhbm", "export", str(archive("grid")), "--variables", "all"]
@@ -679,6 +684,7 @@ def test_the_library_does_without_click():
     assert json.loads(done.stdout) == []
 
 
+@pytest.mark.slow
 def test_info_names_places_and_forces_as_they_were_given(tmp_path):
     places = dict(
         node=np.repeat([10, 20], 3), direction=[*"xyz"] * 2, label=["root"] * 3 + ["tip"] * 3

@@ -211,6 +211,7 @@ def test_jacobian_is_exact(moving):
         np.testing.assert_allclose(jacobian[:, k], difference, rtol=1e-6, atol=1e-7)
 
 
+@pytest.mark.slow
 def test_the_dataset_names_the_solver(tmp_path):
     problem = blade((1, 3))
     over = {"normal_load": [3]}

@@ -208,6 +208,7 @@ def test_outside_the_band_of_a_condensation_there_is_no_solution():
     assert corrector_of(curve).correct(guess, plane, slip) is None
 
 
+@pytest.mark.slow
 def test_large_rings_are_compiled_in_an_order_that_stays_sparse():
     """In any other order they are solved step by step: the same peaks and events."""
     n = 260
@@ -382,6 +383,7 @@ def test_slopes_of_many_segments_are_those_of_each():
             np.testing.assert_array_equal(single[0], many[k])
 
 
+@pytest.mark.slow
 def test_motions_that_cannot_lead_need_not_be_examined(monkeypatch):
     branch = branch_of("many sectors")
     assert not branch.curve.problem.compiled[0].assemble.as_full

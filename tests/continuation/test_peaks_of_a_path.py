@@ -180,6 +180,7 @@ def test_slip_between_two_points_is_followed_again():
     assert branch.status == REACHED_END
 
 
+@pytest.mark.slow
 def test_a_doubt_in_front_of_an_event_is_settled():
     """The path through it meets the event by round-off short of the point that has it."""
     branch = followed(problem_of("pressed blade point 0123"), (14.55, 14.3))
@@ -191,6 +192,7 @@ def test_a_doubt_in_front_of_an_event_is_settled():
     assert events_of(again) == [event]
 
 
+@pytest.mark.slow
 def test_a_plate_whose_contacts_change_for_a_moment():
     """Downwards a step passed over an end and an onset of slip, with a corner 4 % high."""
     problem, band = plate(12)
@@ -234,6 +236,7 @@ def test_every_peak_is_a_point(peaks, downwards):
         assert (np.diff(curve.frequency.values) * heading > 0).all()
 
 
+@pytest.mark.slow
 def test_a_peak_beside_a_sharp_bend_of_a_stiff_contact_is_solved_for():
     """There slip begins to reverse: slopes turn within 1e-4 of the frequency, and states stay."""
     problem, _ = random_system(13)

@@ -73,6 +73,7 @@ def random_design(seed):
     return problem, {name: ranges[name] for name in names}, np.round(bands, 4).tolist()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", quick_first(SEEDS, 1))
 def test_no_design_of_a_grid_is_better(seed):
     problem, bounds, bands = random_design(seed)
@@ -121,6 +122,7 @@ CASES = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("which", quick_first(CASES, 1))
 def test_no_design_of_several_harmonics_of_a_grid_is_better(which):
     problem, bounds, bands = CASES[which]

@@ -79,6 +79,7 @@ def test_closed_form_of_the_load_that_damps_most(bounds):
     assert "none is larger" in text
 
 
+@pytest.mark.slow
 def test_dense_scan_finds_no_load_that_damps_more():
     best = most_damped(PROBLEM, "normal_load", (0.1, 10), AMPLITUDE)
     loads = np.append(np.geomspace(0.1, 10, 9), best.design_value.item())
@@ -90,6 +91,7 @@ def test_dense_scan_finds_no_load_that_damps_more():
     assert loads[near - 1] < best.design_value.item() < loads[near + 1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("wave", quick_first([3, 1], 1))
 def test_ring_is_damped_most_as_a_scan_tells(wave):
     ring = sh.HarmonicBalance(sh.bladed_disk(13, **BLADE), harmonics=(1, 3, 5))
@@ -106,6 +108,7 @@ def test_ring_is_damped_most_as_a_scan_tells(wave):
     assert ratios[2] - ratios[1] == pytest.approx(ratios[2] - ratios[3], rel=1e-2)
 
 
+@pytest.mark.slow
 def test_bounds_and_ranges_are_told():
     at_bound = most_damped(ALONE, "normal_load", (0.1, 2), AMPLITUDE)
     assert at_bound.design_value.item() == 2
@@ -122,6 +125,7 @@ def test_bounds_and_ranges_are_told():
     assert "not positive" in most_damped(fed, "normal_load", (1, 9), AMPLITUDE).certificate.item()
 
 
+@pytest.mark.slow
 def test_path_that_begins_where_slip_begins_is_followed_the_other_way():
     best = most_damped(PROBLEM, "friction_coefficient", (1, 0.01), AMPLITUDE)
     alike = most_damped(PROBLEM, "normal_load", (0.1, 10), AMPLITUDE)

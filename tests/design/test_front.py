@@ -63,6 +63,7 @@ class TestOneBlade:
         assert "Not proved: that no design is better in both aims" in text
         assert front.sizes["removed"] == 0
 
+    @pytest.mark.slow
     def test_it_is_a_sweep_of_responses(self, front):
         assert front.peak_amplitude.max("peak").values == pytest.approx(
             front.front_aim.values[:, 0], rel=DIGITS
@@ -106,6 +107,7 @@ def test_no_design_of_a_grid_is_better_in_both_aims():
         assert np.log(peaks.values[allowed].min()) < peak[number] + 0.35
 
 
+@pytest.mark.slow
 def test_of_several_optima_of_one_aim_the_end_is_the_best_in_the_other():
     """The peak depends on the product of load and friction, the other aim on the load alone."""
     bounds = {"normal_load": (0.5, 20.0), "friction_coefficient": (0.2, 0.8)}
@@ -117,6 +119,7 @@ def test_of_several_optima_of_one_aim_the_end_is_the_best_in_the_other():
     assert front.front_value.values[-1] == pytest.approx([0.5, 0.8], rel=1e-6)
 
 
+@pytest.mark.slow
 def test_two_bands_against_each_other():
     """Two peaks are the aims: neither is a constraint on the design alone."""
     soft = blade(contact_stiffness=2e4)
@@ -219,6 +222,7 @@ def test_failures_are_told(monkeypatch):
 
 
 class TestArchive:
+    @pytest.mark.slow
     def test_it_goes_on_where_it_was_interrupted(self, front, tmp_path, monkeypatch):
         target = tmp_path / "front.nc"
         calls, best_of = [], searched.best_of
@@ -278,6 +282,7 @@ def test_its_picture_has_all_points(front):
         sh.plot.pareto_front(front.drop_vars("front_aim"))
 
 
+@pytest.mark.slow
 def test_the_command_line_tells_it(tmp_path):
     from click.testing import CliRunner
 

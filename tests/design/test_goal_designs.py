@@ -48,6 +48,7 @@ def test_one_frequency_of_each_case():
     assert optimum.case_amplitude.dims == ("named_peak", "case")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("goal", "weight"), [(sh.goals.SlipDistance(), 0.2), (sh.goals.Dissipation(), 0.05)]
 )
@@ -108,6 +109,7 @@ def test_contacts_that_stick_wear_nothing():
     assert optimum.design_status.item() == Status.DESIGN_ON_PLATEAU
 
 
+@pytest.mark.slow
 def test_front_of_peak_and_wear():
     given = dict(
         aims={"peak": lambda peaks, _: peaks["tip"], "wear": lambda peaks, _: peaks["wear"]},

@@ -147,6 +147,7 @@ class TestOneBlade:
         by_force = best.design_amplitude_by_force_amplitude.item()
         assert by_force == pytest.approx(amplitude(best), rel=AMPLITUDE)
 
+    @pytest.mark.slow
     def test_a_cubic_spring_beside_the_contact(self):
         optimum = design(blade(cubic_stiffness=1e10), bounds=(1.0, 10.0))
         assert optimum.design_status.item() == Status.DESIGN_OPTIMAL
@@ -443,6 +444,7 @@ def test_a_band_that_is_not_followed_to_its_end_proves_nothing(monkeypatch):
     assert str(sh.Status.PEAK_NOT_LOCATED) in optimum.certificate.item()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("band", quick_first([[(15.0, 18.0)], [(5.0, 15.0), (22.0, 30.0)]], 1))
 def test_beside_a_resonance_the_ends_of_bands_count(band):
     """The peak outside is no maximum; the ends of two bands rise against each other."""

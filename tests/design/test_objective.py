@@ -81,6 +81,7 @@ class TestObjective:
         assert optimum.active_named_peak.values.tolist() == [0, 1]
         assert optimum.active_multiplier.values == pytest.approx([0.5, 0.5], abs=1e-8)
 
+    @pytest.mark.slow
     def test_it_is_that_of_statistics_of_cases(self):
         cases = {"contact_stiffness": DataArray([1e4, 2e4], dims="case")}
         options = dict(bounds=NEAR, over=cases, statistic="mean")
@@ -90,6 +91,7 @@ class TestObjective:
         assert same.design_aim.item() == pytest.approx(plain.design_amplitude.item() ** 2, 1e-9)
         assert same.case_amplitude.dims == ("named_peak", "case")
 
+    @pytest.mark.slow
     def test_one_degree_of_freedom_of_a_ring(self):
         """The blade that counts is the one that is lowest, at its own best load."""
         problem = ring(3, 1e5, 1, stiffness=np.array([1e4, 1.05e4, 0.95e4]))
@@ -157,6 +159,7 @@ class TestConstraint:
         assert load * friction < BEST_LOAD * 0.5
         assert optimum.design_status.item() == Status.DESIGN_OPTIMAL
 
+    @pytest.mark.slow
     def test_one_that_nothing_satisfies_as_far_as_it_was_tried(self, tmp_path):
         far = NonlinearConstraint(lambda x: x[0] ** 2, 1e5, 2e5)
         optimum = design(blade(), bounds=NEAR, constraint=far)
@@ -281,6 +284,7 @@ def test_bad_input_is_named_with_what_is_allowed(error, options, words):
 
 
 class TestFailures:
+    @pytest.mark.slow
     def test_designs_nearby_that_fail_are_no_good_status(self, monkeypatch):
         failing(monkeypatch, lambda load: 4.0 < load < 9.0)
         optimum = design(blade(), bounds=(1.0, 20.0), start=6.0, n_starts=3)

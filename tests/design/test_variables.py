@@ -276,6 +276,7 @@ def fixed(mistuned):
 
 
 class TestEach:
+    @pytest.mark.slow
     def test_single_loads_make_up_for_friction(self, common, each):
         assert each.design_status.item() == Status.DESIGN_OPTIMAL
         assert each.design_amplitude.item() < common.design_amplitude.item() * (1 - 1e-3)

@@ -307,6 +307,7 @@ def _drop(values, fit, name, value, index=()):
     return best.fun - stats.genextreme.nnlf((-shape, location, scale), values)
 
 
+@pytest.mark.slow
 def test_ends_of_intervals_are_equally_likely():
     """At each end the likelihood has fallen as far as Student's distribution allows."""
     values = EIGHTY.rvs(80, random_state=np.random.default_rng(8))
@@ -325,6 +326,7 @@ def test_ends_of_intervals_are_equally_likely():
     assert np.isinf(float(fit.upper_bound_interval.sel(bound="upper"))) == no_bound
 
 
+@pytest.mark.slow
 def test_maxima_of_bounded_numbers_have_a_bound():
     """Maxima of 25 numbers whose density falls to 0 linearly at 1: the Weibull type."""
     values = np.random.default_rng(1).triangular(0, 0, 1, 5000)
@@ -385,6 +387,7 @@ def test_the_number_of_samples_that_an_error_takes():
         sh.statistics.samples_needed(first, 0)
 
 
+@pytest.mark.slow
 def test_seeds_of_the_fit_and_numbers_left_over():
     values = np.random.default_rng(3).gumbel(size=1010)
     values[3] = np.nan

@@ -69,6 +69,7 @@ def pair():
     return problems()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("damping", "force", "options"),
     [

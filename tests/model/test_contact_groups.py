@@ -291,6 +291,7 @@ def test_loops_of_another_limit_are_those_of_the_law():
     assert loop.area == pytest.approx(float(solved.dissipation[0]), rel=1e-6)
 
 
+@pytest.mark.slow
 def test_exact_motion_tells_what_displacements_dissipate_together():
     """The energy of the force goes into damping, friction and a force without a potential."""
 

@@ -131,6 +131,7 @@ def stop_of_the_docs():
     return names["Stop"]()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", quick_first(["gap", "stop_stiffness"], 1))
 def test_a_law_of_the_user_has_second_derivatives(name):
     """Slopes of the frequency of a peak need them: against peaks beside it."""
@@ -351,6 +352,7 @@ def test_slopes_from_series_are_the_derivative(harmonics):
     np.testing.assert_allclose(found, expected, rtol=0, atol=1e-13 * np.abs(expected).max())
 
 
+@pytest.mark.slow
 def test_many_harmonics_of_a_polynomial_take_few_operations():
     """Products of waves would be 62 x 62 x 125 multiplications."""
     basis = FourierBasis(tuple(range(32)))

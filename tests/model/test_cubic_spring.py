@@ -235,6 +235,7 @@ def test_solutions_at_given_frequencies(oscillator, down):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("oscillator", "down"), quick_first(BOTH_WAYS, 2))
 def test_solutions_at_given_forces(oscillator, down):
     omega = 1.2 if oscillator is NOMINAL else 0.92
@@ -270,6 +271,7 @@ def test_a_fold_itself_on_the_grid():
         assert np.abs(expected / found - 1).min() < 1e-6
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("share", quick_first([1e-4, 1e-2, 1e-5], 1))
 @pytest.mark.parametrize(("oscillator", "down"), quick_first(BOTH_WAYS, 2))
 def test_a_cusp(oscillator, share, down):
@@ -299,6 +301,7 @@ def test_a_cusp(oscillator, share, down):
         np.testing.assert_allclose(np.sort(folds_of(curve, "force_amplitude")), expected, rtol=1e-9)
 
 
+@pytest.mark.slow
 @settings(max_examples=10)
 @given(
     damping_ratio=st.floats(0.003, 0.2),
@@ -335,6 +338,7 @@ def test_random_oscillators(damping_ratio, bend, mass, natural, length):
     assert float(result.peak_amplitude[0]) == pytest.approx(oscillator.maximum()[0], rel=1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("length", "time"), quick_first([(1e3, 1e3), (1.0, 1e3), (1e6, 1.0)], 1))
 def test_units_do_not_matter(length, time):
     """Millimetres and milliseconds: the same points, folds and amplitudes."""
@@ -356,6 +360,7 @@ def test_units_do_not_matter(length, time):
         np.testing.assert_allclose(np.sort(folds_of(curve, "force_amplitude")), folds, rtol=1e-9)
 
 
+@pytest.mark.slow
 def test_over_the_cubic_stiffness_through_zero():
     """The sign changes on the way; at 0 the response is that of the linear oscillator."""
     oscillator = replace(NOMINAL, force=0.1)
@@ -405,6 +410,7 @@ def test_a_band_that_ends_between_the_folds():
 # Beside friction.
 
 
+@pytest.mark.slow
 def test_friction_and_spring_of_one_blade_against_a_closed_form():
     """The in-phase force of the contact gains 3/4 gamma A^3: solutions by a scan of A."""
     kd, limit, cubic, force = 0.5, 0.1, 0.2, 0.3
@@ -442,6 +448,7 @@ def test_friction_and_spring_of_one_blade_against_a_closed_form():
     assert TWO_PI * float(result.event_frequency[-1]) == pytest.approx(end, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_builders_take_cubic_stiffness():
     """A tuned ring is one blade whose contact moves ``r`` times it: spring 3/4 gamma r^4 A^3."""
     order, n_blades, cubic = 2, 7, 0.05

@@ -240,6 +240,7 @@ def test_static_loads_stay_while_the_amplitude_is_followed(load):
     assert found[0, 0, 0] == pytest.approx(mean_of(load), rel=1e-9)
 
 
+@pytest.mark.slow
 def test_exact_motions_under_a_static_load():
     """Many harmonics against a motion integrated in time."""
     force = sh.forces.PointForce(amplitude=6.0, phase=0.3) + sh.forces.StaticLoad([60.0])

@@ -42,6 +42,7 @@ def effort(call):
     return seconds(call) / seconds(lambda: sum(i * i % 7 for i in range(2_000_000)))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("harmonics", quick_first([((1,),), ((1, 3),)], 1))
 def test_compiling_traces_no_matrix(harmonics):
     # By rule 5 to 10; traced symbolically, the Jacobian alone took 30 to 50.

@@ -64,6 +64,7 @@ def drawn(basis, rng, kind):
     return wave
 
 
+@pytest.mark.slow
 @settings(max_examples=40)
 @given(
     seed=st.integers(0, 2**32 - 1),

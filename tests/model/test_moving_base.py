@@ -129,6 +129,7 @@ def test_translations_follow_the_directions_of_places():
         sh.HarmonicBalance(model, sh.forces.BaseMotion(acceleration=1.0, direction="z"))
 
 
+@pytest.mark.slow
 def test_reduced_structures_take_the_force_made_with_the_whole_one():
     whole = chain(12, **FRICTION)
     base = moved(1e-4)
@@ -159,6 +160,7 @@ def test_reduced_structures_take_the_force_made_with_the_whole_one():
     np.testing.assert_allclose(found.amplitude[:, 0], exact.amplitude[:, watched], rtol=1e-6)
 
 
+@pytest.mark.slow
 def test_archives_of_moving_bases_come_back(tmp_path):
     whole = chain(6, **FRICTION)
     base = sh.forces.BaseMotion(velocity=1e-2j, motion="absolute")

@@ -109,6 +109,7 @@ def test_accuracy_and_other_parameters_on_one_sector():
     assert_alike(*followed[2:])
 
 
+@pytest.mark.slow
 def test_each_set_of_a_sweep_is_judged_by_itself():
     """A mistuned set needs the ring, and engine orders beside each other their own waves."""
     problem = sh.HarmonicBalance(ring(), sh.forces.EngineOrder(3))

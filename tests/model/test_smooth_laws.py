@@ -218,6 +218,7 @@ def test_kinks_converge_slowly_and_say_so():
     assert len(exact.breaks[0].angle) == 2
 
 
+@pytest.mark.slow
 def test_break_points_are_exact_for_powers_and_near_touches():
     """A force that begins as a root of the distance, and a contact that just touches."""
     highest = FourierBasis((1, 3, 5)).values(2 * np.pi * np.arange(2**16) / 2**16) @ MOTION

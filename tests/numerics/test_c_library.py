@@ -82,6 +82,7 @@ def test_files_unused_for_long_are_removed(cache, monkeypatch):
     assert not [*cache.glob("tmp*")]
 
 
+@pytest.mark.slow
 @needs_compiler
 def test_processes_compile_the_same_at_once(cache):
     """One file comes of it, and each of them has the function."""

@@ -68,6 +68,7 @@ def test_closed_form_of_one_blade(single):
     assert np.all(single.peak_residual_norm < 1e-11)
 
 
+@pytest.mark.slow
 def test_points_are_as_many_as_interpolation_needs(single):
     loads = np.geomspace(1.0, 1000.0, 60)[1:-1]
     exact = [one_blade(single, normal_load=load).peak()[0] for load in loads]
@@ -183,6 +184,7 @@ def test_several_degrees_of_freedom_a_blade():
     assert abs(peaks[0][1] - peaks[2][1]) > 1
 
 
+@pytest.mark.slow
 def test_unbounded():
     undamped = SINGLE.with_parameters(damping=0.0)
     dataset = curve(undamped, "normal_load", (1.2, 2.4), [1.2, 1.5, 2.0, 2.4])
@@ -224,6 +226,7 @@ def test_problems_of_points(single):
     assert sh.datasets.rebuild(single).parameters["normal_load"] == 10
 
 
+@pytest.mark.slow
 def test_peaks_of_responses_that_fold():
     """A spring that stiffens: over the force, the peak is that of the branch with its folds."""
     problem, band = duffing(), (0.08, 0.4)

@@ -104,6 +104,7 @@ def test_a_curve_that_folds_is_drawn_where_it_is():
     assert farthest(ax, (x, level(y)), line.get_data()) < CLOSE
 
 
+@pytest.mark.slow
 def test_a_grid_is_drawn_through_its_peaks():
     """Peaks lie beside the values of a grid, and nothing but the peak is the top of the line."""
     problem = fig03.problem().with_parameters(normal_load=3)
@@ -292,6 +293,7 @@ def drawn(name, draw="draw"):
     return study, dataset, getattr(study, draw)(dataset).axes
 
 
+@pytest.mark.slow
 def test_the_ground_of_a_tip_is_solved_for():
     """The worst disk of Fig. 12: blade 2 comes to rest at 151.9 Hz, 50 dB below the others.
 

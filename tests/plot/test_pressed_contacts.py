@@ -210,6 +210,7 @@ def test_states_change_at_the_events(band):
         assert share == pytest.approx(float(band.stick_fraction[i, 0]), abs=1e-12)
 
 
+@pytest.mark.slow
 def test_states_of_stops_and_folded_paths():
     curve = sh.frf(stopped(), (10, 35))
     (ax,) = sh.plot.states(curve).axes
@@ -315,6 +316,7 @@ def test_planar_motions_in_time_have_the_history_of_their_balance():
     np.testing.assert_allclose(*drawn, atol=1e-2)
 
 
+@pytest.mark.slow
 def test_a_law_without_memory_has_a_loop():
     law = sh.laws.SmoothLaw(
         lambda y, v, p: p["k"] * y**3 + p["c"] * v,

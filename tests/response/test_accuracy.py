@@ -59,6 +59,7 @@ def assert_kept(problem, band, at, accuracy):
     return response
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("load", quick_first(LOADS, 1))
 def test_blades(load):
     at = np.linspace(10.1, 29.9, 29)
@@ -69,6 +70,7 @@ def test_blades(load):
     assert len(np.unique(highest[2])) > 1
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("order", "load", "at"), quick_first([(1, 10, [60, 63, 66.25]), (3, 100, [211, 213])], 1)
 )
@@ -190,6 +192,7 @@ def test_folding_responses():
     assert float(grid.truncation_error.max()) <= 1e-4
 
 
+@pytest.mark.slow
 def test_sets_grow_as_symmetry_allows():
     model = sh.Model(
         np.eye(2), 0.1 * np.eye(2), [[2.0, -1], [-1, 2]], [(0, 1)], 5, 0.5, normal_load=1.0
@@ -212,6 +215,7 @@ def test_sets_grow_as_symmetry_allows():
         )
 
 
+@pytest.mark.slow
 def test_ensembles_with_harmonics_by_point():
     problem = blade(1)
     loads = {"normal_load": [1, 3, 300]}
@@ -244,7 +248,7 @@ def test_sampled_friction_has_another_error():
         sh.frf(sampled, (10, 30), accuracy=1e-3)
 
 
-@pytest.mark.parametrize("hertz", [18, 27])
+@pytest.mark.parametrize("hertz", quick_first([18, 27], 1))
 def test_normal_forces_are_within_their_estimate(hertz):
     problem = two_way()
     exact = sh.periodic_motion(problem, hertz, n_angles=4096)
@@ -292,6 +296,7 @@ def condensed_chain(harmonics):
     return sh.HarmonicBalance(small, force)
 
 
+@pytest.mark.slow
 def test_a_condensed_structure_has_the_accuracy_of_the_whole():
     small = condensed_chain(range(1, 34, 2))
     whole = sh.HarmonicBalance(chain(), small.excitation)

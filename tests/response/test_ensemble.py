@@ -147,6 +147,7 @@ def assert_peaks_of_the_scan(problem, band, spacing=0.005, followed=BAND):
     assert differences(inside, expected) == []
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("sample", "band"), quick_first([(0, (70, 90)), (1, (285, 325))], 1))
 def test_peaks_of_one_harmonic(sample, band):
     """A part of the band at the resolution of the whole."""
@@ -175,6 +176,7 @@ def test_all_peaks_of_one_harmonic(sample):
     assert_peaks_of_the_scan(mistuned(sample), BAND)
 
 
+@pytest.mark.slow
 def test_peaks_of_two_harmonics():
     assert_peaks_of_the_scan(mistuned(0, (1, 3)), (77.6, 78.3), spacing=0.02)
 

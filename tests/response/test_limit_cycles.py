@@ -106,6 +106,7 @@ def test_grid_over_the_damping():
     assert "stability" not in found.variables
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("name", "band"),
     [("normal_load", (0, 10)), ("mass", (0.5, 2))],
@@ -121,6 +122,7 @@ def test_cycles_over_other_parameters(name, band):
     np.testing.assert_allclose(at.amplitude.values.ravel(), alone.amplitude, rtol=1e-10)
 
 
+@pytest.mark.slow
 def test_nothing_is_found_beyond_the_fold():
     found = cycles(blade(-30.0))
     assert found.sizes["point"] == 0
@@ -234,6 +236,7 @@ EXACT = [
 ]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("structure", "coarse", "harmonics", "error"), quick_first(EXACT, 1))
 def test_cycles_are_exact_motions(structure, coarse, harmonics, error):
     problem = sh.HarmonicBalance(structure, harmonics=coarse)
@@ -401,6 +404,7 @@ def test_sweeps():
     assert np.isfinite(verified.fold_mismatch).all()
 
 
+@pytest.mark.slow
 def test_several_modes():
     matrices = np.eye(2), -2.0 * np.eye(2), np.array([[2e4, -1e4], [-1e4, 3e4]])
     values = dict(contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3)

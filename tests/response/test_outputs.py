@@ -204,6 +204,7 @@ def test_outputs_of_a_sector_go_around_the_disk_with_its_phase():
         disk().with_outputs({"root": {2: 1.0}}, units="Pa")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("keep", quick_first(["touched", "displacements"], 1))
 def test_condensed_structures_keep_what_outputs_read(keep, tmp_path):
     n = 30

@@ -51,6 +51,7 @@ def check_exact(seed):
         assert difference <= 3 * found.truncation_error.item() + 1e-9, frequency
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("seed", FEW)
 def test_paths_are_whole(seed):
     check_path(seed)

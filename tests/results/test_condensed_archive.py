@@ -40,6 +40,7 @@ def response(problem):
     return sh.frf(problem, (1.8, 2.2), over=over, progress=False)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("lazy", quick_first([False, True], 1))
 def test_a_rebuilt_problem_is_the_same_to_the_bit(problem, response, tmp_path, lazy):
     sh.save(response, tmp_path / "condensed.nc")

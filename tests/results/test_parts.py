@@ -108,6 +108,7 @@ def test_merged_parts_are_the_archive_of_one_job(name, made, tmp_path):
     same(made(name), tmp_path / "all.nc")
 
 
+@pytest.mark.slow
 def test_parts_are_read_a_few_sets_at_a_time(made, tmp_path, monkeypatch):
     monkeypatch.setattr(pieces, "_SLAB", 1)
     merge([made("product", (k, 2)) for k in (1, 2)], tmp_path / "all.nc").close()
@@ -146,6 +147,7 @@ def test_a_part_is_a_result_by_itself(made):
         xr.testing.assert_equal(of_part.to_xarray(), of_whole.to_xarray())
 
 
+@pytest.mark.slow
 def test_a_part_in_memory_can_be_saved_and_merged(made, tmp_path):
     path = sh.save(call("path", part=range(2, 5)), tmp_path / "two.nc")
     for parts in ([made("path", (1, 2)), path], [path, made("path", (1, 2))]):
@@ -235,6 +237,7 @@ def test_unfinished_parts_are_told_or_asked_for(interrupted, made, tmp_path):
     assert sorted(os.listdir(tmp_path)) == ["two.nc.partial", "two.nc.partial-journal"]
 
 
+@pytest.mark.slow
 def test_parts_may_overlap(made, tmp_path):
     """Sets of equal values count once; where one differs, it is named."""
     extra = tmp_path / "extra.nc"
@@ -315,6 +318,7 @@ def test_a_part_that_was_changed_is_refused(made, tmp_path):
             merge([path])
 
 
+@pytest.mark.slow
 def test_files_that_are_there_are_not_replaced_without_a_word(made, tmp_path):
     path, parts = tmp_path / "all.nc", [made("grid", (1, 2)), made("grid", (2, 2))]
     path.write_text("precious")

@@ -680,6 +680,7 @@ def test_page_has_every_study_and_needs_nothing_else(outcome, datasets):
     assert all(word not in text for word in ("http:", "https:", "url(", "@import"))
 
 
+@pytest.mark.slow
 def test_page_shows_every_landmark_and_the_parameters(outcome, datasets):
     page = Page((outcome[0] / "index.html").read_text())
     marks = {n: importlib.import_module(f"studies.{n}").landmarks(datasets[n]) for n in QUICK}
@@ -700,6 +701,7 @@ def test_page_shows_every_landmark_and_the_parameters(outcome, datasets):
         assert value in page.text
 
 
+@pytest.mark.slow
 def test_page_tells_what_was_found_and_how_each_study_was_made(outcome, datasets):
     """A part that is folded tells its count; commands, dates and versions stand beside it."""
     text = (outcome[0] / "index.html").read_text()
@@ -778,6 +780,7 @@ def nothing(progress):
     return xr.Dataset(attrs={"symhbm_schema": 1})
 
 
+@pytest.mark.slow
 def test_a_study_that_fails_does_not_stop_the_others(tmp_path, monkeypatch, capsys):
     wrong = Landmark("half", 0.5, 1.0, "", Source.EXACT, 1e-3)
     monkeypatch.setitem(sys.modules, "studies.failing", fake("failing", raises))

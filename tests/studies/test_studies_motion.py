@@ -62,6 +62,7 @@ def test_loop_leaves_an_archive_and_a_picture(loop, tmp_path, capsys):
     check_archive(fig04, loop, tmp_path, capsys)
 
 
+@pytest.mark.slow
 def test_map_leaves_an_archive_and_a_picture(corners, tmp_path, capsys):
     check_archive(validity, corners, tmp_path, capsys)
 

@@ -14,6 +14,7 @@ def stop():
     return gap_stop.compute(progress=False)
 
 
+@pytest.mark.slow
 def test_exact_motions_of_a_stop_have_known_multipliers(stop):
     """One closed and two that open at 21.5 Hz, the middle one a saddle; given to four digits."""
     found = gap_stop.exact_solutions(stop)

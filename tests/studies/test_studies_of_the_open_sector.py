@@ -22,6 +22,7 @@ def twisted():
     return open_sector(SMALL, twist=modes.TWIST)
 
 
+@pytest.mark.slow
 def test_stresses_that_stiffen_are_in_equilibrium_with_centrifugal_forces(twisted):
     static = twisted.static()
     by_stress, work = twisted.virials(static)
@@ -40,6 +41,7 @@ def test_stresses_that_stiffen_are_in_equilibrium_with_centrifugal_forces(twiste
     assert np.allclose(felt, load, rtol=0, atol=1e-9 * abs(load).max())
 
 
+@pytest.mark.slow
 def test_rotation_stiffens_bending_along_the_axis_and_spin_softens(twisted):
     """A matrix fitted at two speeds is that of each, and the square of frequencies is linear."""
     speeds = 3000.0, 9000.0
@@ -72,6 +74,7 @@ def test_crossings_are_natural_frequencies_at_their_speeds(twisted):
         assert abs(found / frequency - 1).min() < 1e-8
 
 
+@pytest.mark.slow
 def test_a_damped_disk_is_that_of_all_equations(monkeypatch):
     """At a frequency where dampers slip, condensed and not; both have the mass of the damper."""
     monkeypatch.setattr(contacts, "DAMPER_BAND", (2000.0, 5000.0))

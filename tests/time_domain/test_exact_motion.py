@@ -388,6 +388,7 @@ def test_onsets_of_slip_of_any_ring(seed):
         assert motion.iterations < 40
 
 
+@pytest.mark.slow
 def test_one_blade_without_damping_needs_enough_friction():
     """At the resonance of slip, friction takes the power of the force from pi f0 / 4 on."""
     enough = exact_motion(blade(normal_load=2 * 0.79, damping=0.0), 100.0)

@@ -281,6 +281,7 @@ def damped(draw):
     return sh.HarmonicBalance(model, force, harmonics), rng
 
 
+@pytest.mark.slow
 @settings(max_examples=40)
 @given(damped(), st.floats(0.1, 10))
 def test_no_friction_motion_lets_a_small_one_grow(case, omega):

@@ -55,6 +55,7 @@ SYSTEMS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", quick_first(SYSTEMS, 1))
 def test_the_balance_approaches_it(name):
     contacts, hertz, (sticks, opens) = SYSTEMS[name]
@@ -150,6 +151,7 @@ def test_multipliers_of_a_balance():
     np.testing.assert_allclose(np.abs(balanced), np.abs(motion.multipliers), atol=1e-4)
 
 
+@pytest.mark.slow
 def test_a_contact_that_never_slips_is_in_the_middle():
     contacts = SYSTEMS["gap beside friction of one direction"][0] | dict(pad=pressed(500.0))
     problem = problem_of(contacts, harmonics=range(16))

@@ -258,6 +258,7 @@ def test_units_do_not_matter():
     assert float(motion.amplitude[0]) == pytest.approx(expected, rel=1e-11)
 
 
+@pytest.mark.slow
 def test_a_start_that_escapes():
     """Far beyond the place where a softening spring gives way; more harmonics lead back."""
     problem = duffing(cubic=-0.1)

@@ -81,6 +81,7 @@ def test_the_exact_motion_is_that_of_many_harmonics(name):
     assert distance.max() < max(30 * precision, 1e-8)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", quick_first(["rounded", "spring", "gap"], 1))
 def test_multipliers_beside_friction_that_slips(name):
     """From event to event of a contact that slips, against the derivative of the exact motion."""

@@ -136,6 +136,7 @@ def test_neimark_sacker():
         assert np.abs(passing.imag).min() > 0.1
 
 
+@pytest.mark.slow
 def test_a_law_of_velocity():
     """A driven van der Pol oscillator leaves entrainment through a pair of multipliers."""
     law = sh.laws.SmoothLaw(
@@ -254,6 +255,7 @@ def test_contacts_that_open_double_the_period():
         assert beyond[0] * beyond[1] < 0
 
 
+@pytest.mark.slow
 def test_two_period_doublings_within_a_step():
     """On both sides two multipliers turn on one circle, and the growth rate is constant."""
     stop = sh.Gap(normal=(0, 1), normal_stiffness=76306.0, gap=0.0)

@@ -115,6 +115,7 @@ def test_folds_and_openings_of_a_stop(highest, folds):
     assert response.peak_amplitude.item() == pytest.approx(2.39268e-2, abs=1e-6)
 
 
+@pytest.mark.slow
 def test_folds_of_a_stop_by_an_independent_balance():
     """Sampled without events, in NumPy alone: the folds are where its Jacobian is singular."""
     highest, count = 9, 40_000
@@ -184,6 +185,7 @@ def test_the_given_parameter_is_stored_and_stays(given):
     assert load == pytest.approx(5.0 if given == "normal_load" else 10.0)
 
 
+@pytest.mark.slow
 def test_archives_keep_and_rebuild_such_contacts(tmp_path):
     problem = problem_of(3, given="gap")
     response = sh.frf(problem, (20, 24), at=[21.0], over={"gap": [-5e-4, -3e-4]})

@@ -46,6 +46,7 @@ def direct(disk, n, s, force):
     return spsolve(sp.csc_array(stiffness + 1j * s * damping - s**2 * mass, dtype=complex), force)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("order", quick_first([3, 21, 0], 1))
 def test_condensed_stiffness_is_that_of_all_equations(order):
     """At frequencies that it was not made from, of both senses of one wave, and of none."""
@@ -156,6 +157,7 @@ def test_outputs_do_not_depend_on_how_degrees_of_freedom_are_numbered(numbers):
         assert found.strain_amplitude.item() == pytest.approx(exact.strain_amplitude.item(), 1e-9)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("order", quick_first([3, 21, 0], 1))
 @pytest.mark.parametrize("opens", [False, True])
 def test_displacements_of_contacts_are_enough(order, opens):

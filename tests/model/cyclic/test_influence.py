@@ -136,6 +136,7 @@ def test_influences_and_outputs_of_a_reduced_sector_number_places_of_the_whole(p
         np.testing.assert_allclose(one[name], other[name], rtol=1e-12, atol=1e-20)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("damping", [sh.RayleighDamping(2.0, 1e-5), sh.ModalDamping(0.01)])
 def test_a_reduced_sector_and_its_ring_take_them_along(damping):
     tip, blade = 77, range(40, 80)

@@ -404,6 +404,7 @@ def shrouded(damping=None, air=()):
     return disk.with_contacts(shroud=shroud).with_influences(*air)
 
 
+@pytest.mark.slow
 def test_archives_of_condensed_rings_are_those_of_the_ring(tmp_path):
     """The pattern of a sector acts on all of them, static loads, too; interrupted runs go on."""
     ring = sh.mistuned_ring(shrouded(), stiffness_deviation=0.02 * np.arange(5))

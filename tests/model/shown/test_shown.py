@@ -50,6 +50,7 @@ def many_blades():
     )  # fmt: skip
 
 
+@pytest.mark.slow
 def test_long_arrays_are_short_texts():
     rubs = dict(contact_stiffness=[*VALUES], friction_coefficient=0.5, normal_load=VALUES)
     damper = sh.Friction(tangential=[(i,) for i in range(N)], **rubs)

@@ -234,6 +234,7 @@ def test_menus_follow_the_keyboard(shown):
     assert seen.text("#motion-text").startswith("end of slip")
 
 
+@pytest.mark.slow
 def test_the_table_of_peaks_shows_their_motion(shown):
     seen, one = shown("mistuned"), dataset("mistuned")
     rows = seen.page.locator("section:has(h2:text-is('Peaks')) tbody tr")
