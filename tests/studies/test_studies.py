@@ -63,6 +63,7 @@ LONG = (
     "flutter",
     "flutter_limits",
     "identified_contacts",
+    "identified_backbone",
 )
 """Studies that are run apart, in full."""
 STUDIES = tuple(name for name in ALL if name not in LONG)

@@ -105,6 +105,11 @@ class Objective:
                 solved.append(peak_of(order, problem, given, beside))
             else:
                 predicted = None if near is None else near.predicted(number, k, x)
+                if near is None and solved and np.isfinite(given):
+                    # Motions of all amplitudes are nearly alike.
+                    before = solved[-1].state
+                    ratio = given / curve.given[k - 1]
+                    predicted = np.append(ratio * before[:-2], before[-2:])
                 solved.append(mode_of(order, problem, curve.mode, given, predicted))
         return solved
 

@@ -113,8 +113,8 @@ def measured_functions(
         Places of the model by those in the file, ``"7:x"`` for node 7 in direction x; by default
         they have the same names. With it, others are left out.
     units
-        Those of the responses, by default what labels of axes say, or else the units of the file
-        (data set 164) and the types of the functions.
+        Those of the responses, forces being in N; by default what labels of axes say, or else the
+        units of the file (data set 164) and the types of the functions.
     force_amplitude
         Amplitude [N] of the force of the test, by which frequency responses are multiplied.
     **test
@@ -203,5 +203,6 @@ def _force_unit(function: Mapping[str, Any], system: Any, said: str) -> float:
             f"path: expected frequency responses over forces in N, that at {said!r} is over "
             f"{label or f'the type {kind}'!r}"
         )
-    by_label = label or _label(function, "ordinate").endswith("/N") or system is None
-    return 1.0 if by_label else float(system["force"])
+    if system is None or label or _label(function, "ordinate").endswith("/N"):
+        return 1.0
+    return float(system["force"])
