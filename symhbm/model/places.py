@@ -378,7 +378,10 @@ def check_place(name: str, place: object) -> Any:
 
 def _texts(name: str, value: Any, n: int) -> NDArray:
     texts = np.full(n, value) if isinstance(value, str) else np.asarray(value)
-    if texts.dtype.kind not in "UO" or not all(isinstance(text, str) for text in texts.flat):
+    of_texts = texts.dtype.kind == "U" or (
+        texts.dtype.kind == "O" and all(isinstance(text, str) for text in texts.flat)
+    )
+    if not of_texts:
         raise TypeError(f"{name}={check.shown(value)}: expected text")
     if texts.shape != (n,):
         raise ValueError(f"{name}: expected {n} texts (one per DOF), got shape {texts.shape}")

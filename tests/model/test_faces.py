@@ -85,6 +85,11 @@ def test_edges_of_a_thin_part_are_no_faces_of_its_two_flanks():
     pairs = quietly(mesh, "thin", "outside")
     assert pairs.area.sum() == pytest.approx(18, rel=1e-12)
     assert sorted({*np.round(pairs.axes[:, 2, 2], 12).tolist()}) == [-1, 1]
+    # One of them is held: its share is told, and of no pair.
+    held = hexahedra.structure(mesh, held=[1])
+    with pytest.warns(UserWarning, match=r"1 nodes of left are held .* of the area is theirs"):
+        pairs = sh.contact_pairs(held, "thin", "outside")
+    assert pairs.area.sum() == pytest.approx(17.75, rel=1e-12)
     # A surface names faces themselves.
     faces = {"quad": [face for face in thin.skin["quad"] if (at[face - 1, 2] == 1).all()]}
     named = hexahedra.together(thin, low, top, sets={"out": outside}, surfaces={"flank": faces})

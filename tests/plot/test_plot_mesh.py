@@ -80,3 +80,12 @@ def test_bad_sets_say_what_is_allowed():
     )
     with pytest.raises(ValueError, match="expected a structure whose places have a mesh"):
         sh.plot.model(blade, sets=["tip"])
+
+
+def test_what_is_nearer_is_drawn_later():
+    near, _ = hexahedra.block((1, 1, 1), mapped=lambda p: p * 0.5 - [0, 3, 0])
+    far, _ = hexahedra.block((1, 1, 1), first=101)
+    [areas] = items(drawing.picture(hexahedra.structure(hexahedra.together(near, far))), "areas")
+    sizes = [np.ptp(polygon, axis=0).max() for polygon in areas.data[0]]
+    assert len(sizes) == 6
+    assert max(sizes[3:]) < min(sizes[:3])

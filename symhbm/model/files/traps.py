@@ -28,15 +28,14 @@ def completed(contents: Contents, symmetric: bool, tell: Tell) -> Contents:
     """The matrices with both triangles; ValueError for one triangle that nobody declared so."""
     matrices = {}
     for kind, matrix in contents.matrices.items():
-        halves = sp.tril(matrix, -1, "csc"), sp.triu(matrix, 1, "csc")
-        if all(half.nnz for half in halves):
-            beside = sp.csc_array(halves[0] + halves[1])
-            beside.eliminate_zeros()
-            # Rows may be in another order than where one triangle was kept: one of each pair.
-            alone = bool(beside.nnz) and not beside.multiply(beside.T).nnz
-        else:
-            beside = halves[0] if halves[0].nnz else halves[1]
-            alone = bool(beside.nnz)
+        beside = matrix - sp.diags_array(matrix.diagonal(), format="csc")
+        beside.eliminate_zeros()
+        column = np.repeat(np.arange(matrix.shape[0]), np.diff(beside.indptr))
+        above = beside.indices < column
+        # Rows may be in another order than where one triangle was kept: one entry of each pair.
+        alone = bool(beside.nnz) and (
+            above.all() or not above.any() or not beside.multiply(beside.T).nnz
+        )
         if alone and not (symmetric or contents.triangle):
             raise ValueError(
                 f"{kind}: expected the whole matrix, one triangle is there alone; symmetric=True "

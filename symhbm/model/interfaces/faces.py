@@ -15,9 +15,9 @@ def shares_of(
     """Shares of the nodes of the first side, and the area that is of all nodes together.
 
     Faces are those of a surface by its name, or those of the outside between the nodes. Of nodes on
-    both flanks of a thin part these are also its edges, which touch nothing: where faces lie on
-    faces of the second side, ``partners`` (n,) of the nodes tell it, they alone count, unless some
-    node is in none of them. None where no mesh is known, or no face.
+    both flanks of a thin part these are also its edges, which touch nothing: where the
+    ``partners`` (n,) of their nodes are of one face of the second side, faces count alone, unless
+    some node is then in none. None where no mesh is known, or no face.
     """
     mesh = places.mesh
     if mesh is None:
@@ -44,12 +44,19 @@ def shares_of(
 def _touching(
     mesh: Mesh, faces: dict[str, NDArray], beyond: dict[str, NDArray], partner: NDArray[np.int64]
 ) -> dict[str, NDArray]:
-    """Faces whose partners are the nodes of a face of the second side."""
+    """Faces the partners of whose nodes are of one face of the second side, as far as known."""
+    around: dict[int, list[set[int]]] = {}
+    for opposite in (set(face) for block in beyond.values() for face in block.tolist()):
+        for node in opposite:
+            around.setdefault(node, []).append(opposite)
     result = {}
     for kind, block in faces.items():
-        there = {tuple(face) for face in np.sort(beyond.get(kind, block[:0]), axis=1).tolist()}
-        mapped = np.sort(partner[mesh.at(block)], axis=1).tolist()
-        result[kind] = block[np.array([tuple(face) in there for face in mapped], dtype=bool)]
+        chosen = []
+        for partners in partner[mesh.at(block)].tolist():
+            known = {node for node in partners if node >= 0}
+            near = around.get(min(known, default=-1), ())
+            chosen.append(not known or any(known <= opposite for opposite in near))
+        result[kind] = block[np.array(chosen, dtype=bool)]
     return result
 
 

@@ -230,6 +230,8 @@ def _kind_of(card: Card) -> str | None:
 
 def _padded(card: Card) -> FloatArray:
     """Numbers of nodes and their coordinates, of which the last ones may be left out as 0."""
+    if all(line.rstrip(", ").count(",") == 3 for line in card.lines):
+        return card.numbers(4)
     rows = card.rows
     words = [word or "0" for row in rows for word in (row + ["0"] * 4)[:4]]
     return card._replace(lines=[",".join(words)] * bool(rows)).numbers(4)
