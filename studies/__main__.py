@@ -49,6 +49,7 @@ STUDIES = {
     "pareto_damper_mass": 45,
     "identified_contacts": 30,
     "identified_backbone": 30,
+    "identified_sector": 45,
     "damping_of_modes": 20,
     "flutter": 18,
     "flutter_limits": 11,

@@ -64,16 +64,20 @@ STUCK = 1e-4
 
 
 class Condensed(NamedTuple):
-    """A ``problem`` of the condensed ``disk`` in a ``band``, and the number of the tip in it."""
+    """A ``problem`` of the condensed ``disk`` in a ``band``, and the number of the tip in it.
+
+    ``watched`` are the names of the tip and of other places.
+    """
 
     problem: sh.HarmonicBalance
     disk: sh.Sector
     band: tuple[float, float]
     tip: int
+    watched: tuple[str, ...]
 
 
-def damper(grid: tuple[int, int, int, int] = COARSE) -> Condensed:
-    """The disk with dampers of 1 kg."""
+def damper(grid: tuple[int, int, int, int] = COARSE, also: tuple[float, ...] = ()) -> Condensed:
+    """The disk with dampers of 1 kg; the blade is watched at some radii [m], too."""
     at = np.arcsin(RADII[1] * np.tan(np.pi / 72) / PLATFORM)
 
     def platforms(sector: Any, way: str) -> list[tuple]:
@@ -92,7 +96,8 @@ def damper(grid: tuple[int, int, int, int] = COARSE) -> Condensed:
             engine_order=ORDER,
         )
 
-    return _condensed(grid, DAMPER_SPEED, {"damper": contacts}, DAMPER_BAND, DAMPER_HARMONICS)
+    given = {"damper": contacts}, DAMPER_BAND, DAMPER_HARMONICS
+    return _condensed(grid, DAMPER_SPEED, *given, also)
 
 
 def pressing(mass: float) -> float:
@@ -125,15 +130,26 @@ def shroud(grid: tuple[int, int, int, int] = COARSE) -> Condensed:
 
 
 def _condensed(
-    grid: tuple[int, int, int, int], speed: float, contacts: dict, band: tuple, harmonics: tuple
+    grid: tuple[int, int, int, int],
+    speed: float,
+    contacts: dict,
+    band: tuple,
+    harmonics: tuple,
+    also: tuple[float, ...] = (),
 ) -> Condensed:
     sector = open_sector(grid, twist=TWIST).damped(DAMPING).at(speed)
     disk = sector.disk.with_contacts(**{name: make(sector) for name, make in contacts.items()})
-    tip = f"{sector.near(RADII[2], 0.0, THICKNESS / 2)}:y"
+    tip = place_at(sector, RADII[2])
     force = sh.forces.EngineOrder(ORDER, pattern={tip: FORCE})
-    small = sh.condense(disk, force, band, harmonics, places=[tip], progress=False)
+    watched = [tip, *(place_at(sector, radius) for radius in also)]
+    small = sh.condense(disk, force, band, harmonics, places=watched, progress=False)
     at = int(np.flatnonzero(small.dofs == disk.number_of(tip))[0])
-    return Condensed(sh.HarmonicBalance(small, force, harmonics), disk, band, at)
+    return Condensed(sh.HarmonicBalance(small, force, harmonics), disk, band, at, tuple(watched))
+
+
+def place_at(sector: Any, radius: float) -> str:
+    """The place in the middle of the blade at a radius [m], across it."""
+    return f"{sector.near(radius, 0.0, THICKNESS / 2)}:y"
 
 
 def with_mass(problem: sh.HarmonicBalance, mass: float) -> sh.HarmonicBalance:

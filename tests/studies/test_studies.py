@@ -64,6 +64,7 @@ LONG = (
     "flutter_limits",
     "identified_contacts",
     "identified_backbone",
+    "identified_sector",
 )
 """Studies that are run apart, in full."""
 STUDIES = tuple(name for name in ALL if name not in LONG)
