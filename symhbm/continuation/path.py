@@ -61,6 +61,8 @@ LARGEST_STEP = 0.5
 """Longest arc length of a step: half of the response or of the parameter."""
 PREDICTION_ERROR = 0.02
 """Distance between predicted and corrected point that step control aims at."""
+_DOUBTED = 0.25
+"""Share of that distance from which on the middle of a step without a force is looked at."""
 MAX_AIMS = 5
 """Attempts to end a step at a resonance inside it; one is enough where the path is straight."""
 MAX_FULL_AIMS = 2
@@ -191,8 +193,9 @@ class Path:
         """
         if self._curve.single_valued:
             return []
-        # No force tells where a harmonic meets a mode: there a path leaves the step and comes back.
-        if error > PREDICTION_ERROR and not self._curve.driven:
+        # No force tells where a harmonic meets a mode: there a path leaves the step and comes back,
+        # or passes so close to another one that a step ends on that.
+        if error > _DOUBTED * PREDICTION_ERROR and not self._curve.driven:
             middle = Segment.of(self.corrector, base, point).corrected(0.5)
             if middle is None or not middle.error <= PREDICTION_ERROR:
                 return None

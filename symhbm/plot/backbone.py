@@ -10,13 +10,12 @@ from symhbm.plot.drawing import (
     MOST_LEGEND_ENTRIES,
     check_anything,
     one_solution,
-    parameter_axis,
     point_of,
     scale_of,
 )
 from symhbm.plot.lines import MARK, curved
 from symhbm.plot.looks import Named, compared
-from symhbm.plot.picture import Panel, Picture
+from symhbm.plot.picture import Axis, Panel, Picture
 from symhbm.plot.places import Shown, chosen
 from symhbm.results import Description, check_dataset, check_present
 from symhbm.results.reading import largest_of, motions_of
@@ -77,7 +76,8 @@ def backbone(
     check_anything(found, "amplitude")
     shown, where = scale_of(scale, unit, found), chosen(dataset, place)
     words = where.words if harmonic is None else f"harmonic {harmonic}, {where.words}"
-    panel = Panel(parameter_axis(dataset, "frequency"), shown.axis(words))
+    across = Axis("frequency $f$ [Hz]")  # of modes and of responses, in whose axes this is drawn
+    panel = Panel(across, shown.axis(words))
     amplitude = shown_amplitude(found, where)
     order = *(dim for dim in amplitude.dims if dim != along), along
     frequency = found["frequency"].broadcast_like(amplitude)

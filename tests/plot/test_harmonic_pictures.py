@@ -123,6 +123,7 @@ def test_the_backbone_of_a_hardening_spring_is_where_resonances_are():
     stiffness, cubic = 1.0, float(np.max(problem.model.cubic_stiffness))
     modes = sh.nonlinear_modes(problem, band=(0.1, 4.0), progress=False)
     [ax] = sh.plot.backbone(modes, scale="linear").axes
+    assert ax.get_xlabel() == "frequency $f$ [Hz]"  # over responses, too
     frequency, amplitude = ax.lines[0].get_data()
     expected = np.sqrt(stiffness + 0.75 * cubic * np.asarray(amplitude) ** 2) / (2 * np.pi)
     np.testing.assert_allclose(frequency, expected, rtol=2e-3)

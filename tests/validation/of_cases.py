@@ -24,8 +24,7 @@ WORDS: dict[str, tuple[Case, str]] = {
     ),
     "nlvib04_nnm_two_masses": (
         oscillators.two_modes,
-        "Below the internal resonances of the mode in phase, where the path goes to other "
-        "harmonics at amplitudes beyond 1 and says so.",
+        "Both modes over all amplitudes of the reference.",
     ),
     "nlvib07_mixed_chain": (
         oscillators.chain,
@@ -46,12 +45,12 @@ WORDS: dict[str, tuple[Case, str]] = {
     ),
     "nlvib09_beam_cubic_nnm": (
         beams.tip_spring,
-        "At 186 rad/s five times the frequency is the second natural frequency: with harmonic 5 "
-        "the mode turns there to the second one, and the path follows it. Programs that step "
-        "over it go on; beyond it we compare the mode without that harmonic. Printed 259.86 "
-        "rad/s, 259.90 here with harmonics 1 and 3, 259.93 of the independent balance with 1, 3 "
-        "and 5: the print is off by 3e-4. Its element integrals, not exact, are off by 5e-5 in "
-        "the linear frequency.",
+        "At 187 rad/s five times the frequency is that of the second mode: the amplitude turns "
+        "back there, and comes to zero while that mode moves alone. The path goes on beyond zero, "
+        "and reaches the other side of the resonance, where the independent balance agrees to "
+        "1e-11; programs that step over it go on at once. Printed 259.862 rad/s, 259.929 here: "
+        "the print is off by 3e-4. Its element integrals, not exact, are off by 5e-5 in the "
+        "linear frequency.",
     ),
     "tmdsimpy_duffing3_evaluation": (
         oscillators.evaluation,

@@ -116,7 +116,7 @@ def two_modes(name: str, quick: bool) -> list[Comparison]:
     told, rows = CASES[name]["independent"], []
     given = problem(name, range(1, 10, 2))
     for mode in (1, 2):
-        amplitude, omega, other, third = np.array(told[f"mode_{mode}"])[: 4 if mode == 1 else 7].T
+        amplitude, omega, other, third = np.array(told[f"mode_{mode}"]).T
         found = sh.nonlinear_modes(
             given, band=(1e-2, amplitude[-1]), at=amplitude, mode=mode - 1, progress=False
         ).isel(solution=0)

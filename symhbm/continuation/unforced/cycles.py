@@ -14,12 +14,10 @@ from symhbm.continuation.newton import NewtonResult, newton
 from symhbm.continuation.point import Event, EventKind, PathPoint, switched
 from symhbm.continuation.segment import PathState, Segment
 from symhbm.continuation.status import Status
-from symhbm.continuation.unforced.nonlinear_mode import NonlinearModeProblem
+from symhbm.continuation.unforced.nonlinear_mode import NO_DAMPING, NonlinearModeProblem
 from symhbm.continuation.unforced.problem import LimitCycleProblem
 from symhbm.numerics import FloatArray, on_one_thread
 
-_NO_DAMPING = 1e-11
-"""Damping ratio that is 0 but for round-off."""
 _ROUND_OFF = 1e-9
 """Share of the largest value of a parameter by which two values are the same."""
 _SAME = 1e-6
@@ -105,7 +103,7 @@ def cycles_of_mode(branch: Branch) -> list[FloatArray]:
     assert isinstance(curve, NonlinearModeProblem)
     place, cycles = curve.damping_place, []
     ratios = [float(point.state[place]) for point in points]
-    damped = [i for i, ratio in enumerate(ratios) if abs(ratio) > _NO_DAMPING]
+    damped = [i for i, ratio in enumerate(ratios) if abs(ratio) > NO_DAMPING]
     for i, j in pairwise(damped):
         if ratios[i] * ratios[j] > 0 or j > i + 2:
             continue

@@ -18,6 +18,7 @@ from symhbm.continuation.segment import Segment
 from symhbm.continuation.status import Status
 from symhbm.continuation.unforced.linear_modes import LinearMode, mode_start
 from symhbm.continuation.unforced.nonlinear_mode import (
+    NO_DAMPING,
     ModeOverParameterProblem,
     NonlinearModeProblem,
 )
@@ -29,6 +30,10 @@ _NEAR = 1.5
 """Last frequency of a path, over that lowest one, from which on it ended for another reason."""
 _STRAIGHT = 2e-3
 """Error of lines between points, relative to the frequency and to the largest damping ratio."""
+_MOST_PASSES = 4
+"""How often a branch goes on beyond a motion in which its amplitude is zero."""
+_SMALL = 0.1
+"""Change of a motion, relative, over a small amplitude that becomes negative."""
 _SHARES = np.array([0.25, 0.5, 0.75])
 _CONSTANT = 1e-6
 """Slope of a damping ratio by the arc length that errors of tangents explain."""
@@ -42,13 +47,40 @@ def follow_mode(
 
     It starts from the ``linear`` mode, at smaller amplitudes if need be. Where the damping ratio
     has a maximum or a minimum is a point, an event of its own kind. Straight lines between points
-    tell frequencies and damping ratios.
+    tell frequencies and damping ratios. Where a harmonic resonates with another mode, the amplitude
+    may come back to the smallest one while that mode moves: the branch goes on beyond zero.
     """
     curve.lowest = _LOWEST * linear.frequency
     start = partial(mode_start, curve, linear)
     branch = _followed(curve, lambda value: start(10.0**value), band, max_points)
-    turned = branch.status == Status.TURNED_BACK
-    return replace(branch, status=Status.MODE_TURNED_BACK) if turned else branch
+    for _ in range(_MOST_PASSES):
+        if branch.status != Status.TURNED_BACK:
+            return branch
+        beyond = _beyond_zero(curve, branch.points[-1])
+        if beyond is None:
+            break
+        more = _followed(curve, lambda _, at=beyond: at, band, max_points - len(branch.points))
+        more.corrector.solves += branch.corrector.solves
+        points, rejected = branch.points + more.points, branch.rejected + more.rejected
+        branch = replace(more, points=points, rejected=rejected)
+    return replace(branch, status=Status.MODE_TURNED_BACK)
+
+
+def _beyond_zero(curve: NonlinearModeProblem, last: PathPoint) -> NewtonResult | None:
+    """The motion beyond one in which the degree of freedom that tells the amplitude rests.
+
+    It has the amplitude of the ``last`` point with the opposite sign, which a delay by half a
+    period makes positive. None where all comes to rest, and where the delay makes it the same.
+    """
+    size, basis = curve.problem.n_unknowns, curve.problem.basis
+    guess = last.unknowns - 2 / np.log(10.0) * last.before[:-1] / last.before[-1]
+    guess[:size] *= np.tile((-1.0) ** basis.order, curve.problem.n_dof)
+    found = newton(partial(curve.evaluate, value=last.value), guess)
+    moved, off = (
+        np.linalg.norm((found.unknowns - known)[:size]) for known in (last.unknowns, guess)
+    )
+    allowed = _SMALL * np.linalg.norm(last.unknowns[:size])
+    return found if found.converged and off < allowed < moved else None
 
 
 @on_one_thread
@@ -131,7 +163,7 @@ def _filled(corrector: Corrector, points: list[PathPoint]) -> list[PathPoint]:
     curve = corrector.curve
     assert isinstance(curve, NonlinearModeProblem)
     places = [curve.problem.n_unknowns, curve.damping_place]
-    damping = max((abs(point.state[places[1]]) for point in points), default=0.0)
+    damping = max([NO_DAMPING, *(abs(point.state[places[1]]) for point in points)])
 
     def middle(left: PathPoint, right: PathPoint) -> PathPoint | None:
         segment = Segment.of(corrector, left, right)

@@ -19,6 +19,9 @@ from symhbm.continuation.unforced.problem import (
 )
 from symhbm.numerics import FloatArray
 
+NO_DAMPING = 1e-11
+"""Damping ratio that is 0 but for round-off."""
+
 
 class NonlinearModeProblem(UnforcedProblem):
     """A nonlinear mode over the common logarithm of its amplitude [m].
