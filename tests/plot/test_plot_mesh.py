@@ -59,7 +59,7 @@ def test_sets_contacts_and_forces_are_drawn():
     labels = [item.label for item in picture.panels[0].items if item.label]
     assert labels[0].startswith("tip, ")
     assert "contacts, 1" in labels
-    assert len(items(picture, "arrow")) == 4  # three axes, one force
+    assert len(items(picture, "arrow")) == 3  # the axes
     assert picture.panels[0].x.label == (
         "force of engine order 2 on 2 degrees of freedom, $f_0$ = 1 N"
     )

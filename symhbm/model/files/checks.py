@@ -4,7 +4,6 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -35,16 +34,8 @@ _FITS = 1e-2
 """Share of the motion of a side that a wave leaves, from which on it is no such wave."""
 
 
-class Account(NamedTuple):
-    """Lines of what was found, and those of them that are doubts."""
-
-    lines: list[str]
-    doubts: list[str]
-
-    def doubt(self, line: str) -> None:
-        """Say what should be looked at."""
-        self.lines.append(f"LOOK: {line}")
-        self.doubts.append(line)
+LOOK = "LOOK: "
+"""Beginning of a line of an account that is a doubt."""
 
 
 def found_units(program: Program | None) -> str | None:
@@ -64,12 +55,10 @@ def _is_metal(material: dict[str, float], units: Units) -> bool:
 
 def accounted(model: Model, notes: Iterable[str]) -> tuple[Model, list[str]]:
     """The model with its sides as sets and an account of it all, and doubts."""
-    places, account = model.places, Account([], [])
+    places, account = model.places, list[str]()
     mesh, program = places.mesh, places.program
-    account.lines.append(
-        f"{program.name}: {len(mesh.node)} nodes, {model.n_dof} degrees of freedom"
-    )
-    account.lines.extend(notes)
+    account.append(f"{program.name}: {len(mesh.node)} nodes, {model.n_dof} degrees of freedom")
+    account += notes
     _weigh(model, places, account)
     _measure(mesh, program, account)
     sides = _sides(mesh, program, account)
@@ -79,45 +68,46 @@ def accounted(model: Model, notes: Iterable[str]) -> tuple[Model, list[str]]:
     for name, nodes in mesh.names.items():
         here = np.isin(nodes, places.nodes).sum()
         if not len(nodes):
-            account.doubt(f"set {name} is empty")
+            account.append(f"{LOOK}set {name} is empty")
         elif here < len(nodes):
-            account.lines.append(f"set {name}: {here} of {len(nodes)} nodes are free")
+            account.append(f"set {name}: {here} of {len(nodes)} nodes are free")
     if program.modes is not None:
         modes = _compare(model, sides, program.modes, account)
         program = replace(program, modes=modes._replace(shape=None))
-    program = replace(program, account=tuple(account.lines))
-    return model._copy(places=replace(places, mesh=mesh, program=program)), account.doubts
+    program = replace(program, account=tuple(account))
+    doubts = [line.removeprefix(LOOK) for line in account if line.startswith(LOOK)]
+    return model._copy(places=replace(places, mesh=mesh, program=program)), doubts
 
 
-def _measure(mesh: Mesh, program: Program, account: Account) -> None:
+def _measure(mesh: Mesh, program: Program, account: list[str]) -> None:
     """Doubt sizes and materials that no machine has."""
     size = np.abs(mesh.coordinates).max()
     if not _SIZES[0] < size < _SIZES[1]:
-        account.doubt(f"the mesh reaches {size:.3g} m from 0, are units= right?")
+        account.append(f"{LOOK}the mesh reaches {size:.3g} m from 0, are units= right?")
     materials = program.materials or {}
     if len({tuple(m.get(share, 0.0) for share in SHARES) for m in materials.values()}) > 1:
-        account.doubt("materials damp differently, no damping is read; damping= gives it")
+        account.append(f"{LOOK}materials damp differently, no damping is read; damping= gives it")
     for name, material in materials.items():
         if {"density", "modulus"} <= {*material}:
             text = f"{name}: density {material['density']:.5g} kg/m^3, modulus "
             text += f"{material['modulus']:.5g} N/m^2"
             if _is_metal(material, units_of("m-kg-s")):
-                account.lines.append(text)
+                account.append(text)
             else:
-                account.doubt(f"{text}, which no metal has, are units= right?")
+                account.append(f"{LOOK}{text}, which no metal has, are units= right?")
 
 
-def _weigh(model: Model, places: Places, account: Account) -> None:
+def _weigh(model: Model, places: Places, account: list[str]) -> None:
     """Mass and centre of the mesh, and its nodes' masses beside those of the mass matrix."""
     mesh, program = places.mesh, places.program
     along = np.flatnonzero(places.direction == "x")
     rows = model.mass_matrix[along][:, along].sum(axis=1)
     if program.mass is None:
-        account.lines.append(f"mass of the free nodes {rows.sum():.6g} kg")
+        account.append(f"mass of the free nodes {rows.sum():.6g} kg")
         return
     whole = program.mass.sum()
     centre = ", ".join(f"{x:.6g}" for x in program.moment.sum(axis=0) / whole)
-    account.lines.append(f"mass {whole:.6g} kg, centre at {centre} m")
+    account.append(f"mass {whole:.6g} kg, centre at {centre} m")
     # Beside supports a row lacks what the matrix has no column for.
     apart = np.zeros(0, dtype=np.int64)
     for block in mesh.elements.values():
@@ -128,66 +118,55 @@ def _weigh(model: Model, places: Places, account: Account) -> None:
     off = np.where(inner, np.abs(rows - expected), 0.0)
     if off.max(initial=0.0) > _HEAVIER * np.abs(expected).max():
         j = int(off.argmax())
-        account.doubt(
-            f"the mass matrix is of another mesh or density: node {places.node[along][j]} has "
-            f"{rows[j]:.6g} kg, elements give it {expected[j]:.6g} kg"
+        account.append(
+            f"{LOOK}the mass matrix is of another mesh or density: node {places.node[along][j]} "
+            f"has {rows[j]:.6g} kg, elements give it {expected[j]:.6g} kg"
         )
 
 
-def _sides(mesh: Mesh, program: Program, account: Account) -> Sides | None:
+def _sides(mesh: Mesh, program: Program, account: list[str]) -> Sides | None:
     """The sides of a sector by their names, or by geometry."""
     found = find_sides(mesh, program.axis, program.n_sectors)
-    if found is None and program.axis is not None:
-        other = find_sides(mesh)
-        if other is not None:
-            account.doubt(
-                f"no sides about {program.axis} with {program.n_sectors or 'any number of'} "
-                f"sectors, but {len(other.left)} pairs about {other.axis} with {other.n_sectors}"
-            )
     known = {name.lower(): name for name in mesh.names}
     named = program.sides or [known[side] for side in ("left", "right") if side in known]
-    axis, n_sectors = program.axis, program.n_sectors
-    if found is not None:
-        axis, n_sectors = found.axis, found.n_sectors
+    axis, n_sectors = found[:2] if found else (program.axis, program.n_sectors)
     if len(named) == 2 and axis is not None and n_sectors is not None:
         nodes = [mesh.names[name] for name in named]
         ahead = twins(mesh, axis, n_sectors, *nodes)
         back = twins(mesh, axis, n_sectors, *nodes[::-1])
         best, names = (ahead, named) if len(ahead.left) >= len(back.left) else (back, named[::-1])
         if program.sides is None and best is back:
-            account.doubt(
-                f"sides are exchanged: {named[1]} should be {named[0]} turned by "
+            account.append(
+                f"{LOOK}sides are exchanged: {named[1]} should be {named[0]} turned by "
                 f"{360 / n_sectors:g} degrees about {axis}, it is turned back"
             )
         if len(best.left) < max(map(len, nodes)):
-            account.doubt(
-                f"sides {named[0]} and {named[1]} do not match: {len(best.left)} of "
+            account.append(
+                f"{LOOK}sides {named[0]} and {named[1]} do not match: {len(best.left)} of "
                 f"{' and '.join(str(len(each)) for each in nodes)} nodes are "
                 f"{360 / n_sectors:g} degrees about {axis} apart"
             )
-        account.lines.append(f"left is {names[0]}, right is {names[1]}")
+        account.append(f"left is {names[0]}, right is {names[1]}")
         if found is not None and (more := np.setdiff1d(found.left, best.left)).size:
             where = "touch the next sector and are not in it: supports, contacts, or a crack"
-            account.lines.append(f"{more.size} nodes beside {names[0]} {where}")
+            account.append(f"{more.size} nodes beside {names[0]} {where}")
         found = best
     elif found is not None:
-        account.lines.append(
-            "left and right are all nodes that touch the next sector, contacts too"
-        )
+        account.append("left and right are all nodes that touch the next sector, contacts too")
     if found is None or len(found.left) == 0:
-        account.lines.append("no sector of a disk: no two sides found")
+        account.append("no sector of a disk: no two sides found")
         return None
-    account.lines.append(
+    account.append(
         f"sector of {found.n_sectors}, {360 / found.n_sectors:g} degrees about {found.axis}: "
         f"{len(found.left)} pairs of nodes, {found.gap:.2g} m apart at most"
     )
     return found
 
 
-def _compare(model: Model, sides: Sides | None, modes: Modes, account: Account) -> Modes:
+def _compare(model: Model, sides: Sides | None, modes: Modes, account: list[str]) -> Modes:
     """Modes of the program in these matrices, and in the sense of nodal diameters here."""
     if modes.shape is None:
-        account.lines.append(f"{len(modes.frequency)} frequencies of the program are not compared")
+        account.append(f"{len(modes.frequency)} frequencies of the program are not compared")
         return modes
     places = model.places
     mesh = places.mesh
@@ -206,17 +185,17 @@ def _compare(model: Model, sides: Sides | None, modes: Modes, account: Account) 
         text = "modes" if wave is None else f"{wave} nodal diameters"
         own = ", ".join(f"{f:.7g}" for f in modes.frequency[chosen][:3])
         same = f"its shapes have the same here to {off[chosen].max():.0e}"
-        account.lines.append(f"{text}: {own} Hz by the program, {same}")
+        account.append(f"{text}: {own} Hz by the program, {same}")
     if off.max() > _SAME:
         j = int(off.argmax())
-        account.doubt(
-            f"the program's mode of {modes.frequency[j]:.6g} Hz has {frequency[j]:.6g} Hz in these "
-            "matrices: another speed, mesh, material or support"
+        account.append(
+            f"{LOOK}the program's mode of {modes.frequency[j]:.6g} Hz has {frequency[j]:.6g} Hz "
+            "in these matrices: another speed, mesh, material or support"
         )
     return modes
 
 
-def _signed(mesh: Mesh, sides: Sides, modes: Modes, account: Account) -> NDArray[np.int64]:
+def _signed(mesh: Mesh, sides: Sides, modes: Modes, account: list[str]) -> NDArray[np.int64]:
     """Nodal diameters in the sense here, by how the right side of each mode lags its left one."""
     turned = turn_about(sides.axis, 2 * np.pi / sides.n_sectors)
     left = modes.shape[:, mesh.at(sides.left)] @ turned.T
@@ -232,18 +211,18 @@ def _signed(mesh: Mesh, sides: Sides, modes: Modes, account: Account) -> NDArray
     astray = np.minimum(same, other) > _FITS
     if astray.any():
         j = int(astray.argmax())
-        account.doubt(
-            f"the program's mode of {modes.frequency[j]:.6g} Hz is no wave of {waves[j]} nodal "
-            f"diameters, of neither sense ({min(same[j], other[j]):.1%} of the side is left)"
+        account.append(
+            f"{LOOK}the program's mode of {modes.frequency[j]:.6g} Hz is no wave of {waves[j]} "
+            f"nodal diameters, of neither sense ({min(same[j], other[j]):.1%} of the side is left)"
         )
     turning = (2 * waves) % sides.n_sectors != 0
     back = turning & (other < same)
     if back.any():
         which = "all" if back[turning].all() else f"{back.sum()} of {turning.sum()}"
-        account.doubt(
-            f"nodal diameters of {which} modes of the program are of the other sense: its n is -n "
-            "here, for engine orders and for symhbm.Sector"
+        account.append(
+            f"{LOOK}nodal diameters of {which} modes of the program are of the other sense: its n "
+            "is -n here, for engine orders and for symhbm.Sector"
         )
     elif turning.any():
-        account.lines.append("nodal diameters of the program are of the sense here")
+        account.append("nodal diameters of the program are of the sense here")
     return np.where(back, -waves, waves)

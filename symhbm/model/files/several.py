@@ -12,7 +12,7 @@ from symhbm.model.damping import RayleighDamping, StructuralDamping
 from symhbm.model.files.checks import SHARES
 from symhbm.model.files.contents import Contents
 from symhbm.model.matrices import Model
-from symhbm.model.mesh import Mesh
+from symhbm.model.mesh import Mesh, Program
 
 _SAME = 1e-9
 """Distance of a node from where another job has it, over the size of the mesh, that is none."""
@@ -29,6 +29,10 @@ def joined(paths: Sequence[Path], parts: Sequence[Contents]) -> list[Contents]:
             f"path: expected matrices, {', '.join(map(str, paths))} wrote none; docs/guide/export "
             "tells how"
         )
+
+    def same_speed(one: Program, other: Program) -> bool:
+        return bool(np.isclose(one.speed or 0.0, other.speed or 0.0, rtol=_SAME, atol=0))
+
     result = []
     for path, contents in with_matrices:
         mesh, program, notes = contents.mesh, contents.program, contents.notes
@@ -41,9 +45,9 @@ def joined(paths: Sequence[Path], parts: Sequence[Contents]) -> list[Contents]:
             mesh = replace(mesh, surfaces={**other.mesh.surfaces, **mesh.surfaces})
             names = "axis", "n_sectors", "sides"
             more = {n: getattr(told, n) for n in names if getattr(program, n) is None}
-            if told.modes is not None and program.modes is None and _speeds(program, told):
+            if told.modes is not None and program.modes is None and same_speed(program, told):
                 more["modes"] = told.modes
-            alone = not any(_speeds(each.program, told) for _, each in with_matrices)
+            alone = not any(same_speed(each.program, told) for _, each in with_matrices)
             if told.modes is not None and alone:
                 notes += (f"modes of {other_path.name} are at another speed, not compared",)
             program = replace(program, **more)
@@ -51,11 +55,6 @@ def joined(paths: Sequence[Path], parts: Sequence[Contents]) -> list[Contents]:
                 notes += tuple(f"{other_path.name}: {note}" for note in other.notes)
         result.append(contents._replace(mesh=mesh, program=program, notes=notes))
     return sorted(result, key=lambda each: each.program.speed or 0.0)
-
-
-def _speeds(one, other) -> bool:
-    """Whether two jobs are at the same speed."""
-    return bool(np.isclose(one.speed or 0.0, other.speed or 0.0, rtol=_SAME, atol=0))
 
 
 def _check_same(path: Path, mesh: Mesh, other_path: Path, other: Mesh) -> None:

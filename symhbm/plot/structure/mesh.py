@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.model import Places, Structure
+from symhbm.model import Structure
 from symhbm.model.mesh import Mesh, element
 from symhbm.numerics import FloatArray, check
 from symhbm.plot.picture import Axis, Panel, Picture
@@ -18,18 +18,12 @@ _COLOURS = "#d55e00", "#0072b2", "#00795a", "#7b3294", "#b8860b", "#8c1c4a", "#4
 _USUAL = "left", "right"
 _MOST_EDGES = 20_000
 """Faces from which on their edges are left out."""
-_MOST_ARROWS = 100
-"""Arrows of a force that are drawn."""
 _SHADE = 0.35
 """Darkest side of a face over its colour."""
 
 
-def mesh_picture(
-    model: Structure, sets: Sequence[str] | None, force: FloatArray | None, words: str
-) -> Picture:
-    """The mesh of a structure whose places have one.
-
-    ``force`` (n_dof,) is the size of one on each degree of freedom, which ``words`` describe.
+def mesh_picture(model: Structure, sets: Sequence[str] | None, words: str) -> Picture:
+    """The mesh of a structure whose places have one, above ``words``.
 
     Raises TypeError for ``sets`` that are no names, KeyError for unknown ones.
     """
@@ -59,8 +53,6 @@ def mesh_picture(
             at = points @ view.T
             style: Any = dict(marker=mark, linestyle="", markersize=5, color=colour, zorder=4)
             panel.line(at[:, 0], at[:, 1], label=f"{kind}, {len(points)}", **style)
-    if force is not None and len(force) == places.n_dof:
-        _draw_force(panel, places, force, view)
     _draw_axes(panel, mesh, view, getattr(places.program, "axis", None))
     return Picture([panel], (8.6, 6.0), alone=True)
 
@@ -123,21 +115,6 @@ def _draw_faces(
         rasterized=len(areas) > _MOST_EDGES // 4,
         zorder=1,
     )
-
-
-def _draw_force(panel: Panel, places: Places, size: FloatArray, view: FloatArray) -> None:
-    """Arrows as long as the force on a node is large, on the nodes where it is largest."""
-    along = np.array([places.direction == letter for letter in "xyz"]).T * size[:, None]
-    vectors = np.zeros((len(places.nodes), 3))
-    np.add.at(vectors, np.searchsorted(places.nodes, places.node), along)
-    length = np.linalg.norm(vectors, axis=1)
-    reach = 0.2 * np.abs(places.mesh.coordinates).max() / (length.max() or 1.0)
-    for i in np.argsort(-length)[:_MOST_ARROWS].tolist():
-        if length[i]:
-            start = places.mesh.points(places.nodes[i]) @ view.T
-            end = start + reach * vectors[i] @ view.T
-            look: Any = dict(arrowstyle="-|>", color="#00795a", linewidth=1.3)
-            panel.add("arrow", start[:2].tolist(), end[:2].tolist(), shrinkA=0, shrinkB=0, **look)
 
 
 def _draw_axes(panel: Panel, mesh: Mesh, view: FloatArray, axis: str | None) -> None:

@@ -61,7 +61,8 @@ def model(
     """Draw a structure: masses, the elements between them and to the ground, contacts.
 
     One of a finite-element program, whose places have a mesh, is drawn as the outside of its
-    elements, with sets of nodes, supports, contacts, the axes, and the axis of rotation.
+    elements, with sets of nodes, supports, contacts, the axes, and the axis of rotation; a force is
+    told in words below.
 
     Up to 16 masses have symbols: zigzags are springs, pistons viscous dampers, a spring with two
     plates that are pressed together a friction damper, a spring with an arrow through it a cubic
@@ -102,8 +103,7 @@ def model(
     """
     drawn, load = _model_and_force(structure, force)
     if getattr(drawn.places, "mesh", None) is not None:
-        size, words = (None, "") if load is None else (load.size, load.text)
-        return mesh_picture(drawn, sets, size, textwrap.fill(words, _WRAP))
+        return mesh_picture(drawn, sets, textwrap.fill(load.text, _WRAP) if load else "")
     if sets is not None:
         raise ValueError(f"sets={check.shown(sets)}: expected a structure whose places have a mesh")
     parts = network(drawn)

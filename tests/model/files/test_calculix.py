@@ -115,6 +115,10 @@ def test_static_displacement_under_speed(folder, brick):
     given = np.array([motion[model.places.dofs_of(node)] for node in nodes.tolist()])
     wanted = unit * np.array([expected[node] for node in nodes.tolist()])
     assert abs(given - wanted).max() < 1e-6 * abs(wanted).max()
+    # What the program told of large displacements is near, in metres, too.
+    turning = quietly(folder / "turning").places
+    own = turning.program.displacement[turning.mesh.at(nodes)]
+    assert abs(own - wanted).max() < 0.1 * abs(wanted).max()
 
 
 def test_mass_and_centre_are_those_of_the_program(folder, brick):
