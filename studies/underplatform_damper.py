@@ -307,7 +307,7 @@ def _draw_states(ax: Axes, dataset: xr.Dataset) -> None:
 
 def _draw_responses(ax: Axes, dataset: xr.Dataset) -> None:
     shades = plt.get_cmap("viridis")(np.linspace(0, 0.88, len(SHOWN)))
-    styles = sh.plot.LINE_STYLES
+    styles = sh.plot.LINE_STYLES[: len(SHOWN)]
     for mass, color, style in zip(MASSES[list(SHOWN)], shades, styles, strict=True):
         row = dataset.sel(damper_mass=mass)
         look: Any = dict(color=color, linestyle=style, label=f"{1e3 * mass:.1f} g")
