@@ -8,6 +8,7 @@ from symhbm.plot.drawing import LINE_STYLES, MOST_LEGEND_ENTRIES, SYMBOLS, nothi
 from symhbm.plot.ensemble import blades, envelope
 from symhbm.plot.figures import FORMATS, STYLE, panels, save
 from symhbm.plot.front import pareto_front
+from symhbm.plot.measurements import next_measurements
 from symhbm.plot.phase import bode, nyquist, phase, phase_portrait, transmissibility
 from symhbm.plot.structure import model
 from symhbm.plot.unforced import flutter_limit, limit_cycles, nonlinear_modes
@@ -31,6 +32,7 @@ __all__ = [
     "interference",
     "limit_cycles",
     "model",
+    "next_measurements",
     "nonlinear_modes",
     "normal_force",
     "nothing_to_draw",

@@ -33,7 +33,7 @@ from symhbm.plot.lines import (
     mark_ends,
 )
 from symhbm.plot.looks import Named, compared
-from symhbm.plot.measured import check_measured, draw_measured, place_of
+from symhbm.plot.measurements import check_measured, draw_measured, place_of
 from symhbm.plot.picture import Panel, Picture
 from symhbm.plot.places import Chosen, Shown, chosen
 

@@ -28,7 +28,7 @@ from symhbm.plot.lines import (
     mark_events,
 )
 from symhbm.plot.looks import Look, Named, compared, pictured
-from symhbm.plot.measured import check_measured, draw_modes
+from symhbm.plot.measurements import check_measured, draw_modes
 from symhbm.plot.picture import FAMILY, Axis, Panel, Picture
 from symhbm.results import Description, check_dataset, check_present
 from symhbm.results.archive import rebuild

@@ -15,9 +15,9 @@ from tests.house.test_readme import check
 ROOT = Path(__file__).parent.parent.parent
 FOLDER = ROOT / "docs" / "notebooks"
 LONG = {"best-damper", "finite-element-sector", "mistuned-disks", "own-law"}
-LONG |= {"two-designs-of-a-shroud"}
+LONG |= {"two-designs-of-a-shroud", "identified-contacts"}
 DRAWS = re.compile(r"^sh\.plot\.|plt\.subplots\(", re.MULTILINE)
-BAR = re.compile(r"\s*|symhbm: .*|.*(?:\d+%\|| curves?/s| points?/s).*")
+BAR = re.compile(r"\s*|symhbm: .*|.*(?:\d+%\|| curves?/s| points?/s|evaluations?/s).*")
 NAMES = sorted(path.stem for path in FOLDER.glob("*.md") if path.stem != "index")
 
 

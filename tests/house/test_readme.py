@@ -39,7 +39,7 @@ def blocks_of(page: Path) -> list[Block]:
     text, blocks = page.read_text(encoding="utf-8"), list[Block]()
     for fence in FENCE.finditer(text):
         code, mark = fence["code"], fence["mark"] or ""
-        if mark.partition(":")[0] == JOBS:
+        if mark.partition(":")[0] == JOBS or fence["language"] == "text":  # what is printed
             continue
         if fence["language"] == "python":
             line = text[: fence.start("code")].count("\n") + 1
@@ -49,7 +49,9 @@ def blocks_of(page: Path) -> list[Block]:
             if commands:
                 blocks[-1].commands += commands
         else:
-            raise ValueError(f"{page.name}: expected blocks in python and sh, {fence['language']}")
+            raise ValueError(
+                f"{page.name}: expected blocks in python, sh and text, {fence['language']}"
+            )
     return blocks
 
 

@@ -40,7 +40,8 @@ def next_measurements(
     -------
     Dataset along ``candidate``, the best first: ``candidate_<parameter>`` of its test,
     ``information_gain`` (decrease of the logarithm of the volume), ``mean_square_error``, and along
-    ``unknown`` the ``expected_error``, the standard error of each once it is measured, too.
+    ``unknown`` the ``expected_error``, the standard error of each once it is measured, too, beside
+    ``estimate`` and ``standard_error`` of the fit. `symhbm.plot.next_measurements` draws it.
 
     Raises
     ------
@@ -108,7 +109,9 @@ def next_measurements(
     about = {"units": "unknown_units", "long_name": "standard error once it is measured, too"}
     dims = "candidate", "unknown"
     variables["expected_error"] = dims, np.array(table["errors"])[order], about
-    return xr.Dataset(variables, {name: fit[name] for name in ("unknown", "unknown_units")})
+    known_too = {name: fit[name] for name in ("estimate", "standard_error")}
+    named = {name: fit[name] for name in ("unknown", "unknown_units")}
+    return xr.Dataset(variables | known_too, named)
 
 
 def _volume(information: FloatArray) -> float:
