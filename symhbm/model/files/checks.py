@@ -152,7 +152,10 @@ def _sides(mesh: Mesh, program: Program, account: list[str]) -> Sides | None:
             account.append(f"{more.size} nodes beside {names[0]} {where}")
         found = best
     elif found is not None:
-        account.append("left and right are all nodes that touch the next sector, contacts too")
+        account.append(
+            f"{LOOK}nobody names the sides; left and right are all nodes that touch the next "
+            "sector, those of shrouds that rub, too"
+        )
     if found is None or len(found.left) == 0:
         account.append("no sector of a disk: no two sides found")
         return None

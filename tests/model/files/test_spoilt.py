@@ -119,6 +119,10 @@ NOT_REFUSED = {
         edited(r"^\*DENSITY\n.*\n", ""), "without \\*DENSITY or \\*SOLID SECTION"
     ),
     "sides exchanged": (SIDES, "sides are exchanged: right should be left turned by 60 degrees"),
+    "sides that nobody names": (
+        both(edited("NSET=left", "NSET=low"), edited("NSET=right", "NSET=high")),
+        "nobody names the sides; left and right are all nodes that touch the next sector",
+    ),
     "a node moved after the run": (edited(MOVED, r"\g<1>180.0\2"), "of another mesh or density"),
     "a side with a node that is elsewhere": (
         edited(r"^(NSET=right\n)?(\*NSET, NSET=right)\n\d+,", r"\2\n1,"), "do not match: 5 of 6"
