@@ -21,6 +21,8 @@ _SINGULAR = 1e-10
 _NO_PIVOT = 1e-14
 """Square of a pivot, relative to the diagonal, that is 0 but for round-off."""
 _DENSE = 500
+_DIRECTIONS = 6
+"""Parts of a mass matrix that nothing couples, at most: displacements and rotations."""
 _LARGE = 50_000
 """Size from which factors take much longer than the lowest eigenvalue to a few digits."""
 
@@ -80,11 +82,33 @@ def _is_semidefinite(scaled: Any) -> bool:
     if size <= _DENSE:
         return bool(np.linalg.eigvalsh(scaled.toarray())[0] >= -_SINGULAR * size)
     if size > _LARGE:
-        start = np.random.default_rng(0).normal(size=size)
         with suppress(ArpackNoConvergence):
-            [lowest] = eigsh(scaled, 1, which="SA", tol=1e-2, v0=start, return_eigenvectors=False)  # type: ignore
-            return bool(lowest >= -_SINGULAR * size)
+            return all(_lowest(block) >= -_SINGULAR * size for block in _different_blocks(scaled))
     return definite(scaled + _SINGULAR * size * sp.eye_array(size)) is not None
+
+
+def _lowest(matrix: Any) -> float:
+    """The lowest eigenvalue, to a few digits."""
+    start = np.random.default_rng(0).normal(size=matrix.shape[0])
+    [lowest] = eigsh(matrix, 1, which="SA", tol=1e-2, v0=start, return_eigenvectors=False)  # type: ignore
+    return float(lowest)
+
+
+def _different_blocks(matrix: Any) -> list[Any]:
+    """The parts of a matrix that nothing couples, without those equal to the first.
+
+    Masses of solids couple no two directions, and are the same along all of them.
+    """
+    from scipy.sparse.csgraph import connected_components  # slow to import
+
+    count, part = connected_components(matrix, directed=False)
+    if not 1 < count <= _DIRECTIONS:
+        return [matrix]
+    rows = (np.flatnonzero(part == k) for k in range(count))
+    first, *others = (matrix[at][:, at] for at in rows)
+    names = "indptr", "indices", "data"
+    same = [all(np.array_equal(getattr(first, n), getattr(b, n)) for n in names) for b in others]
+    return [first, *(block for block, one in zip(others, same, strict=True) if not one)]
 
 
 def positive_definite(mass: FloatArray) -> FloatArray:
