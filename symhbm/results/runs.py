@@ -33,10 +33,14 @@ class Sharing(Reporting, total=False):
     executor: Executor | None
 
 
-class Archiving(Sharing, total=False):
+class Keeping(Reporting, total=False):
     """How a verb runs whose work a file may keep, as `Run`."""
 
     archive: str | os.PathLike[str] | None
+
+
+class Archiving(Sharing, Keeping, total=False):
+    """How a verb runs whose work an executor may share and a file may keep, as `Run`."""
 
 
 class Sweeping(Following, Archiving, total=False):

@@ -7,6 +7,7 @@ import pytest
 
 import symhbm as sh
 from symhbm.design.identification.identify import objective_of
+from symhbm.design.identification.objective import Objective
 from symhbm.design.identification.observations import Rows
 from tests.design.differences import differences
 from tests.measurements import complex_responses, measured_responses
@@ -296,6 +297,33 @@ def test_an_interrupted_fit_tells_its_best_values(exact, monkeypatch):
         sh.identify(blade(normal_load=4.0), exact, "normal_load", progress=False)
     [note] = caught.value.__notes__
     assert "start={'normal_load': 3.0" in note or "start={'normal_load': 2.9999" in note
+
+
+def test_an_archive_keeps_what_an_interrupt_leaves(exact, tmp_path, monkeypatch):
+    """The same call goes on from there, opens what is finished, and refuses that of another."""
+    target, evaluated, at = tmp_path / "fit.nc", [0], Objective.at
+    relation: Any = {"normal_load": None, "contact_stiffness": lambda p: 1e4 / 3 * p["normal_load"]}
+    given: Any = dict(archive=target, profiles=False, progress=False)
+
+    def counted(self, x):
+        evaluated[0] += 1
+        if evaluated[0] == 6:
+            raise KeyboardInterrupt
+        return at(self, x)
+
+    monkeypatch.setattr(Objective, "at", counted)
+    with pytest.raises(KeyboardInterrupt) as caught:
+        sh.identify(blade(normal_load=8.0), exact, relation, **given)
+    assert "kept in" in caught.value.__notes__[0]
+    fit = sh.identify(blade(normal_load=8.0), exact, relation, **given)
+    np.testing.assert_allclose(fit.estimate, 3.0, rtol=1e-8)
+    assert [path.name for path in tmp_path.iterdir()] == ["fit.nc"]
+    first = evaluated[0]
+    again = sh.identify(blade(normal_load=8.0), exact, relation, **given)
+    assert (evaluated[0], again.estimate.item()) == (first, fit.estimate.item())
+    relation["contact_stiffness"] = lambda p: 1e4 / 4 * p["normal_load"]
+    with pytest.raises(sh.datasets.ArchiveError, match="of another one"):
+        sh.identify(blade(normal_load=8.0), exact, relation, **given)
 
 
 BAD = [

@@ -23,7 +23,8 @@ def ranked(**candidates: Any) -> xr.Dataset:
 def test_errors_are_over_the_one_parameter_that_differs():
     dataset = ranked(force_amplitude=[2.0, 8.0, 1.0], engine_order=[3, 3, 3])
     [axes] = sh.plot.next_measurements(dataset).axes
-    errors, best, known = axes.lines[:3]
+    drawn: Any = axes.lines[:3]
+    errors, best, known = drawn
     np.testing.assert_allclose(errors.get_xydata(), [[1, 0.15], [2, 0.05], [8, 0.1]])
     np.testing.assert_allclose(best.get_xydata(), [[2, 0.05]])
     np.testing.assert_allclose(known.get_xydata(), [[1, 0.5], [8, 0.5]])
@@ -34,7 +35,8 @@ def test_errors_are_over_the_one_parameter_that_differs():
 def test_of_several_parameters_they_are_over_the_rank():
     dataset = ranked(force_amplitude=[2.0, 8.0, 1.0], engine_order=[3, 2, 1])
     [axes] = sh.plot.next_measurements(dataset).axes
-    np.testing.assert_allclose(axes.lines[0].get_xdata(), [1, 2, 3])
+    line: Any = axes.lines[0]
+    np.testing.assert_allclose(line.get_xdata(), [1, 2, 3])
     assert axes.get_xlabel() == "rank"
 
 

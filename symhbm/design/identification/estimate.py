@@ -3,7 +3,8 @@
 from __future__ import annotations
 
 from collections.abc import Callable
-from dataclasses import dataclass
+from dataclasses import dataclass, replace
+from functools import partial
 from typing import Any
 
 import numpy as np
@@ -12,6 +13,7 @@ from scipy.special import chdtrc
 
 from symhbm.design.identification.objective import Objective, Point
 from symhbm.design.identification.unknowns import Unknowns
+from symhbm.design.kept import KeptDesigns
 from symhbm.numerics import FloatArray
 
 LOSSES = ("linear", "soft_l1", "huber", "cauchy", "arctan")
@@ -70,10 +72,12 @@ def descend(
     free: np.ndarray | None = None,
     tick: Callable[[], Any] = lambda: None,
     precise: bool = True,
+    keep: Callable[[FloatArray], Any] = lambda x: None,
 ) -> Descent:
     """The optimum that a start leads to; ``free`` are the variables that move, by default all.
 
-    One that is not ``precise`` is as close as sums of squares need to be compared.
+    ``keep`` takes each point on the way. One that is not ``precise`` is as close as sums of squares
+    need to be compared.
     """
     free = np.arange(len(start)) if free is None else free
     lower, upper = objective.unknowns.bounds
@@ -100,6 +104,7 @@ def descend(
     def jacobian(part: FloatArray) -> FloatArray:
         point = objective.at(whole(part))
         objective.remember(point)
+        keep(point.x)
         return point.jacobian[:, free]
 
     x, tolerance = inside, _TOLERANCE if precise else _ROUGH
@@ -212,20 +217,33 @@ def starts_of(unknowns: Unknowns, n_starts: int) -> list[FloatArray]:
 
 
 def search(
-    objective: Objective, n_starts: int, loss: str, tick: Callable[[], Any] = lambda: None
+    objective: Objective,
+    n_starts: int,
+    loss: str,
+    tick: Callable[[], Any] = lambda: None,
+    kept: KeptDesigns | None = None,
 ) -> list[Descent]:
     """Descents from the given start and from others that promise most, the best first.
 
-    No more follow one that leaves nothing to explain.
+    No more follow one that leaves nothing to explain. What is ``kept`` of a descent is where it
+    goes on.
     """
+    kept = kept or KeptDesigns("")
+
+    def from_start(start: FloatArray) -> Descent:
+        name = "-".join(start.astype(str))
+        keep = partial(kept.add, name)
+        found = descend(objective, kept.designs.get(name, start), loss, tick=tick, keep=keep)
+        return replace(found, start=start)
+
     followed = any(curve.followed for curve in objective.curves)
     starts = starts_of(objective.unknowns, (_OF_FOLLOWED if followed else _SCREENED) * n_starts)
-    descents = [descend(objective, starts[0], loss, tick=tick)]
+    descents = [from_start(starts[0])]
     if n_starts > 1 and not _explains(descents[0]):
         tick()
         others = sorted(starts[1:], key=lambda start: _misfit(objective, start))
         for start in others[: n_starts - 1]:
-            descents.append(descend(objective, start, loss, tick=tick))
+            descents.append(from_start(start))
             if _explains(descents[-1]):
                 break
     return sorted(descents, key=lambda descent: descent.value)

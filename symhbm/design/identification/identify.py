@@ -2,6 +2,7 @@
 
 from __future__ import annotations
 
+import hashlib
 import warnings
 from collections.abc import Sequence
 from dataclasses import replace
@@ -19,8 +20,9 @@ from symhbm.design.identification.objective import Objective, Point
 from symhbm.design.identification.observations import Rows
 from symhbm.design.identification.report import report, sentences_of, start_of
 from symhbm.design.identification.unknowns import Unknowns, read_unknowns
+from symhbm.design.kept import KeptDesigns
 from symhbm.numerics import FloatArray, check, on_one_thread
-from symhbm.results import runs
+from symhbm.results import parse, runs, with_provenance
 from symhbm.workers import noted, progress_bar
 
 
@@ -35,7 +37,7 @@ def identify(
     confidence: float = 0.95,
     profiles: bool = True,
     predict: bool = False,
-    **run: Unpack[runs.Reporting],
+    **run: Unpack[runs.Keeping],
 ) -> xr.Dataset:
     """Parameters of contacts and structure from measured responses, and how sure they are.
 
@@ -74,7 +76,8 @@ def identify(
     predict
         Whether each curve is also predicted from all the others: ``curve_predicted``.
     **run
-        ``throw`` (where the fit is not good) and ``progress``, as `symhbm.Run` tells.
+        ``archive``, ``throw`` (where the fit is not good) and ``progress``, as `symhbm.Run` tells.
+        A working file beside the archive has where each descent is: the same call goes on there.
 
     Returns
     -------
@@ -93,8 +96,10 @@ def identify(
     SolveError
         If no start has a response; and with ``throw`` where the fit is not good, its ``result`` is
         the dataset.
+    ArchiveError
+        If the archive, or its working file, is of another computation or cannot be written.
     KeyboardInterrupt
-        If it is interrupted; a note tells the best values so far.
+        If it is interrupted; a note tells the best values so far, or the file that has them.
 
     Warns
     -----
@@ -131,17 +136,22 @@ def identify(
         )
     check_mean(problem)
     rows = Rows.of(data)
-    running = runs.Running.of(run, runs.Reporting)
+    running = runs.Running.of(run, runs.Keeping)
     check.one_of("loss", loss, LOSSES)
     n_starts = check.integer("n_starts", n_starts, minimum=1)
     if not 0 < check.scalar("confidence", confidence) < 1:
         raise ValueError(f"confidence={confidence}: expected a probability between 0 and 1")
     profiles, predict = check.flag("profiles", profiles), check.flag("predict", predict)
     objective = objective_of(problem, rows, unknown, start)
-    with progress_bar("evaluation", running.progress) as bar, noted(objective.best_words):
-        asked = n_starts, loss, confidence, profiles, predict
-        good, result = _result(problem, objective, *asked, bar)
-    if not good:
+    asked = n_starts, loss, confidence, profiles, predict
+    kept = KeptDesigns.of(running.archive, _call_of(problem, objective, asked))
+    result = kept.complete
+    if result is None:
+        words = objective.best_words if running.archive is None else kept.kept
+        with progress_bar("evaluation", running.progress) as bar, noted(words):
+            good, result = _result(problem, objective, *asked, bar, kept)
+            result = kept.finished(result.assign_attrs(identification_good=int(good)))
+    if not result.attrs["identification_good"]:
         status = str(result["identification_status"].item())
         if running.throw:
             raise SolveError(status, result)
@@ -185,6 +195,17 @@ def _started(unknowns: Unknowns, start: Any) -> Unknowns:
     return replace(unknowns, each=tuple(each))
 
 
+def _call_of(problem: HarmonicBalance, objective: Objective, asked: Sequence[Any]) -> str:
+    """Digest of all that a fit depends on."""
+    unknowns, rows = objective.unknowns, objective.rows
+    parts = with_provenance({}, {}, problem, parse(problem, None))
+    told = [parts.attributes["problem"], unknowns.each, unknowns.text, asked]
+    entries = (parts.variables | parts.coordinates).values()
+    told += [np.asarray(entry[1]).tolist() for entry in entries]
+    told += [(name, column.tolist()) for name, column in rows.table.items()]
+    return hashlib.sha256(repr(told).encode()).hexdigest()
+
+
 @on_one_thread
 def _result(
     problem: HarmonicBalance,
@@ -195,9 +216,10 @@ def _result(
     profiles: bool,
     predict: bool,
     bar: Any,
+    kept: KeptDesigns,
 ) -> tuple[bool, xr.Dataset]:
     """Whether the fit is good, and all that is said of it."""
-    descents = search(objective, n_starts, loss, bar.update)
+    descents = search(objective, n_starts, loss, bar.update, kept)
     best = descents[0]
     if best.point is None:
         raise SolveError(f"no start has a response: {best.failed}; try other values")

@@ -139,6 +139,11 @@ class Unknowns:
         stacked = self._call("bends", x).reshape(self.n, -1, self.n).transpose(1, 0, 2)
         return {name: stacked[self._places[name]] for name in self.names}
 
+    @property
+    def text(self) -> str:
+        """All that the parameters are of the variables, functions of the user as well."""
+        return self._functions["values"].serialize()
+
     def of_sensor(self, place: str, x: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Gain, phase and delay of a sensor (3,), and derivatives (3, n) by each variable alone."""
         values, slopes, curvatures = np.array([1.0, 0, 0]), *np.zeros((2, 3, self.n))

@@ -1,6 +1,6 @@
 """What to measure next: how sure each of some candidates would make the estimates of a fit."""
 
-from typing import Unpack
+from typing import Any, Unpack
 
 import numpy as np
 import xarray as xr
@@ -76,9 +76,10 @@ def next_measurements(dataset: xr.Dataset, **common: Unpack[Look]) -> Picture:
     ends = values[order[[0, -1]]]
     labels = [str(one).replace("_", " ") for one in dataset["unknown"].values]
     for number, (text, color) in enumerate(zip(labels, shades(len(labels)), strict=True)):
-        look = dict(color=color, linestyle=LINE_STYLES[number % len(LINE_STYLES)])
-        mark = dict(marker="o", markersize=5)
-        panel.line(values[order], errors[order, number], text, **look, **mark, markerfacecolor="w")
+        look: Any = dict(color=color, linestyle=LINE_STYLES[number % len(LINE_STYLES)])
+        mark: Any = dict(marker="o", markersize=5)
+        white = look | mark | dict(markerfacecolor="white")
+        panel.line(values[order], errors[order, number], text, **white)
         panel.line(values[:1], errors[:1, number], color=color, linestyle="", **mark)
         panel.line(ends, np.full(2, known[number]), linewidth=0.6, **look)
     return Picture([panel])
