@@ -166,23 +166,25 @@ def whole_disk(
     (folder / "steady.eig").unlink()
 
 
-SPEED = 12000.0
-"""Of the small sectors [1/min]."""
+SPEED, OPERATING = 12000.0, 3000.0
+"""Of matrices and modes, and of the contact of the shroud [1/min]."""
 SMALL = dict(disk=1, neck=1, platform=1, blade=2, shroud=1, width=1, side=1, height=1)
+OVERCLOSURE = 1e-4
+"""How far the stub reaches into the arm of the unloaded shroud [m]."""
 _DISK = "disk_left", "disk", "disk_right", "neck"
 
 
 def small(folder: Path) -> None:
     """Files of the small sectors: of 12 with bricks of 8 and of 20 nodes, and of a disk of 6."""
     for quadratic, name in ((False, "hex8"), (True, "hex20")):
-        mesh, own = sector_mesh(quadratic, SMALL, 12, overclosure=5e-6), folder / name
+        mesh, own = sector_mesh(quadratic, SMALL, 12, OVERCLOSURE), folder / name
         own.mkdir(parents=True, exist_ok=True)
         mesh.write(own / "mesh.inp")
         matrices(own)
         modes(own, mesh.n_sectors)
         spinning(own, mesh, SPEED)
         linear_static(own, mesh.n_sectors, SPEED)
-        contact_static(own, mesh.n_sectors, SPEED)
+        contact_static(own, mesh.n_sectors, OPERATING)
     mesh, own = sector_mesh(False, SMALL, 6, blocks=_DISK), folder / "whole_disk"
     own.mkdir(parents=True, exist_ok=True)
     mesh.write(own / "mesh.inp")

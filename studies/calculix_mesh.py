@@ -21,7 +21,7 @@ HEIGHT = 0.03
 STAGGER = 6.0
 """Angle over height of the tip [rad/m]: faces of the shroud lean by 59 degrees."""
 YOUNG, POISSON, DENSITY = 2e11, 0.3, 7850.0
-_BLADE, _PLATFORM, _ARM, _STUB = 0.25, 0.9, 0.6, 0.7
+_BLADE, _PLATFORM, _ARM, _STUB = 0.25, 0.9, 0.86, 0.92
 """Angles over half of that of the sector: half of the blade, ends of platform, arm and stub."""
 _BLOCKS = {
     "disk_left": (0, 1, -1.0, -_BLADE),

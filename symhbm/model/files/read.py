@@ -11,10 +11,10 @@ from typing import Any
 import scipy.sparse as sp
 
 from symhbm.model.cyclic import RotatingModel
-from symhbm.model.files import abaqus, arrays, hdf5, matrix_market, nastran
+from symhbm.model.files import arrays, hdf5, matrix_market
 from symhbm.model.files.checks import accounted, found_units
 from symhbm.model.files.contents import KINDS, Contents, Reader, in_si, units_of
-from symhbm.model.files.programs import calculix
+from symhbm.model.files.programs import abaqus, ansys, calculix, nastran
 from symhbm.model.files.several import damping_of, joined, rotating
 from symhbm.model.files.table import read_places
 from symhbm.model.files.traps import completed, doubt_units, without_supports
@@ -33,11 +33,11 @@ _READERS: dict[str, Reader] = {
     ".h5": hdf5.read,
     ".hdf5": hdf5.read,
     ".nc": hdf5.read,
-    ".op4": nastran.read,
+    **dict.fromkeys((".op4", ".op2", ".bdf", ".nas"), nastran.read),
     ".inp": calculix.read,
+    **dict.fromkeys((".full", ".cdb", ".rst"), ansys.read),
 }
 _ADVICE = {
-    ".full": "read it by ansys-mapdl-reader, or write *EXPORT,...,MMF in Ansys",
     ".hb": "Harwell-Boeing; write Matrix Market instead, as *EXPORT,...,MMF of Ansys does",
 }
 _ADVICE |= dict.fromkeys((".rsa", ".rua", ".matrix", ".harwell"), _ADVICE[".hb"])
@@ -59,12 +59,13 @@ def read_structure(
     Parameters
     ----------
     path
-        One file with all matrices, ``.npz``, ``.mat`` up to version 7, ``.h5`` or Nastran ``.op4``
-        (``pip install symhbm[nastran]``). Matrices in one file each, Matrix Market or Abaqus
-        ``.mtx`` or `scipy.sparse.save_npz`, have names that end in ``_stiffness``, ``_mass`` and
-        ``_damping``, as ``sector_stiffness.mtx``, in ``_STIF2``, ``_MASS2`` and ``_DMPV2``, or are
-        ``k.mtx``, ``m.mtx`` and ``c.mtx``: one of them tells the others, ``sector.mtx`` all. Or
-        ``{"mass": path, "stiffness": path}``.
+        One file with all matrices, ``.npz``, ``.mat`` up to version 7, ``.h5``, Ansys ``.full``
+        (``pip install symhbm[ansys]``) with ``.cdb`` or ``.rst`` beside it, Nastran ``.op4`` or
+        ``.op2`` (``symhbm[nastran]``) with the bulk data beside it. Matrices in one file each,
+        Matrix Market or Abaqus ``.mtx`` or `scipy.sparse.save_npz`, have names that end in
+        ``_stiffness``, ``_mass`` and ``_damping``, as ``sector_stiffness.mtx``, in ``_STIF2``,
+        ``_MASS2`` and ``_DMPV2``, or are ``k.mtx``, ``m.mtx`` and ``c.mtx``: one of them tells the
+        others, ``sector.mtx`` all. Or ``{"mass": path, "stiffness": path}``.
         The deck of a job of CalculiX, ``.inp``, with what it wrote beside it, or a list of several
         jobs of one mesh: matrices at rest or at a speed, and natural modes that the program
         computed. An archive of `save_structure`, ``.nc`` or ``.h5``.
@@ -73,8 +74,9 @@ def read_structure(
         and K, mass, damping and stiffness, or MAA, BAA and KAA.
     places
         Table of the degrees of freedom in the order of the file: a file of comma-separated values
-        or columns by name, ``node``, ``direction``, ``x``, ``y``, ``z``, ``label``; or
-        `symhbm.Places`. Without directions a line is a node. Coordinates have the unit of length.
+        or columns by name, ``node``, ``direction``, ``x``, ``y``, ``z``, ``label``; the mesh
+        ``.msh`` of gmsh (``symhbm[gmsh]``); or `symhbm.Places`. Without directions a line is a
+        node. Coordinates have the unit of length.
     labels
         Names of nodes, ``{"tip": 1207, "root": [3, 4, 5]}``.
     units
@@ -107,7 +109,7 @@ def read_structure(
     KeyError
         For unknown names of matrices, columns and nodes.
     ImportError
-        For Nastran files without pyYeti.
+        For files of Ansys, Nastran and gmsh without the package that reads them.
 
     Examples
     --------
@@ -198,7 +200,7 @@ def _structure(
     given = given if damping is None else damping
     model = Model(of_kind["mass"], given, of_kind["stiffness"], places=known)
     if program is None or contents.program is None:
-        return model, notes
+        return model, [*contents.notes, *notes]
     model, doubts = accounted(model, [*contents.notes, *notes])
     return model, [*contents.notes, *notes, *doubts]
 

@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from symhbm.model.files.contents import told
+from symhbm.model.files.programs import gmsh
 from symhbm.model.places import DIRECTIONS, Places, check_places, node_numbers
 from symhbm.numerics import check
 
@@ -35,6 +36,8 @@ def read_places(
     if given is None:
         return known
     if isinstance(given, (str, os.PathLike)):
+        if Path(given).suffix.lower() == ".msh":
+            return gmsh.places_of(Path(given), n_dof)
         given = read_columns(given)
     elif isinstance(given, Mapping):
         given = {str(name): np.asarray(column) for name, column in given.items()}

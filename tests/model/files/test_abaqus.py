@@ -80,3 +80,47 @@ def test_all_supports(tmp_path):
     path = write(tmp_path, fixed=tuple(range(12)))
     with pytest.raises(ValueError, match="that are not fixed"):
         sh.read_structure(path)
+
+
+DECK = """*NODE
+7,0,0,0
+8,1,0,0
+9,0,1,0
+40,0,0,1
+*ELEMENT, TYPE=C3D4, ELSET=ALL
+1,7,8,9,40
+*NSET, NSET=TIP
+8,9
+*SURFACE, NAME=FLANK
+ALL, S1
+*MATERIAL, NAME=STEEL
+*DENSITY
+7850
+*ELASTIC
+2e11,.3
+*SOLID SECTION, ELSET=ALL, MATERIAL=STEEL
+"""
+
+
+def test_a_deck_beside_tells_sets_surfaces_and_materials(tmp_path):
+    path = write(tmp_path)
+    (tmp_path / "Job-1.inp").write_text(DECK)
+    with pytest.warns(UserWarning, match="3 supports of stiffness 1e36 dropped"):
+        model = sh.read_structure(path)
+    mesh = model.places.mesh
+    assert model.places.nodes_of("TIP").tolist() == [8, 9]
+    assert mesh.shares(mesh.surfaces["FLANK"]).area.sum() == pytest.approx(0.5)
+    assert model.places.program.materials["STEEL"]["density"] == 7850
+    assert model.places.program.mass.sum() == pytest.approx(7850 / 6)
+    np.testing.assert_array_equal(model.places.coordinates[model.number_of("8:y")], [1, 0, 0])
+
+
+def test_decks_of_moved_parts_and_turned_nodes_are_refused(tmp_path):
+    path = write(tmp_path)
+    for more, words in (
+        ("*INSTANCE, NAME=A, PART=B\n1.,0.,0.\n*END INSTANCE\n", "neither moved nor turned"),
+        ("*TRANSFORM, NSET=TIP\n0,1,0,1,0,0\n", "TRANSFORM turns some"),
+    ):
+        (tmp_path / "Job-1.inp").write_text(DECK + more)
+        with pytest.raises(ValueError, match=words):
+            sh.read_structure(path)

@@ -90,7 +90,6 @@ def test_matrices_that_do_not_fit(tmp_path):
 @pytest.mark.parametrize(
     ("name", "words"),
     [
-        ("file.full", "EXPORT"),
         ("job.hb", "Matrix Market"),
         ("job.rua", "Matrix Market"),
         ("job.odb", r"expected one of \.mtx"),

@@ -1,7 +1,10 @@
 """OP4 files of Nastran, where pyYeti is installed."""
 
 import sys
+import warnings
+from pathlib import Path
 
+import numpy as np
 import pytest
 import rods
 
@@ -31,4 +34,96 @@ def test_op4(tmp_path, binary, form):
     assert "\n" not in str(caught.value)
     path.write_text("no matrices")
     with pytest.raises(ValueError, match="no OP4 file"):
+        sh.read_structure(path)
+
+
+PUBLISHED = 6.129345, 6.130134, 23.63188
+"""Natural frequencies [Hz] with the boundary held, by ``inboard.out``."""
+
+
+@pytest.fixture
+def superelements():
+    package = pytest.importorskip("pyyeti")
+    folder = Path(package.__file__).parent / "tests" / "nas2cam_extseout"
+    if not folder.is_dir():
+        pytest.skip("this pyYeti comes without the files of its tests")
+    return folder
+
+
+def test_a_superelement_with_its_punched_bulk_data(superelements):
+    words = "(?s)1 grids turned to the basic system.*8 scalar points.*are units= right"
+    with pytest.warns(UserWarning, match=words):
+        model = sh.read_structure(superelements / "inboard.op4")
+    assert model.places.name(31) == "2995008:x"
+    modes = [model.number_of(f"{2995001 + k}:x") for k in range(3)]
+    stiffness = model.stiffness_matrix.toarray()[np.ix_(modes, modes)]
+    found = np.sqrt(np.linalg.eigvalsh(stiffness)) / (2 * np.pi)
+    np.testing.assert_allclose(found, PUBLISHED, rtol=2e-7)
+    # One grid has directions of its own: a translation is none of these before it is turned.
+    for way in "xyz":
+        at = [model.number_of(f"{grid}:{way}") for grid in (3, 11, 19, 27)]
+        moved = np.zeros(model.n_dof)
+        moved[at] = 1
+        stretched = abs(model.stiffness_matrix @ moved).max()
+        assert stretched < 1e-12 * abs(model.stiffness_matrix).max()
+        assert moved @ model.mass_matrix @ moved == pytest.approx(1.755052, rel=1e-6)
+
+
+BULK = """SOL 103
+SET 7 = 1 THRU 4, 9
+BEGIN BULK
+{grids}
+CHEXA          1       1       1       2       3       4       5       6
++              7       8       9      10      11      12      13      14
++             15      16      17      18      19      20
+PSOLID         1       3
+MAT1           3   2.+11              .3   7850.
+ENDDATA
+"""
+
+
+def bulk(folder, own=""):
+    """Bulk data of a cube of 20 nodes beside matrices of all its rows."""
+    op4 = pytest.importorskip("pyyeti.nastran.op4")
+    corners = [(0, 0), (1, 0), (1, 1), (0, 1)]
+    points = [(*c, 0) for c in corners] + [(*c, 1) for c in corners]
+    around = [(0, 1), (1, 2), (2, 3), (3, 0)]
+    edges = around + [(k, k + 4) for k in range(4)] + [(i + 4, j + 4) for i, j in around]
+    points += [
+        tuple((a + b) / 2 for a, b in zip(points[i], points[j], strict=True)) for i, j in edges
+    ]
+    lines = [
+        f"GRID    {k:8d}        " + "".join(f"{x:8.3f}" for x in p) + f"{own:>8}"
+        for k, p in enumerate(points, 1)
+    ]
+    (folder / "cube.bdf").write_text(BULK.format(grids="\n".join(lines)))
+    rng = np.random.default_rng(1)
+    root = rng.normal(size=(120, 120))
+    held = dict(mgg=np.eye(120), kgg=1e8 * (root @ root.T + 1e3 * np.eye(120)))
+    op4.write(str(folder / "cube.op4"), held)
+    return folder / "cube.op4"
+
+
+def test_bulk_data_tells_places_sets_and_elements(tmp_path):
+    with warnings.catch_warnings():
+        warnings.simplefilter("ignore")
+        model = sh.read_structure(bulk(tmp_path))
+    assert model.places.name(119) == "20:rz"
+    mesh = model.places.mesh
+    assert mesh.sets["SET 7"].tolist() == [1, 2, 3, 4, 9]
+    # Upright edges come before upper ones: in another order the element is folded.
+    assert mesh.elements["hexahedron20"][0, 12:].tolist() == [17, 18, 19, 20, 13, 14, 15, 16]
+    assert mesh.weighed({"hexahedron20": [1.0]})[0].sum() == pytest.approx(1)
+    materials = {"3": dict(density=7850.0, modulus=2e11, poisson=0.3)}
+    assert model.places.program.materials == materials
+
+
+def test_unknown_directions_and_other_sizes_are_refused(tmp_path):
+    path = bulk(tmp_path, own="12")
+    with pytest.raises(ValueError, match="grid 1: expected directions of the basic system"):
+        sh.read_structure(path)
+    path = bulk(tmp_path)
+    text = (tmp_path / "cube.bdf").read_text()
+    (tmp_path / "cube.bdf").write_text(text.replace("PSOLID", "GRID          21\nPSOLID"))
+    with pytest.raises(ValueError, match="120 rows of matrices, the bulk data tells 126"):
         sh.read_structure(path)

@@ -1,5 +1,5 @@
 """Files of finite-element programs, one reader for each; `Contents` is what they give."""
 
-from symhbm.model.files.programs import calculix
+from symhbm.model.files.programs import abaqus, ansys, calculix, gmsh, nastran
 
-__all__ = ["calculix"]
+__all__ = ["abaqus", "ansys", "calculix", "gmsh", "nastran"]

@@ -1,9 +1,11 @@
-"""Abaqus: text of one matrix per file, an entry per line, one triangle of it.
+"""Abaqus: text of one matrix per file, an entry per line, one triangle of it, and the deck beside.
 
 A line has a node and the number of its direction for the row, the same for the column, and the
-value. Fixed degrees of freedom have 1e36 on the diagonal of the stiffness.
+value. Fixed degrees of freedom have 1e36 on the diagonal of the stiffness. ``Job-1.inp`` beside
+``Job-1_STIF2.mtx`` tells mesh, sets, surfaces and materials.
 """
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
 
@@ -11,6 +13,8 @@ import numpy as np
 import scipy.sparse as sp
 
 from symhbm.model.files.contents import Contents, told
+from symhbm.model.files.programs.deck import Deck
+from symhbm.model.mesh import Program
 from symhbm.model.places import Places
 from symhbm.numerics import FloatArray
 
@@ -28,7 +32,35 @@ def read(files: dict[str, Path], names: Mapping[str, str]) -> Contents:
         size = (every.size, every.size)
         matrices[kind] = sp.coo_array((entries[kind][:, 4], at), shape=size).tocsc()
     direction = _DIRECTIONS[every % len(_DIRECTIONS)]
-    return Contents(matrices, Places(every // len(_DIRECTIONS), direction), triangle=True)
+    contents = Contents(matrices, Places(every // len(_DIRECTIONS), direction), triangle=True)
+    path = next(iter(files.values()))
+    deck = path.with_name(re.sub(r"_[A-Za-z]+\d*$", "", path.stem) + ".inp")
+    return _with_deck(contents, deck) if deck.is_file() else contents
+
+
+def _with_deck(contents: Contents, path: Path) -> Contents:
+    """What files hold, with mesh, sets, surfaces and materials of a deck."""
+    with told(path, "deck of Abaqus"):
+        deck = Deck(path)
+        moved = [card for card in deck.of("INSTANCE") if any(map(str.strip, card.lines))]
+        if len(deck.of("INSTANCE")) > 1 or moved:
+            raise ValueError(
+                "expected one part that is neither moved nor turned; write a deck without parts"
+            )
+        turned = deck.of("TRANSFORM")
+        if turned:
+            raise ValueError("expected directions x, y and z, *TRANSFORM turns some")
+        mesh = deck.mesh
+        mass, moment = mesh.weighed(deck.densities)
+    notes = list[str]()
+    if deck.dropped:
+        types = ", ".join(f"{count} {kind}" for kind, count in deck.dropped.items())
+        notes.append(f"no part of the mesh: {types}, which are no solids")
+    if np.isnan(mass).any():
+        notes.append("mass of elements without *DENSITY or *SOLID SECTION is not known")
+        mass = moment = None
+    program = Program("Abaqus", materials=deck.materials, mass=mass, moment=moment)
+    return contents._replace(mesh=mesh, program=program, notes=tuple(notes))
 
 
 def _entries(path: Path) -> FloatArray:

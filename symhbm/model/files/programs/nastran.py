@@ -1,0 +1,172 @@
+"""Nastran, read by pyYeti: matrices of ``.op4`` and ``.op2``, and the bulk data beside them.
+
+The job ``sector`` wrote ``sector.op4`` (``OUTPUT4``, ``EXTSEOUT``) or ``sector.op2``. Its bulk
+data, ``sector.bdf``, ``.dat``, ``.nas`` or the ``.pch`` of ``EXTSEOUT``, tells what its rows are:
+``EXTRN`` of a superelement, or else six degrees of freedom of each grid, in ascending order.
+"""
+
+from collections.abc import Mapping
+from pathlib import Path
+from typing import Any
+
+import numpy as np
+import scipy.sparse as sp
+
+from symhbm.model.files.contents import Contents, contents_of, told
+from symhbm.model.mesh import Mesh, Program
+from symhbm.model.places import DIRECTIONS, Places
+
+_BULK = ".pch", ".bdf", ".dat", ".nas"
+_HEAD = 2
+"""Numbers of an element before those of its nodes: its own and that of its property."""
+_SOLIDS = {
+    "chexa": {8: "hexahedron", 20: "hexahedron20"},
+    "cpenta": {6: "wedge", 15: "wedge15"},
+    "ctetra": {4: "tetra", 10: "tetra10"},
+}
+_ORDER = {
+    "hexahedron20": [*range(12), *range(16, 20), *range(12, 16)],
+    "wedge15": [*range(9), *range(12, 15), *range(9, 12)],
+}
+"""Nodes of elements whose upright edges Nastran has before the upper ones."""
+_RECTANGULAR = 1
+
+
+def read(files: dict[str, Path], names: Mapping[str, str]) -> Contents:
+    """The matrices of one file with its bulk data; ImportError without pyYeti."""
+    try:
+        from pyyeti.nastran import bulk, op2, op4  # type: ignore[import-not-found]
+    except ImportError:
+        raise ImportError("reading Nastran needs pyYeti: pip install symhbm[nastran]") from None
+    [path] = files.values()
+    if not path.exists():
+        raise FileNotFoundError(f"path={str(path)!r}: no such file")
+    held: dict[str, Any] = {}
+    if path.suffix.lower() == ".op4":
+        with told(path, "OP4 file"):
+            held = dict(op4.read(str(path), into="dct", sparse=True))  # type: ignore[arg-type]
+    elif path.suffix.lower() == ".op2":
+        with told(path, "OP2 file"):
+            held = dict(op2.rdmats(str(path), lower=True))
+    lower = {kind: name.lower() for kind, name in names.items()}
+    contents = contents_of(path, held, lower) if held else Contents({})
+    own = [path] if not held and path.suffix.lower() not in (".op2", ".op4") else []
+    beside = [path.with_suffix(suffix) for suffix in _BULK]
+    for deck in own or [file for file in beside if file.is_file()][:1]:
+        with told(deck, "bulk data of Nastran"):
+            return _with_bulk(contents, bulk, str(deck))
+    return contents
+
+
+def _with_bulk(contents: Contents, bulk: Any, deck: str) -> Contents:
+    """What files hold, with the mesh, the sets and the degrees of freedom of bulk data."""
+    grids, notes = bulk.rdgrids(deck), list[str]()
+    if grids is None:
+        return contents
+    systems = bulk.rdcord2cards(deck)
+    node = grids[:, 0].astype(np.int64)
+    if (grids[:, 1] != 0).any():
+        raise ValueError(
+            f"grid {node[grids[:, 1] != 0][0]} has coordinates of another system; write bulk data "
+            "in the basic one"
+        )
+    program = Program("Nastran", materials=_materials(bulk, deck))
+    matrices, places, scalar = contents.matrices, None, node[:0]
+    if matrices:
+        size = next(iter(matrices.values())).shape[0]
+        places = _places(bulk, deck, size, node)
+        scalar = np.setdiff1d(places.node, node)
+        matrices = _turned(matrices, places, grids, systems, notes)
+    if len(scalar):
+        notes.append(
+            f"{len(scalar)} scalar points, modes of a superelement, are called NUMBER:x and said "
+            "to be amid the grids"
+        )
+    amid = np.tile(grids[:, 2:5].mean(axis=0), (len(scalar), 1))
+    every, at = np.concatenate([node, scalar]), np.vstack([grids[:, 2:5], amid])
+    mesh = Mesh(every, at, _elements(bulk, deck, notes), _sets(bulk, deck, node))
+    return contents._replace(
+        matrices=matrices, places=places, mesh=mesh, program=program, notes=tuple(notes)
+    )
+
+
+def _places(bulk: Any, deck: str, size: int, node: Any) -> Places:
+    """Places of the rows."""
+    try:
+        rows = np.asarray(bulk.rdextrn(deck, expand=True), dtype=np.int64)
+    except AttributeError:  # without EXTRN
+        rows = np.column_stack([np.repeat(np.sort(node), 6), np.tile(np.arange(1, 7), len(node))])
+    if len(rows) != size:
+        raise ValueError(
+            f"{size} rows of matrices, the bulk data tells {len(rows)} degrees of freedom, of "
+            "EXTRN or six of each grid; places= tells them"
+        )
+    scalar = rows[:, 1] == 0
+    names = np.array(DIRECTIONS[:6])[np.where(scalar, 0, rows[:, 1] - 1)]
+    return Places(rows[:, 0], names)
+
+
+def _turned(
+    matrices: dict[str, Any], places: Places, grids: Any, systems: Any, notes: list[str]
+) -> dict[str, Any]:
+    """Matrices over the basic directions."""
+    node, own = grids[:, 0].astype(np.int64), grids[:, 5].astype(np.int64)
+    turn, turned = sp.lil_array(sp.eye_array(len(places.node))), 0
+    for number, system in zip(node[own != 0].tolist(), own[own != 0].tolist(), strict=True):
+        rows = places.dofs_of(number) if number in places.node else []
+        if not len(rows):
+            continue
+        known = systems.get(system)
+        if known is None or known[0, 1] != _RECTANGULAR or len(rows) % 3:
+            raise ValueError(
+                f"grid {number}: expected directions of the basic system or of a rectangular one, "
+                f"all three, they are of system {system}"
+            )
+        for first in range(0, len(rows), 3):
+            three = list(rows[first : first + 3])
+            turn[np.ix_(three, three)] = known[2:].T
+        turned += 1
+    if not turned:
+        return matrices
+    notes.append(f"directions of {turned} grids turned to the basic system")
+    return {k: sp.csc_array(turn.T @ m @ turn) for k, m in matrices.items()}
+
+
+def _elements(bulk: Any, deck: str, notes: list[str]) -> dict[str, Any]:
+    """Nodes of solids by kind, in our order."""
+    parts: dict[str, list[Any]] = {}
+    missing = 0
+    for card, kinds in _SOLIDS.items():
+        rows = bulk.rdcards(deck, card, return_var="list")
+        for row in rows or []:
+            nodes = [int(n) if n not in ("", None) else 0 for n in row[_HEAD:]]
+            corners = min(kinds)
+            kind = kinds.get(len(nodes), "")
+            if not any(nodes[corners:]):
+                kind, nodes = kinds[corners], nodes[:corners]
+            if not kind or 0 in nodes:
+                missing += 1
+                continue
+            order = _ORDER.get(kind, range(len(nodes)))
+            parts.setdefault(kind, []).append([nodes[k] for k in order])
+    if missing:
+        notes.append(f"{missing} solids with some of their midside nodes are no part of the mesh")
+    return parts
+
+
+def _sets(bulk: Any, deck: str, node: Any) -> dict[str, Any]:
+    """Sets of grids of the case control, called ``SET 7``."""
+    every = {f"SET {number}": np.array(each) for number, each in bulk.rdsets(deck).items()}
+    return {name: each[np.isin(each, node)] for name, each in every.items() if len(each)}
+
+
+def _materials(bulk: Any, deck: str) -> dict[str, dict[str, float]]:
+    """Young's modulus, Poisson's ratio and density of isotropic materials."""
+    result = {}
+    for row in bulk.rdcards(deck, "mat1", return_var="list") or []:
+        values = [float(v) if v not in ("", None) else 0.0 for v in [*row, 0, 0, 0, 0][:5]]
+        number, modulus, shear, poisson, density = values
+        if not poisson and shear:
+            poisson = modulus / (2 * shear) - 1
+        result[str(int(number))] = dict(density=density, modulus=modulus, poisson=poisson)
+    return result
