@@ -39,22 +39,36 @@ def place_of(measured: xr.Dataset | None, place: Any) -> Any:
 def draw_measured(
     panel: Panel, measured: xr.Dataset, curve: xr.Dataset, where: Chosen, scale: Any, color: Any
 ) -> None:
-    """Draw the amplitudes that were measured under the parameters of a curve, as hollow circles.
+    """Draw the amplitudes that were measured under the parameters of a curve, as hollow circles."""
+    frequency, amplitude = measured_points(measured, curve, where)
+    panel.line(frequency, scale.of(amplitude), **(_LOOK | {"color": color}))
+
+
+def measured_points(
+    measured: xr.Dataset, curve: xr.Dataset, where: Chosen
+) -> tuple[FloatArray, FloatArray]:
+    """Frequencies [Hz] and amplitudes [m] that were measured under the parameters of a curve.
 
     Of complex ones it is the magnitude; velocities and accelerations become displacements.
     """
     frequency, amplitude = amplitudes(measured)
     here = np.isin(measured["measured_place"].values, _names(measured, curve, where))
     here &= np.isfinite(amplitude) & of_test(measured, curve)
-    panel.line(frequency[here], scale.of(amplitude[here]), **(_LOOK | {"color": color}))
+    return frequency[here], amplitude[here]
 
 
 def draw_modes(panel: Panel, measured: xr.Dataset, curve: xr.Dataset, name: str, look: Any) -> None:
     """Draw measured frequencies or damping ratios of modes over their amplitudes."""
+    panel.line(*mode_points(measured, curve, name), **(_LOOK | {"color": look}))
+
+
+def mode_points(
+    measured: xr.Dataset, curve: xr.Dataset, name: str
+) -> tuple[FloatArray, FloatArray]:
+    """Amplitudes [m] of measured modes, and their ``frequency`` [Hz] or ``damping_ratio``."""
     form = {"frequency": "mode_frequency", "damping_ratio": "mode_damping"}[name]
     here = (measured["measured_form"].values == form) & of_test(measured, curve)
-    points = measured["measured_amplitude"].values[here], measured[MEASURED].values[here]
-    panel.line(*points, **(_LOOK | {"color": look}))
+    return measured["measured_amplitude"].values[here], measured[MEASURED].values[here]
 
 
 def of_test(measured: xr.Dataset, curve: xr.Dataset) -> NDArray[np.bool_]:

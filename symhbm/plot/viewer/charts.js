@@ -119,6 +119,12 @@ function curveFigure(curve, chosen) {
       }
     }
     const column = curve.columns[`${panel.name}:${place}`];
+    const measured = curve.measured && curve.measured[`${panel.name}:${place}`];
+    if (measured) add({
+      x: [...array(measured.x)], y: Array.from(array(measured.y), (v) => shownValue(v, scale)),
+      mode: "markers", name: "measured", hoverinfo: "x+y",
+      marker: { symbol: "circle-open", color: css("--mark"), size: 8, line: { width: 1.5 } },
+    });
     if (!column) return;
     const values = array(column), at = array(curve.x), hover = [];
     // A point that is marked is told by its mark.

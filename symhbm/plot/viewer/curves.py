@@ -10,6 +10,7 @@ from symhbm.numerics import FloatArray
 from symhbm.plot.curves import traced
 from symhbm.plot.drawing import decibel, moving
 from symhbm.plot.lines import located_peaks
+from symhbm.plot.measurements import check_measured, measured_points, mode_points
 from symhbm.plot.places import Chosen, chosen
 from symhbm.plot.viewer.packing import packed, plain, thinned
 from symhbm.plot.viewer.sets import Layout, Panel
@@ -87,7 +88,24 @@ def curve_of(one: xr.Dataset, layout: Layout, limits: Limits) -> dict[str, Any]:
         entry["states"] = packed(state[chosen], "i1")
     if layout.panels[0].places and layout.joined and len(value) > 1:
         entry["lines"] = _lines(one, limits)
+    measured = check_measured(one, None)
+    if measured is not None:
+        entry["measured"] = _measured(measured, one, layout, limits)
     return entry
+
+
+def _measured(
+    measured: xr.Dataset, one: xr.Dataset, layout: Layout, limits: Limits
+) -> dict[str, Any]:
+    """Points that a fit holds, by panel and place as the columns of the curve."""
+    points = {}
+    for panel in layout.panels:
+        if panel.places and layout.x == "frequency":
+            for place, where in _places(one, limits):
+                points[f"{panel.name}:{place}"] = measured_points(measured, one, where)
+        elif layout.x == "amplitude" and panel.name in ("frequency", "damping_ratio"):
+            points[f"{panel.name}:0"] = mode_points(measured, one, panel.name)
+    return {name: {"x": packed(x), "y": packed(y)} for name, (x, y) in points.items() if len(x)}
 
 
 def _rows(one: xr.Dataset, name: str, layout: Layout, places: bool = False) -> FloatArray:
@@ -165,12 +183,16 @@ def _columns(values: FloatArray, panel: Panel, dofs: Sequence[int]) -> list[tupl
     return [(0, largest), *((dof + 1, values[:, dof]) for dof in dofs)]
 
 
+def _places(one: xr.Dataset, limits: Limits) -> list[tuple[int, Chosen]]:
+    """The largest response, 0, and each place, by number: names in an archive may be anything."""
+    each = [(dof + 1, Chosen((dof,), "", every=False)) for dof in limits.dofs]
+    return [(0, chosen(one, None)), *each]
+
+
 def _lines(one: xr.Dataset, limits: Limits) -> dict[str, Any]:
     """Lines by place that follow the slopes at the points, as pictures draw them."""
     parameter, lines = moving(one), {}
-    for place in (0, *(dof + 1 for dof in limits.dofs)):
-        # By number: names in an archive may be anything.
-        where = Chosen((place - 1,), "", every=False) if place else chosen(one, None)
+    for place, where in _places(one, limits):
         line = traced(one, parameter, where).line
         if len(line.value) < 2:
             continue

@@ -218,3 +218,23 @@ def test_the_command_takes_several_archives(tmp_path):
     arguments = ["view", *map(str, paths), "--label", "one", "--label", "two"]
     assert CliRunner().invoke(main, arguments).exit_code == 0
     assert data_of(tmp_path / "0.html")["dims"][0]["labels"] == ["one", "two"]
+
+
+def test_measured_points_stand_on_the_curve_of_their_parameters(tmp_path):
+    problem = sh.HarmonicBalance(one_blade(), sh.forces.PointForce())
+    response = sh.frf(problem, (14, 20), over={"force_amplitude": [1, 2]}, progress=False)
+    data = sh.datasets.measured([15, 17], [[3e-4, 4e-4j]], units="m", force_amplitude=[[2.0]])
+    first, second = data_of(sh.view(response.assign(data.variables), tmp_path / "fit.html"))[
+        "curves"
+    ]
+    assert first["measured"] == {}
+    points = second["measured"]["amplitude:0"]
+    np.testing.assert_allclose(unpacked(points["x"]), [15, 17])
+    np.testing.assert_allclose(unpacked(points["y"]), [3e-4, 4e-4])
+    modes = sh.nonlinear_modes(problem, progress=False)
+    data = sh.datasets.measured([18.0], [0.1], units="mm", form="mode", amplitude=0.4)
+    [curve] = data_of(sh.view(modes.assign(data.variables), tmp_path / "mode.html"))["curves"]
+    for panel, value in (("frequency", 18.0), ("damping_ratio", 0.1)):
+        points = curve["measured"][f"{panel}:0"]
+        np.testing.assert_allclose(unpacked(points["x"]), 4e-4)
+        np.testing.assert_allclose(unpacked(points["y"]), value)
