@@ -66,6 +66,7 @@ def highest(law, given, band=BAND):
     return found, peak, *(found[f"peak_{of}"].values[peak] for of in ("frequency", "amplitude"))
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     "name",
     cases(

@@ -623,6 +623,7 @@ def test_several_archives_in_one_picture(archive, tmp_path):
         assert words in err
 
 
+@pytest.mark.slow
 def test_a_point_of_each_curve_in_pictures_and_tables(archive, tmp_path):
     path, output = archive("path"), tmp_path / "loops.svg"
     code, _, err = run("plot", path, "--kind", "hysteresis", "--at", "peak", "--output", output)
@@ -673,6 +674,7 @@ def test_a_reader_may_stop_reading(archive):
     assert process.returncode == 141
 
 
+@pytest.mark.slow
 def test_the_library_does_without_click():
     code = (
         "import json, sys; import symhbm;"

@@ -113,6 +113,7 @@ def test_pitchforks_are_reported_and_passed(force, coupling, band):
         np.testing.assert_allclose(solutions, alike(omega, force), rtol=1e-8)
 
 
+@pytest.mark.slow
 def test_what_branches_off_is_not_on_the_path():
     """Between the pitchforks there are motions that differ beside those that are alike."""
     force, coupling, omega = 0.3, 0.02, 1.3

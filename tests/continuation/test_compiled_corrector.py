@@ -327,6 +327,7 @@ def test_machine_code_is_looked_for_once_and_made_once(cache, monkeypatch):
     assert asked == [False, True]
 
 
+@pytest.mark.slow
 @needs_compiler
 def test_many_curves_are_machine_code_to_the_same_bits(cache, monkeypatch):
     """Decided in front of a call, told in its result, kept for other processes."""

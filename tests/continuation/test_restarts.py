@@ -103,6 +103,7 @@ def pressed_lightly():
     return sh.HarmonicBalance(model, force, (0, 1))
 
 
+@pytest.mark.slow
 def test_a_light_preload_is_passed_from_both_sides():
     problem, at = pressed_lightly(), [30.5, 31.5, 32.5, 33.0]
     curves = [sh.frf(problem, band, at, throw=True) for band in ((30, 34), (34, 30))]

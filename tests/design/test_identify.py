@@ -239,6 +239,7 @@ def test_a_wrong_model_is_told(noisy):
         sh.identify(blade(mass=1.05), noisy, "normal_load", progress=False, profiles=False)
 
 
+@pytest.mark.slow
 def test_far_points_count_little(exact):
     spoilt = exact.copy(deep=True)
     slipping = 2 * len(FREQUENCIES) + 12

@@ -205,6 +205,7 @@ class TestSensitivity:
             by_amplitude, rel=DIFFERENCES, abs=1e-9 * amplitude(best)
         )
 
+    @pytest.mark.slow
     @pytest.mark.parametrize("name", ["contact_stiffness"])
     def test_derivatives_where_two_maxima_hold(self, both, name):
         by_value, by_amplitude = resolved(name, both, CASES)
@@ -462,6 +463,7 @@ def test_beside_a_resonance_the_ends_of_bands_count(band):
     assert set(best.active_kind.values) <= {"edge"}
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("band", [(10.0, 17.0), (22.0, 30.0)])
 def test_nothing_is_certified_of_a_band_that_holds_no_peak(band):
     """All loads that stick are alike below the resonances; the end holds the load above them."""

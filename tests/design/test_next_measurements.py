@@ -31,6 +31,7 @@ def candidates(levels):
     )
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("criterion", quick_first(["D", "A"], 1))
 def test_expected_errors_are_those_of_a_fit_with_the_measurements(criterion):
     problem, data, fit = fitted()

@@ -288,6 +288,7 @@ class TestEach:
         assert each.design_amplitude.item() == expected
         assert each.active_multiplier.values == pytest.approx(np.ones(3) / 3, abs=1e-6)
 
+    @pytest.mark.slow
     def test_a_pattern_is_solved_by_sectors(self):
         problem = ring(6, 1e5, 2)
         optimum = design(problem, bounds=NEAR, frequency_band=SMALL, vary=[0, 1])

@@ -537,6 +537,7 @@ def test_no_contact_mistuning_exceeds_the_bound(
     assert factor.max() <= (1 + np.sqrt(n_blades)) / 2 * (1 + 1e-9)
 
 
+@pytest.mark.slow
 def test_one_solution_at_each_value_is_no_choice():
     stop = sh.Gap(normal=[(0,), (1,)], normal_stiffness=1e3, gap=1e-3)
     pair = sh.Model(np.eye(2), np.eye(2), [[1.1e4, -1e3], [-1e3, 1.1e4]], contacts={"stop": stop})

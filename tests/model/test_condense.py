@@ -229,6 +229,7 @@ def test_what_is_largest_is_told_to_be_of_what_is_kept(pair, tmp_path):
     assert "kept" not in whole.peak_amplitude.attrs["long_name"]
 
 
+@pytest.mark.slow
 def test_problems_pickle_and_archives_tell_structures_apart(pair, tmp_path):
     problem = pair[1]
     path = tmp_path / "condensed.nc"

@@ -78,6 +78,7 @@ def blade(n_length, n_width, n_thick, thickness, force=10.0):
     return model, sh.forces.PointForce(tip, amplitude=force), tip, float(first)
 
 
+@pytest.mark.slow
 @needs_long
 def test_a_thin_blade_of_bricks():
     """Its first mode, stuck and slipping, at frequencies over all of the resonance."""

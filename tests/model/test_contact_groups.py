@@ -157,6 +157,7 @@ def test_a_force_that_is_not_odd_needs_a_mean(harmonics):
             call()
 
 
+@pytest.mark.slow
 def test_a_force_that_is_not_odd_against_time():
     """The balance with a mean and the exact motion agree; the latter chooses its own start."""
     exact = sh.periodic_motion(one(Quadratic(), (1,), bend=3e5), 15.0)

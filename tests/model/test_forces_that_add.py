@@ -281,6 +281,7 @@ def test_sectors_that_a_static_load_leaves_alike(load, n_sectors):
 # Archives, pictures, workers
 
 
+@pytest.mark.slow
 def test_archives_keep_sums(tmp_path):
     force = (
         WAVE + sh.forces.StaticLoad({0: 20.0, 4: -3.0}) + sh.forces.PointForce(2, 0.1, harmonic=3)

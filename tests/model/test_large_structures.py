@@ -63,6 +63,7 @@ def test_a_curve_of_a_sparse_structure_takes_little():
     assert found[0].n_events > 0
 
 
+@pytest.mark.slow
 def test_what_takes_minutes_is_told_of_condense(monkeypatch):
     problem = sh.HarmonicBalance(banded(60, 2), sh.forces.PointForce(0, amplitude=10.0))
     with warnings.catch_warnings():

@@ -242,6 +242,7 @@ def test_words(law):
     assert sh.laws.PlanarFriction() != sh.laws.PlanarFriction("gap")
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("number", quick_first([34, 4], 1))
 def test_slopes_at_onsets_are_those_of_slip(number):
     """On the side where the contact slips, whatever round-off says of the margin there."""

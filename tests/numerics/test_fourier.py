@@ -56,6 +56,7 @@ def test_over_a_full_period_the_basis_is_orthonormal():
     )
 
 
+@pytest.mark.slow
 @settings(max_examples=150)
 @given(st.integers(0, 2**32 - 1), st.sampled_from([(1, 2), (1, 3, 5), (0, 1, 2, 3, 4), (1, 7, 10)]))
 def test_every_turning_point_is_found(seed, harmonics):

@@ -47,6 +47,7 @@ def test_values_of_zero_are_refused():
         curve(GOALS[0], [1.0, 1e3])
 
 
+@pytest.mark.slow
 def test_peaks_of_a_response_and_their_derivatives(tmp_path):
     """`frf` has the peak of a goal, `sensitivity` its derivative, archives the goal."""
     goal, step = sh.goals.SlipDistance("friction"), 1e-4

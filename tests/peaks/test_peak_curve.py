@@ -89,6 +89,7 @@ def test_minimum_of_a_tuned_ring():
     assert amplitudes[1] < min(amplitudes[0], amplitudes[2])
 
 
+@pytest.mark.slow
 def test_mistuned_ring():
     problem, loads = mistuned(3, 1), np.array([3.0, 3.7, 4.4, 5.0])
     exact = largest(problem, loads, (5.0, 400.0))

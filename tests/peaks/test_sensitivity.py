@@ -43,6 +43,7 @@ def nearest(dataset, frequency, dof):
     return same_dof.isel(peak=int(np.argmin(np.abs(same_dof.peak_frequency.values - frequency))))
 
 
+@pytest.mark.slow
 def test_one_blade_over_a_sweep():
     loads = [1.5, 3.0, 18.0]
     derivatives = sh.datasets.sensitivity(frf(BLADE, (15, 25), over={"normal_load": loads}))

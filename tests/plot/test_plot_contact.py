@@ -181,6 +181,7 @@ def test_line_between_stick_and_slip(grid):
     assert len(line.get_segments()) == count > 4
 
 
+@pytest.mark.slow
 def test_mean_and_least_of_the_contacts():
     loads = xr.DataArray(np.random.default_rng(2).uniform(2, 20, (3, 13)), dims=("draw", "contact"))
     ring = fig08.problem().with_parameters(engine_order=3)

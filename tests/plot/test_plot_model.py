@@ -377,6 +377,7 @@ def test_arrows_are_as_long_as_the_force_is_large():
     assert "3 degrees of freedom, harmonics 1, 3, up to 10 N (root of the sum" in words(figure)
 
 
+@pytest.mark.slow
 def test_force_of_a_problem_or_an_excitation():
     problem = sh.HarmonicBalance(ring_of_blades(13), sh.forces.PointForce(2, harmonic=3), (1, 3))
     assert len(lengths(sh.plot.model(problem))) == 1

@@ -191,6 +191,7 @@ def strips(ax):
     return list(zip(boxes, colors, strict=True))
 
 
+@pytest.mark.slow
 def test_states_change_at_the_events(band):
     (ax,) = sh.plot.states(band).axes
     found = [(box.x0, box.x1, color) for box, color in strips(ax)[3:]]
@@ -305,6 +306,7 @@ def test_histories_of_planar_friction(normal_load):
     sh.plot.normal_force(response)
 
 
+@pytest.mark.slow
 def test_planar_motions_in_time_have_the_history_of_their_balance():
     drawn = []
     for dataset in (sh.solve(planar(3.0), 18.5), sh.periodic_motion(planar(3.0), 18.5)):

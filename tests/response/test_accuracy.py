@@ -248,6 +248,7 @@ def test_sampled_friction_has_another_error():
         sh.frf(sampled, (10, 30), accuracy=1e-3)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("hertz", quick_first([18, 27], 1))
 def test_normal_forces_are_within_their_estimate(hertz):
     problem = two_way()

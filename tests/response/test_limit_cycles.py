@@ -67,6 +67,7 @@ def test_closed_form_of_one_blade(load, damping):
     np.testing.assert_allclose(2 * np.pi * found.frequency, [w for _, w in at], rtol=1e-11)
 
 
+@pytest.mark.slow
 def test_cycles_over_the_damping_meet_at_the_fold():
     found = cycles(blade(-0.5), "damping", (-30, 0), stability=True)
     assert found.status == "the end of the band was reached"

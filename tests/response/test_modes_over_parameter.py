@@ -72,6 +72,7 @@ def test_modes_of_a_ring_are_those_over_the_amplitude(parameter, values):
         np.testing.assert_allclose(found[name], other, rtol=1e-10, atol=1e-10 * largest)
 
 
+@pytest.mark.slow
 def test_modes_of_a_sector_whose_contacts_open():
     disk = with_opening(random_disk(5, cartesian=False))
     problem = sh.HarmonicBalance(disk, harmonics=(0, 1, 2))

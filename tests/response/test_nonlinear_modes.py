@@ -421,6 +421,7 @@ def test_reduced_structure_is_told_by_the_numbers_of_the_whole():
         modes(small, place=gone)
 
 
+@pytest.mark.slow
 def test_archives_of_a_reduced_sector_know_its_degree_of_freedom(tmp_path, monkeypatch):
     """They number anew what is kept; the request tells the number of the whole sector."""
     n = 6

@@ -110,6 +110,7 @@ def chain_pitchfork(guess, omega, balance):
     return best[1]
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(("force", "coupling"), quick_first([(0.3, 0.1), (0.18, 0.02)], 1))
 @pytest.mark.parametrize("band", quick_first([((0.5, 2.0),), ((2.0, 0.5),)], 1))
 def test_branches_of_a_pair(force, coupling, band):

@@ -44,6 +44,7 @@ def test_fold_of_two_masses_on_dry_friction_is_truncation():
     assert 1e-5 < difference < 3e-5
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("cubic", quick_first([0.5, -0.5], 1))
 def test_duffing_oscillator(cubic):
     problem = duffing_problem(cubic)

@@ -180,6 +180,7 @@ OTHERS = {
 }
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("finished", [False, True])
 def test_an_archive_of_another_computation_is_refused(interrupted, finished, monkeypatch):
     if finished:

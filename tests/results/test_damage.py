@@ -105,6 +105,7 @@ def test_any_damage_of_an_archive(archive, tmp_path):
     look_at_archives(archive, tmp_path, range(30))
 
 
+@pytest.mark.slow
 def test_any_damage_of_a_working_file(working, tmp_path):
     look_at_working_files(working, tmp_path, range(16))
 

@@ -129,6 +129,7 @@ def whole_ensemble():
     return sh.frf(RING, BAND, over=DRAWS, at=GRID, progress=False)
 
 
+@pytest.mark.slow
 def test_coefficients_alone_are_verified_as_far_as_possible():
     kept = sh.frf(RING, BAND, over=DRAWS, at=GRID, keep=["coefficient"], progress=False)
     result, report = verified(kept)

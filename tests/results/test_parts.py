@@ -189,6 +189,7 @@ def test_samples_are_the_same_whatever_the_parts(law, sampling, tmp_path):
     same(tmp_path / "one.nc", tmp_path / "all.nc")
 
 
+@pytest.mark.slow
 def test_an_interrupted_part_goes_on(interrupted, made, tmp_path):
     """By the same call or from its file; another part of the same sweep is refused there."""
     with pytest.raises(sh.datasets.ArchiveError, match="of another computation, different in part"):

@@ -28,7 +28,8 @@ write(Path(sys.argv[1]), {names})
 """
 
 
-@pytest.mark.parametrize("names", [FEW, pytest.param(MANY, marks=pytest.mark.slow)], ids=len)
+@pytest.mark.slow
+@pytest.mark.parametrize("names", [FEW, MANY], ids=len)
 def test_results_are_those_of_compiled_loops(names, tmp_path):
     file = tmp_path / "found.npz"
     given = os.environ | {"NUMBA_DISABLE_JIT": "1"}

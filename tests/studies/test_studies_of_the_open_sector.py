@@ -104,6 +104,7 @@ def test_landmarks_of_contacts_can_be_missed(monkeypatch):
     assert peaks[-1] < 0.3 * peaks[:-1].isel(mass=[0, -1]).min()
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("kind", mistuned.KINDS)
 def test_a_small_tuned_ring_is_its_sector(kind, monkeypatch):
     monkeypatch.setattr(mistuned, "BAND", (1500.0, 3000.0))

@@ -80,6 +80,7 @@ def test_complex_stiffness_is_that_of_the_loop(amplitude):
     assert complex_stiffness(amplitude, stiffness, limit) == pytest.approx(expected, rel=1e-9)
 
 
+@pytest.mark.slow
 def test_march_of_blades_that_move_against_each_other():
     """Two blades and two contacts between them: one blade with a contact that moves twice as much.
 

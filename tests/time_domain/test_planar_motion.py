@@ -144,6 +144,7 @@ def test_a_contact_that_is_apart_begins_without_friction():
     np.testing.assert_allclose(guessed.residual, bare.residual, rtol=0, atol=1e-9)
 
 
+@pytest.mark.slow
 def test_multipliers_of_a_balance():
     problem = problem_of(dict(pad=pressed(3.0)), harmonics=range(13))
     motion = exact_motion_of(problem, RADIANS * 24)

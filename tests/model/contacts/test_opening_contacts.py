@@ -101,6 +101,7 @@ def test_a_path_lands_on_the_onset_of_opening():
     np.testing.assert_array_equal(share > 0, beyond[away] > 0)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize(
     ("highest", "folds"), [(9, (20.47063, 23.06090)), (25, (20.47064, 23.06092))]
 )
@@ -172,6 +173,7 @@ def test_one_harmonic_opens_where_a_closed_form_says():
     np.testing.assert_allclose(np.sort(openings), np.sort(np.sqrt(square)) / 2 / np.pi, rtol=1e-10)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("given", ["normal_load", "gap"])
 def test_the_given_parameter_is_stored_and_stays(given):
     problem = problem_of(1, given=given)

@@ -94,6 +94,7 @@ def test_axes_of_the_cylinder_give_what_cartesian_ones_give():
     assert points[1].label.values.tolist() == ["tip", "tip"]
 
 
+@pytest.mark.slow
 def test_another_engine_order_and_copies():
     disk = with_friction(random_disk(6, True))
     problem = sh.HarmonicBalance(disk, wave(2, disk), HARMONICS)
