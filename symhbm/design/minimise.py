@@ -117,7 +117,7 @@ def minimise_peak(
     -------
     Dataset as that of `frf` at the optimum (`symhbm.datasets.rebuild` gives the optimal problem),
     with the values along ``variable``, the active maxima along ``active``, with multipliers that
-    sum to 1, all starts and descents, derivatives by every parameter, ``design_status`` and the
+    sum to 1, all starts and descents, derivatives by every parameter, ``status`` and the
     ``certificate``: sentences on what was computed and checked, and what was not. With an
     ``objective`` it has ``design_aim`` in place of ``design_amplitude`` [m], the peaks along
     ``named_peak``, with ``named_peak_units`` where some are of goals, and no derivatives by
@@ -139,7 +139,7 @@ def minimise_peak(
     ... )
     >>> problem = sh.HarmonicBalance(blade, sh.forces.PointForce())
     >>> best = sh.minimise_peak(problem, "normal_load", bounds=(0.1, 100), frequency_band=(5, 40))
-    >>> best.design_value.values.round(6), best.design_status.item() == sh.Status.DESIGN_OPTIMAL
+    >>> best.design_value.values.round(6), best.status.item() == sh.Status.DESIGN_OPTIMAL
     (array([3.088579]), True)
 
     A load weighs, too: 2e-5 m of the peak are as bad as 1 N.

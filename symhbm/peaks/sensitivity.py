@@ -49,7 +49,7 @@ NOT_VERIFIED = "none: what is stored could not be verified to be this peak"
 
 _PEAK = ("peak_frequency", "peak_amplitude", "peak_dof", "peak_kind")
 _NEEDED = (*_PEAK, "peak_coefficient")
-_KEPT = (*_PEAK, "n_peaks", "n_sectors", "status")
+_KEPT = (*_PEAK, "n_peaks", "n_sectors", "status", "curve_status")
 _SAME = 1e-6
 """Relative difference up to which a peak is the stored one; peaks are located to 1e-9."""
 _SLOPE = 1e-5

@@ -12,7 +12,7 @@ from symhbm.model.contacts import Parameter
 from symhbm.numerics import FloatArray, FourierBasis, check, unknowns_of
 from symhbm.plot.picture import FAMILY, Axis, Colours, Panel
 from symhbm.results import Description, check_dataset, check_present, meaning
-from symhbm.results.reading import CHOSEN, At
+from symhbm.results.reading import CHOSEN, At, curve_status
 from symhbm.results.reading import at as points_of_curves
 
 SYMBOLS = {"frequency": ("$f$", "Hz")}
@@ -55,8 +55,8 @@ def nothing_to_draw(dataset: xr.Dataset) -> ValueError:
     True
     """
     ends: Counter[str] = Counter()
-    if "status" in dataset.variables:
-        ends.update(str(end) for end in dataset["status"].values.ravel())
+    if (status := curve_status(dataset)) is not None:
+        ends.update(str(end) for end in status.values.ravel())
     reasons = "".join(f"; {count} ended with: {end}" for end, count in ends.most_common(3))
     if len(ends) > 3:
         reasons += f"; and others, {len(ends)} reasons in all"

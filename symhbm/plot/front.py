@@ -77,8 +77,8 @@ def pareto_front(dataset: xr.Dataset, **common: Unpack[Look]) -> Picture:
     if len(removed):
         look = dict(linestyle="", marker="x", color="tab:red")
         above.line(removed[:, 1], removed[:, 0], "not on the front", **look)
-    if dataset["design_status"].item() == Status.FRONT_INCOMPLETE:
-        above.entry("incomplete, design_status tells why", linestyle="")
+    if dataset["status"].item() == Status.FRONT_INCOMPLETE:
+        above.entry("incomplete, status tells why", linestyle="")
     return Picture([above, _values(dataset, order, second, names[1])], (6.4, 5.6), alone=True)
 
 

@@ -14,7 +14,7 @@ from symhbm.numerics.loops import interpolation
 from symhbm.plot.drawing import Moving, decibel, motions_of
 from symhbm.plot.picture import Panel
 from symhbm.results import Description
-from symhbm.results.reading import COMPLETE
+from symhbm.results.reading import COMPLETE, curve_status
 
 _STRAIGHT = 0.002
 """Distance [dB] of the curve from a straight line from which the line is halved."""
@@ -349,8 +349,8 @@ def draw_ends(panel: Panel, value: FloatArray, shown: FloatArray) -> None:
 
 def is_complete(curve: xr.Dataset) -> bool:
     """Whether nothing is missing of a curve, as its status says, or it has none."""
-    known = "status" in curve.variables and not curve["status"].ndim
-    return not known or str(curve["status"].values) in COMPLETE
+    status = curve_status(curve)
+    return status is None or bool(status.ndim) or str(status.values) in COMPLETE
 
 
 def beside_missing(found: np.ndarray) -> np.ndarray:

@@ -16,6 +16,7 @@ from symhbm.response.curve import Curve, continuation_problem_of
 from symhbm.response.run import reported
 from symhbm.results import Request, Sweep, check_dataset, recall, schema, tables
 from symhbm.results.archive import Spool, rebuild
+from symhbm.results.reading import curve_status, set_dimensions
 
 SEARCHED = (
     "followed: the path; both ways of every branch that crosses another one at a branch point; "
@@ -120,10 +121,9 @@ def other_branches(
 
 def _asked(response: xr.Dataset, laws: Iterable[ContactLaw]) -> tuple[HarmonicBalance, Request]:
     """The problem and the request of a response, without what is of its points alone."""
-    if "followed" not in response.attrs or "status" not in response.variables:
+    if "followed" not in response.attrs or curve_status(response) is None:
         raise TypeError("response: expected a result of frf or follow")
-    if response["status"].ndim:
-        dims = ", ".join(map(str, response["status"].dims))
+    if dims := ", ".join(set_dimensions(response)):
         raise ValueError(
             f"response: expected one parameter set, got the dimension {dims}; select one of each, "
             "as in response.isel(...)"

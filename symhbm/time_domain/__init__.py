@@ -7,7 +7,7 @@ from symhbm.time_domain.motion import exact_motion_of, free_motion
 from symhbm.time_domain.stability import (
     Growth,
     check_stability,
-    cycle_growth_rate,
+    cycle_growth,
     growth,
     verdict,
 )
@@ -26,7 +26,7 @@ __all__ = [
     "Known",
     "check_stability",
     "curved",
-    "cycle_growth_rate",
+    "cycle_growth",
     "exact_motion_of",
     "free_motion",
     "growth",

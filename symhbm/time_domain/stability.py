@@ -169,10 +169,10 @@ def _of_whole(problem: HarmonicBalance, unknowns: FloatArray, frequency: float) 
     return problem.structure.with_modes(unknowns, frequency, problem.excitation.amplitude)
 
 
-def cycle_growth_rate(
+def cycle_growth(
     problem: HarmonicBalance, frequency: float, unknowns: FloatArray, phase: FloatArray
-) -> float:
-    """Largest real part of the Floquet exponents [1/s] of a cycle, but that of a shift in time.
+) -> Growth:
+    """What becomes of small perturbations of a cycle, but of a shift in time.
 
     ``unknowns`` (n_unknowns,) [m] and ``frequency`` [rad/s] are a motion of a problem without a
     force, ``phase`` (n_unknowns,) the row that tells when its period begins. Of one sector of a
@@ -182,16 +182,17 @@ def cycle_growth_rate(
     """
     whole = problem.whole
     if not whole.model.has_matrices or whole.n_unknowns > MANY or in_plane(whole):
-        return np.nan
+        return Growth()
     try:
         found = period_map(whole, frequency, problem.layout.everywhere(unknowns).ravel())
         values = found.across()
         if whole is problem and not _agrees_on_folds(problem, frequency, unknowns, phase, values):
-            return np.nan
+            return Growth()
     except (ArithmeticError, np.linalg.LinAlgError):
-        return np.nan
+        return Growth()
     largest = max(float(np.abs(values).max(initial=0.0)), np.finfo(float).tiny)
-    return float(found.repeats * np.log(largest) * frequency / (2 * np.pi))
+    rate = float(found.repeats * np.log(largest) * frequency / (2 * np.pi))
+    return Growth(complex(rate), method=_EXACT if moving_loads(whole) else _BALANCED)
 
 
 def _agrees_on_folds(

@@ -31,4 +31,4 @@ def test_optimum_over_one_response(benchmark, case):
         once, (sh.minimise_peak, "normal_load", bounds, band), rounds=3, warmup_rounds=1
     )
     benchmark.extra_info["frequency responses"] = round(spent / response, 1)
-    assert best.design_status.item() == sh.Status.DESIGN_OPTIMAL
+    assert best.status.item() == sh.Status.DESIGN_OPTIMAL

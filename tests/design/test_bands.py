@@ -128,7 +128,7 @@ def test_no_design_of_several_harmonics_of_a_grid_is_better(which):
     problem, bounds, bands = CASES[which]
     with any_status():
         best = sh.minimise_peak(problem, [*bounds], bounds, bands, progress=False)
-    assert best.design_status.item() in (sh.Status.DESIGN_OPTIMAL, sh.Status.DESIGN_AT_BOUND)
+    assert best.status.item() in (sh.Status.DESIGN_OPTIMAL, sh.Status.DESIGN_AT_BOUND)
     lowest = lowest_of_grid(problem, bounds, bands, n=(21, 7))
     assert 20 * np.log10(best.design_amplitude.item() / lowest) < 0.01
     # Nor is the grid, which is fine around its best design, far from it.

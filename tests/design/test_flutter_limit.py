@@ -70,7 +70,7 @@ def test_closed_form_of_the_load_that_damps_most(bounds):
     load = brentq(slope_of_load, 1.0, 5.0, xtol=1e-15, rtol=1e-15)
     assert best.design_value.item() == pytest.approx(load, rel=1e-9)
     assert best.design_damping_ratio.item() == pytest.approx(of_load(load).real, rel=1e-12)
-    assert best.design_status.item() == Status.DAMPING_LARGEST
+    assert best.status.item() == Status.DAMPING_LARGEST
     assert (best.design_from == best.design_to).all()
     assert abs(best.design_slope) < 1e-9
     text = best.certificate.item()
@@ -112,11 +112,11 @@ def test_ring_is_damped_most_as_a_scan_tells(wave):
 def test_bounds_and_ranges_are_told():
     at_bound = most_damped(ALONE, "normal_load", (0.1, 2), AMPLITUDE)
     assert at_bound.design_value.item() == 2
-    assert at_bound.design_status.item() == Status.DAMPING_AT_BOUND
+    assert at_bound.status.item() == Status.DAMPING_AT_BOUND
     assert at_bound.design_slope > 0
     stuck = most_damped(ALONE, "normal_load", (7, 10), AMPLITUDE)
     assert np.isnan(stuck.design_value.item())
-    assert stuck.design_status.item() == Status.DAMPING_WITHOUT_EFFECT
+    assert stuck.status.item() == Status.DAMPING_WITHOUT_EFFECT
     assert (stuck.design_from.item(), stuck.design_to.item()) == (7, 10)
     with pytest.raises(SolveError, match="changes nothing"):
         most_damped(ALONE, "normal_load", (7, 10), AMPLITUDE, throw=True)
@@ -129,7 +129,7 @@ def test_bounds_and_ranges_are_told():
 def test_path_that_begins_where_slip_begins_is_followed_the_other_way():
     best = most_damped(PROBLEM, "friction_coefficient", (1, 0.01), AMPLITUDE)
     alike = most_damped(PROBLEM, "normal_load", (0.1, 10), AMPLITUDE)
-    assert best.design_status.item() == Status.DAMPING_LARGEST
+    assert best.status.item() == Status.DAMPING_LARGEST
     limit = best.design_value.item() * 3
     assert limit == pytest.approx(alike.design_value.item() * 0.5, rel=1e-9)
 
@@ -169,7 +169,7 @@ def test_limit_that_loads_do_not_change_is_a_range(disturbance):
     ratio, per_load = most_per_load()
     best = most_held(ALONE, "normal_load", (0.1, 10), (disturbance, 4e-4))
     assert np.isnan(best.design_value.item())
-    assert best.design_status.item() == Status.DAMPING_ON_RANGE
+    assert best.status.item() == Status.DAMPING_ON_RANGE
     assert best.design_damping_ratio.item() == pytest.approx(ratio, rel=1e-12)
     assert best.design_from.item() == pytest.approx(max(0.1, disturbance / per_load), rel=1e-9)
     assert best.design_to.item() == pytest.approx(4e-4 / per_load, rel=1e-9)
@@ -178,7 +178,7 @@ def test_limit_that_loads_do_not_change_is_a_range(disturbance):
 
 def test_limit_that_nothing_changes():
     whole = most_held(ALONE, "normal_load", (0.1, 2), (1e-6, 4e-4))
-    assert whole.design_status.item() == Status.DAMPING_WITHOUT_EFFECT
+    assert whole.status.item() == Status.DAMPING_WITHOUT_EFFECT
     assert (whole.design_from.item(), whole.design_to.item()) == (0.1, 2)
 
 
@@ -200,7 +200,7 @@ def test_second_damper_holds_most_where_both_slip_alike():
     best = most_held(problem, "normal_load[1]", (0.1, 10))
     load = best.design_value.item()
     assert load == pytest.approx(1.2, rel=1e-7)  # both let go at one amplitude
-    assert best.design_status.item() == Status.DAMPING_LARGEST
+    assert best.status.item() == Status.DAMPING_LARGEST
     assert best.variable.item() == "normal_load[1]"
     # A dense scan over loads and amplitudes.
     grid = np.geomspace(1e-5, 1e-2, 60)
@@ -268,7 +268,7 @@ def test_missing_limits_are_told():
     assert found.limit_status.values.tolist() == [Status.NO_FREQUENCY]
     assert np.isnan(found.flutter_limit).all()
     best = most_held(problem, "normal_load", (2, 5), (1e-5, 1e-2))
-    assert best.design_status.item() == Status.DAMPING_NOT_FOLLOWED
+    assert best.status.item() == Status.DAMPING_NOT_FOLLOWED
     assert best.certificate.item().splitlines()[1].startswith("Nothing was found")
     with pytest.raises(ValueError, match="nothing to draw"):
         sh.plot.flutter_limit(best)

@@ -54,7 +54,7 @@ class TestOneBlade:
             assert first == pytest.approx(second, abs=1e-9)  # both aims are equally far from it
 
     def test_all_is_told(self, front):
-        assert front.design_status.item() == Status.FRONT_FOUND
+        assert front.status.item() == Status.FRONT_FOUND
         assert (front.front_optimality < 1e-8).all()
         text = front.certificate.item()
         assert "5 of 5 points are on the front of peak and load" in text
@@ -83,7 +83,7 @@ def test_no_design_of_a_grid_is_better_in_both_aims():
         "cost": lambda peaks, p: p["normal_load"][0] * p["contact_stiffness"][0] ** 0.5 / 100,
     }
     front = front_of(blade(), bounds, names=names, aims=aims, n_points=4)
-    assert front.design_status.item() == Status.FRONT_FOUND
+    assert front.status.item() == Status.FRONT_FOUND
     loads, stiffnesses = np.geomspace(2.0, 8.0, 9), np.geomspace(8e3, 2e4, 4)
     frequencies = np.linspace(17.0, 26.0, 301)
     dense = sh.frf(
@@ -134,7 +134,7 @@ def test_two_bands_against_each_other():
     assert front.front_aim[-1, 1].item() == pytest.approx(soft[1], rel=1e-9)
     loads = front.front_value.values[:, 0]
     assert loads.size == 5  # although the aims differ by some 1e-5 along the front
-    assert front.design_status.item() == Status.FRONT_FOUND
+    assert front.status.item() == Status.FRONT_FOUND
     assert np.all(np.diff(loads) > 0) or np.all(np.diff(loads) < 0)
     for load, aims in zip(loads, front.front_aim.values, strict=True):
         expected = [closed_peak(load), closed_peak(load, 2e4)]
@@ -153,7 +153,7 @@ def test_an_end_may_be_as_good_at_designs_around_it():
         aims={"low": lambda peaks, _: peaks["low"], "high": lambda peaks, _: peaks["high"]},
         n_points=2,
     )
-    assert front.design_status.item() == Status.FRONT_FOUND
+    assert front.status.item() == Status.FRONT_FOUND
     frequency = 2 * np.pi * low[1]
     stuck = 1 / abs(2e4 - frequency**2 + 0.5j * frequency)
     assert front.front_aim[0, 0].item() == pytest.approx(stuck, rel=2e-6)  # up to a millionth
@@ -216,7 +216,7 @@ def test_failures_are_told(monkeypatch):
     with pytest.warns(RuntimeWarning, match="could not be followed over the whole band"):
         front = front_of(blade(), (1.0, 20.0), n_points=3)
     assert front.n_failed > 0
-    assert front.design_status.item() != Status.FRONT_FOUND
+    assert front.status.item() != Status.FRONT_FOUND
     with pytest.raises(sh.SolveError):
         front_of(blade(), (1.0, 20.0), n_points=3, throw=True)
 

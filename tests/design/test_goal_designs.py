@@ -74,7 +74,7 @@ def test_a_peak_and_wear(goal, weight):
     # Of one contact both peak together.
     assert optimum.design_aim.item() == pytest.approx(least, rel=1e-9)
     assert optimum.design_value.item() == pytest.approx(at, rel=1e-5)
-    assert optimum.design_status.item() == Status.DESIGN_OPTIMAL
+    assert optimum.status.item() == Status.DESIGN_OPTIMAL
     assert optimum.named_peak_units.values.tolist() == ["m", goal.units]
     assert (
         f"wear {optimum.named_peak_amplitude.values[1]:.10g} {goal.units}"
@@ -106,7 +106,7 @@ def test_contacts_that_stick_wear_nothing():
     )  # fmt: skip
     assert optimum.design_aim.item() == 0.0
     assert optimum.named_peak_amplitude.item() == 0.0
-    assert optimum.design_status.item() == Status.DESIGN_ON_PLATEAU
+    assert optimum.status.item() == Status.DESIGN_ON_PLATEAU
 
 
 @pytest.mark.slow
@@ -119,7 +119,7 @@ def test_front_of_peak_and_wear():
     with any_status():
         front = sh.pareto_front(blade(), "normal_load", (1.0, 6.0), BAND, **given)
     aims = front.front_aim.values
-    assert front.design_status.item() == Status.FRONT_FOUND
+    assert front.status.item() == Status.FRONT_FOUND
     assert np.all(np.diff(aims, axis=0) * [1, -1] > 0)
     for load, (_, worn) in zip(front.front_value.values[:, 0], aims, strict=True):
         one = blade().with_parameters(normal_load=load)

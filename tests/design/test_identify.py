@@ -86,7 +86,7 @@ def test_true_values_without_noise(exact, factor):
     wrong = blade(**{name: factor * value for name, value in TRUE.items()})
     fit = sh.identify(wrong, exact, [*TRUE], profiles=False, progress=False)
     np.testing.assert_allclose(fit.estimate, [*TRUE.values()], rtol=1e-8)
-    assert fit.identification_status == "the optimum was found"
+    assert fit.status == "the optimum was found"
 
 
 def test_one_sector_stands_for_a_tuned_disk():
@@ -140,7 +140,7 @@ def test_products_and_stuck_contacts_and_nodes_are_not_seen(exact):
         fit = sh.identify(
             blade(normal_load=4.0), exact, ["normal_load", "friction_coefficient"], progress=False
         )
-    assert "normal_load and friction_coefficient apart" in fit.identification_status.item()
+    assert "normal_load and friction_coefficient apart" in fit.status.item()
     assert fit.singular_value[-1] < 1e-10
     assert np.isnan(fit.standard_error).all()
     limit = fit.estimate[0] * fit.estimate[1]

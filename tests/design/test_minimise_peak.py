@@ -73,7 +73,7 @@ class TestOneBlade:
         assert value(optimum) == pytest.approx(BEST_LOAD, rel=LOAD)
         assert amplitude(optimum) == pytest.approx(BEST_AMPLITUDE, rel=AMPLITUDE)
         assert optimum.active_frequency.item() == pytest.approx(BEST_FREQUENCY, rel=AMPLITUDE)
-        assert optimum.design_status.item() == Status.DESIGN_OPTIMAL
+        assert optimum.status.item() == Status.DESIGN_OPTIMAL
         assert optimum.design_optimality < 1e-10
         assert optimum.design_curvature > 1
         assert optimum.active_kind.item() == "smooth"
@@ -116,14 +116,14 @@ class TestOneBlade:
 
     def test_a_contact_is_the_better_the_stiffer(self):
         optimum = design(blade(normal_load=3.0), "contact_stiffness", (2e3, 2e4))
-        assert optimum.design_status.item() == Status.DESIGN_AT_BOUND
+        assert optimum.status.item() == Status.DESIGN_AT_BOUND
         assert value(optimum) == pytest.approx(2e4, rel=1e-15)
         assert amplitude(optimum) == pytest.approx(closed_peak(3.0, 2e4), rel=AMPLITUDE)
         assert "contact_stiffness at its upper bound" in optimum.certificate.item()
 
     def test_a_bound_holds_by_the_slope_of_the_response(self):
         optimum = design(blade(), bounds=(0.05, 2.0))
-        assert optimum.design_status.item() == Status.DESIGN_AT_BOUND
+        assert optimum.status.item() == Status.DESIGN_AT_BOUND
         assert value(optimum) == pytest.approx(2.0, rel=1e-15)
 
         more, less = (np.log(closed_peak(2 * (1 + side * STEP))) for side in (1, -1))
@@ -135,7 +135,7 @@ class TestOneBlade:
     def test_bounds_that_nearly_touch(self):
         optimum = design(blade(), bounds=(3.0, 3.0 + 1e-6))
         assert 3.0 <= value(optimum) <= 3.0 + 1e-6
-        assert optimum.design_status.item() == Status.DESIGN_AT_BOUND
+        assert optimum.status.item() == Status.DESIGN_AT_BOUND
 
     def test_a_divided_and_a_reversed_band(self):
         whole = [(40.0, 20.0), (20.0, 5.0)]
@@ -150,7 +150,7 @@ class TestOneBlade:
     @pytest.mark.slow
     def test_a_cubic_spring_beside_the_contact(self):
         optimum = design(blade(cubic_stiffness=1e10), bounds=(1.0, 10.0))
-        assert optimum.design_status.item() == Status.DESIGN_OPTIMAL
+        assert optimum.status.item() == Status.DESIGN_OPTIMAL
         text = optimum.certificate.item()
         assert "over 5 to 40 Hz, on the path that was followed, is" in text
         assert "Not proved: that contacts or negative damping make no larger response" in text
@@ -188,7 +188,7 @@ def resolved(name, optimum, swept):
             problem = blade().with_parameters(**{name: nominal + sign * step})
         ends.append(design(problem, bounds=bounds, over=over(**changed) or None))
     more, less = ends
-    assert {more.design_status.item(), less.design_status.item()} == {Status.DESIGN_OPTIMAL}
+    assert {more.status.item(), less.status.item()} == {Status.DESIGN_OPTIMAL}
     return (
         (value(more) - value(less)) / (2 * step),
         (amplitude(more) - amplitude(less)) / (2 * step),
@@ -217,7 +217,7 @@ class TestSensitivity:
 
 def assert_two_hold(optimum, problem, band, swept):
     """Two maxima are equal, and their gradients, by differences of located peaks, cancel."""
-    assert optimum.design_status.item() == Status.DESIGN_OPTIMAL
+    assert optimum.status.item() == Status.DESIGN_OPTIMAL
     assert optimum.active_case.values.tolist() == [0, 1]
     one, other = optimum.active_amplitude.values
     assert one == pytest.approx(other, rel=1e-8)  # required
@@ -405,7 +405,7 @@ class TestEnds:
     def test_every_end_has_its_words(self, which):
         build, parameters, options, status, words = ENDS[which]
         optimum = design(build(**parameters), **options)
-        assert optimum.design_status.item() == Status[f"DESIGN_{status}"]
+        assert optimum.status.item() == Status[f"DESIGN_{status}"]
         assert words in optimum.certificate.item()
         lower, upper = options.get("bounds", BOUNDS)
         assert lower <= value(optimum) <= upper
@@ -419,7 +419,7 @@ class TestEnds:
     def test_a_failed_search_raises_on_demand(self):
         with pytest.raises(sh.SolveError, match="does not change") as caught:
             design(blade(), bounds=(300.0, 500.0), throw=True)
-        assert caught.value.result.design_status.item() == Status.DESIGN_WITHOUT_EFFECT
+        assert caught.value.result.status.item() == Status.DESIGN_WITHOUT_EFFECT
 
 
 class TestArchive:
@@ -439,7 +439,7 @@ def test_a_band_that_is_not_followed_to_its_end_proves_nothing(monkeypatch):
 
     monkeypatch.setattr("symhbm.design.cases.survey", cut)
     optimum = design(blade())
-    assert optimum.design_status.item() == sh.Status.DESIGN_NOT_SURVEYED
+    assert optimum.status.item() == sh.Status.DESIGN_NOT_SURVEYED
     assert np.isinf(optimum.design_amplitude)
     assert "Nothing is known" in optimum.certificate.item()
     assert str(sh.Status.PEAK_NOT_LOCATED) in optimum.certificate.item()
@@ -459,7 +459,7 @@ def test_beside_a_resonance_the_ends_of_bands_count(band):
     ]
     lowest = np.reshape(ends, (len(band), -1)).max(axis=0).min()
     assert best.design_amplitude.item() <= lowest * (1 + 1e-9)
-    assert best.design_status.item() == sh.Status.DESIGN_WITHOUT_PEAK
+    assert best.status.item() == sh.Status.DESIGN_WITHOUT_PEAK
     assert set(best.active_kind.values) <= {"edge"}
 
 
@@ -471,7 +471,7 @@ def test_nothing_is_certified_of_a_band_that_holds_no_peak(band):
         best = sh.minimise_peak(blade(), "normal_load", (0.1, 50.0), band, progress=False)
     assert len(caught) == 1
     assert caught[0].filename == __file__
-    assert best.design_status.item() == Status.DESIGN_WITHOUT_PEAK
+    assert best.status.item() == Status.DESIGN_WITHOUT_PEAK
     text = best.certificate.item()
     assert text.count("a resonance outside may be higher") == 1
     assert "minimum" not in text

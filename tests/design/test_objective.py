@@ -41,7 +41,7 @@ class TestObjective:
         assert optimum.design_value.item() == pytest.approx(at, rel=1e-6)
         peak = closed_peak(optimum.design_value.item())
         assert optimum.named_peak_amplitude.item() == pytest.approx(peak, rel=1e-10)
-        assert optimum.design_status.item() == Status.DESIGN_OPTIMAL
+        assert optimum.status.item() == Status.DESIGN_OPTIMAL
         assert optimum.design_optimality < 1e-9
         assert "At this design the objective over 5 to 40 Hz is" in optimum.certificate.item()
 
@@ -136,7 +136,7 @@ class TestConstraint:
         assert optimum.design_value.item() == pytest.approx(2.0, rel=1e-9)
         assert optimum.design_amplitude.item() == pytest.approx(closed_peak(2.0), rel=1e-8)
         if which != "bounds":
-            assert optimum.design_status.item() == Status.DESIGN_OPTIMAL
+            assert optimum.status.item() == Status.DESIGN_OPTIMAL
             assert "Held by the constraint" in optimum.certificate.item()
             assert np.isinf(optimum.design_curvature)
 
@@ -157,13 +157,13 @@ class TestConstraint:
         # The largest product on the circle, which is less than the best one.
         assert (load / 3, friction) == pytest.approx((np.sqrt(0.5),) * 2, rel=1e-7)
         assert load * friction < BEST_LOAD * 0.5
-        assert optimum.design_status.item() == Status.DESIGN_OPTIMAL
+        assert optimum.status.item() == Status.DESIGN_OPTIMAL
 
     @pytest.mark.slow
     def test_one_that_nothing_satisfies_as_far_as_it_was_tried(self, tmp_path):
         far = NonlinearConstraint(lambda x: x[0] ** 2, 1e5, 2e5)
         optimum = design(blade(), bounds=NEAR, constraint=far)
-        assert optimum.design_status.item() == Status.DESIGN_INFEASIBLE
+        assert optimum.status.item() == Status.DESIGN_INFEASIBLE
         assert "satisfies constraint, from 32 starts" in optimum.certificate.item()
         assert sh.load(sh.save(optimum, tmp_path / "none.nc")).identical(optimum)
         with pytest.raises(sh.SolveError, match="no design within the bounds was found"):
@@ -290,7 +290,7 @@ class TestFailures:
         optimum = design(blade(), bounds=(1.0, 20.0), start=6.0, n_starts=3)
         assert optimum.design_value.item() == pytest.approx(BEST_LOAD, rel=1e-6)
         assert optimum.n_failed > 0
-        assert optimum.design_status.item() == Status.DESIGN_BESIDE_FAILURES
+        assert optimum.status.item() == Status.DESIGN_BESIDE_FAILURES
         text = optimum.certificate.item()
         assert "could not be followed, the nearest at values up to a factor of" in text
         assert str(Status.MINIMUM_STEP) in text
@@ -301,7 +301,7 @@ class TestFailures:
         failing(monkeypatch, lambda load: load > 60.0)
         optimum = design(blade(), bounds=(0.05, 500.0), n_starts=3)
         assert optimum.design_value.item() == pytest.approx(BEST_LOAD, rel=1e-6)
-        assert optimum.design_status.item() == Status.DESIGN_OPTIMAL
+        assert optimum.status.item() == Status.DESIGN_OPTIMAL
         assert optimum.n_failed > 0
         assert "could not be followed" in optimum.certificate.item()
 
@@ -316,6 +316,6 @@ class TestFailures:
 
         monkeypatch.setattr(Work, "__call__", lower)
         optimum = design(blade(), bounds=NEAR)
-        assert optimum.design_status.item() == Status.DESIGN_NOT_SURVEYED
+        assert optimum.status.item() == Status.DESIGN_NOT_SURVEYED
         assert "The check failed" in optimum.certificate.item()
         assert "Checked" not in optimum.certificate.item()

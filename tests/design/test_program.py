@@ -197,7 +197,7 @@ class TestSamples:
         tail = 0.5
         best = {"worst": worst, "mean": mean}.get(statistic) or robust("tail", tail=tail)
         design_program = statistic_of(statistic, tail)
-        assert best.design_status.item() == Status.DESIGN_OPTIMAL
+        assert best.status.item() == Status.DESIGN_OPTIMAL
         assert best.design_optimality < 1e-8
 
         def value(factor):
@@ -210,7 +210,7 @@ class TestSamples:
     @pytest.mark.parametrize(("statistic", "tail"), [("worst", 1 / 3), ("mean", 1.0)])
     def test_the_ends_of_the_tail_are_the_same_designs(self, worst, mean, statistic, tail):
         one, other = {"worst": worst, "mean": mean}[statistic], robust("tail", tail=tail)
-        assert other.design_status.item() == one.design_status.item()
+        assert other.status.item() == one.status.item()
         # Those by load and friction vanish, as the loads chosen make up for both.
         names = [f"design_{what}_by_{name}" for what in ("value", "amplitude") for name in SMOOTH]
         for name in ["design_value", "design_amplitude", "design_curvature", *names]:
@@ -221,7 +221,7 @@ class TestSamples:
         stiffness, force = np.array([1e4, 2e4, 1e4]), np.array([1.0, 1.9, 1.3])
         samples = over(contact_stiffness=stiffness, force_amplitude=force)
         best = design(blade(), bounds=NEAR, over=samples, statistic="tail", tail=0.5)
-        assert best.design_status.item() == Status.DESIGN_OPTIMAL
+        assert best.status.item() == Status.DESIGN_OPTIMAL
         assert best.design_optimality < 1e-8
         # The last is the worst everywhere; which of the others comes next changes at this load,
         # where they are equal, as at the optimum of these two alone.
@@ -293,7 +293,7 @@ class TestRing:
         optima = {name: self.best(draws, statistic=name, tail=0.5) for name in Statistic}
         values = {}
         for name, best in optima.items():
-            assert best.design_status.item() == Status.DESIGN_OPTIMAL
+            assert best.status.item() == Status.DESIGN_OPTIMAL
             for other in Statistic:
                 heights = np.log(best.case_amplitude.values)
                 values[name, other] = statistic_of(other, 0.5).value(heights)

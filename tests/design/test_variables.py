@@ -278,7 +278,7 @@ def fixed(mistuned):
 class TestEach:
     @pytest.mark.slow
     def test_single_loads_make_up_for_friction(self, common, each):
-        assert each.design_status.item() == Status.DESIGN_OPTIMAL
+        assert each.status.item() == Status.DESIGN_OPTIMAL
         assert each.design_amplitude.item() < common.design_amplitude.item() * (1 - 1e-3)
         # The limits of all contacts are those of the tuned ring, whose blades all move alike.
         tuned = design(ring(3, 1e5, 1), bounds=NEAR, frequency_band=SMALL)
@@ -350,7 +350,7 @@ class TestByHand:
         )
         row = None if mean is None else LinearConstraint(np.ones((1, 3)) / 3, mean, mean)
         optimum = design(problem, bounds=NEAR, frequency_band=(8, 100), vary="each", constraint=row)
-        assert optimum.design_status.item() == Status.DESIGN_OPTIMAL
+        assert optimum.status.item() == Status.DESIGN_OPTIMAL
         rng = np.random.default_rng(4)
         directions = rng.normal(size=(12, 3)) * np.repeat([1e-3, 1e-2, 0.1, 0.3], 3)[:, None]
         if mean is not None:
@@ -361,7 +361,7 @@ class TestByHand:
 class TestConstraint:
     @pytest.mark.slow
     def test_a_mean_that_is_fixed_holds(self, each, fixed):
-        assert fixed.design_status.item() == Status.DESIGN_OPTIMAL
+        assert fixed.status.item() == Status.DESIGN_OPTIMAL
         assert fixed.design_value.mean() == pytest.approx(3.0, rel=1e-9)  # required
         assert fixed.design_amplitude > each.design_amplitude
         assert fixed.design_amplitude < fixed.start_amplitude.min() * (1 + 1e-9)

@@ -110,7 +110,7 @@ def test_a_design_is_that_of_the_whole_structure():
         )
         for p in pair()
     )
-    assert small.design_status == whole.design_status == sh.Status.DESIGN_OPTIMAL
+    assert small.status == whole.status == sh.Status.DESIGN_OPTIMAL
     np.testing.assert_allclose(small.design_value, whole.design_value, rtol=1e-7)
     np.testing.assert_allclose(small.peak_amplitude.max(), whole.peak_amplitude.max(), rtol=1e-9)
     best = sh.datasets.rebuild(small).parameters["normal_load"]

@@ -112,7 +112,7 @@ def test_fronts_that_are_not_complete():
         PROBLEM, "normal_load", (0.5, 20), (5, 40), aims=aims, n_points=2, progress=False
     )
     for status in (sh.Status.FRONT_FOUND, sh.Status.FRONT_INCOMPLETE):
-        found["design_status"] = ((), str(status))
+        found["status"] = ((), str(status))
         told = texts(sh.plot.pareto_front(found).axes[0].child_axes[0])
         said = any("incomplete" in text for text in told)
         assert said == (status == sh.Status.FRONT_INCOMPLETE)

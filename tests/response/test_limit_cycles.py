@@ -395,6 +395,7 @@ def test_sweeps():
     found = sh.limit_cycles(problem, **given)
     assert found.amplitude.dims == ("damping", "point")
     assert found.n_points.values.tolist() == [0, 2, 2]
+    assert found.stability_method.values.tolist() == [[-1, -1], [1, 1], [1, 1]]
     over = dict(over={"normal_load": [1.0, 3.0]}, progress=False)
     folds = sh.limit_cycles(problem, "damping", (-30, 0), **over)
     assert sh.datasets.rebuild(folds.isel(normal_load=0)).parameters["normal_load"] == 1.0

@@ -60,7 +60,7 @@ def maximise_damping(
     Dataset as that of `symhbm.nonlinear_modes` over the parameter, with ``design_value`` along
     ``variable`` and ``design_damping_ratio``. Where a range of values is as good, it is
     ``design_from`` to ``design_to``, and ``design_value`` is NaN. All maxima and ends of the band
-    along ``candidate``; an independent scan along ``scan``; ``design_status`` and the
+    along ``candidate``; an independent scan along ``scan``; ``status`` and the
     ``certificate``: sentences on what is proved and what is not.
 
     Raises

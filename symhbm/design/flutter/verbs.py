@@ -155,7 +155,7 @@ def maximise_flutter_limit(
     -------
     Dataset as that of `symhbm.flutter_limit`, with the variables of a design as that of
     `symhbm.maximise_damping`. Where the limit does not depend on the parameter, ``design_value`` is
-    NaN, ``design_from`` and ``design_to`` tell the range, and ``design_status`` says so.
+    NaN, ``design_from`` and ``design_to`` tell the range, and ``status`` says so.
 
     Raises
     ------

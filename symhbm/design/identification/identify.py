@@ -86,7 +86,7 @@ def identify(
     ``standard_error`` (by the Jacobian), ``exact_standard_error`` (by the Hessian), ``interval``
     and ``profile_interval``; along ``direction`` ``singular_value`` and ``seen_direction``, what
     the measurements see; along ``measurement`` the data with ``computed_value`` and
-    ``measured_residual``; along ``curve`` what is left of each. ``identification_status`` and
+    ``measured_residual``; along ``curve`` what is left of each. ``status`` and
     ``certificate`` say it in words, first of all which unknowns are not seen.
 
     Raises
@@ -152,7 +152,7 @@ def identify(
             good, result = _result(problem, objective, *asked, bar, kept)
             result = kept.finished(result.assign_attrs(identification_good=int(good)))
     if not result.attrs["identification_good"]:
-        status = str(result["identification_status"].item())
+        status = str(result["status"].item())
         if running.throw:
             raise SolveError(status, result)
         warnings.warn(status, RuntimeWarning, stacklevel=2)

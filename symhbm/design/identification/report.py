@@ -15,6 +15,7 @@ from symhbm.design.identification.estimate import Descent
 from symhbm.design.identification.observations import Rows
 from symhbm.numerics import RADIANS, FloatArray
 from symhbm.response import frf, nonlinear_modes
+from symhbm.results.reading import with_curve_status
 
 _BESIDE = 0.1
 """How far beside a single frequency, or peaks, relative, the response is followed."""
@@ -47,7 +48,7 @@ _MEANINGS = {
     "curve_predicted": ("1", "mean square of the residuals of a curve that the fit leaves out"),
     "start_estimate": ("unknown_units", "estimate that a start led to"),
     "start_sum": ("1", "sum of squares that a start led to"),
-    "identification_status": ("1", "how the fit ended"),
+    "status": ("1", "how the fit ended"),
     "certificate": ("1", "what was found and checked of the fit, and what was not"),
 }
 
@@ -93,7 +94,7 @@ def report(
             np.array([unknowns.values(one.x) for one in ended]),
         ),
         "start_sum": ("fit_start", np.array([2 * one.value for one in ended])),
-        "identification_status": ((), sentences[0]),
+        "status": ((), sentences[0]),
         "certificate": ((), "\n".join(sentences)),
     }
     if not rows.has_noise:
@@ -102,7 +103,7 @@ def report(
         table["curve_predicted"] = ("curve", predicted)
     variables = {name: (*of, _about(name)) for name, of in table.items()}
     measured = {name: ("measurement", values) for name, values in rows.table.items()}
-    return result.assign(variables | measured)
+    return with_curve_status(result).assign(variables | measured)
 
 
 def _about(name: str) -> dict[str, str]:

@@ -19,6 +19,7 @@ from symhbm.model import PARAMETERS
 from symhbm.numerics import RADIANS, FloatArray
 from symhbm.peaks import Conditions
 from symhbm.results import Sweep, meaning, records_of_problem, with_provenance
+from symhbm.results.reading import with_curve_status
 
 
 def report(
@@ -131,14 +132,13 @@ def infeasible(
 
 def with_certificate(result: xr.Dataset, status: Status, text: str) -> xr.Dataset:
     """The dataset of a design with its status, which is the first line of its certificate."""
-    told = {"design_status": ((), str(status)), "certificate": ((), f"{status}\n{text}")}
-    said = labelled(told)
-    return result.assign(said.data_vars)
+    told = {"status": ((), str(status)), "certificate": ((), f"{status}\n{text}")}
+    return with_curve_status(result).assign(labelled(told).data_vars)
 
 
 def checked(result: xr.Dataset, good: Collection[Status], throw: bool) -> xr.Dataset:
     """The result of a verb, with a warning, or SolveError, where its status is not ``good``."""
-    status = str(result["design_status"].item())
+    status = str(result["status"].item())
     if status in good:
         return result
     if throw:

@@ -198,7 +198,7 @@ def pareto_front(
     Dataset as that of `frf` at all points along ``front``, with ``front_aim`` (front, aim),
     ``front_value`` (front, variable), ``front_peak_amplitude`` (front, named_peak) [m] and the
     status of each; designs that were found and are not on the front along ``removed``, with the
-    reason; ``design_status``, and the ``certificate``: what was computed and checked, and what was
+    reason; ``status``, and the ``certificate``: what was computed and checked, and what was
     not. ``sh.datasets.rebuild(front.isel(front=0))`` gives the problem of a point,
     `symhbm.plot.pareto_front` a picture.
 

@@ -29,6 +29,8 @@ def followed(dataset: object, argument: str) -> tuple[xr.Dataset, Description, s
         raise TypeError(f"{argument}={check.shown(dataset)}: expected an xarray Dataset")
     check_schema(dataset, argument)
     check_forced(argument, dataset)
+    if "curve_status" in dataset.variables:
+        dataset = dataset.drop_vars("status", errors="ignore").rename(curve_status="status")
     missing = [name for name in ("amplitude", "status") if name not in dataset.variables]
     if missing:
         raise ValueError(

@@ -9,7 +9,7 @@ from symhbm.numerics import FloatArray, check
 from symhbm.plot.drawing import check_variables, nothing_to_draw, scaled
 from symhbm.plot.looks import Look, pictured
 from symhbm.plot.picture import Axis, Panel, Picture
-from symhbm.results.reading import COMPLETE, set_dimensions
+from symhbm.results.reading import COMPLETE, curve_status, set_dimensions
 
 _WORST = "#d55e00"
 
@@ -93,11 +93,13 @@ def blades(values: xr.DataArray | xr.Dataset, **common: Unpack[Look]) -> Picture
 
 def _largest(dataset: xr.Dataset) -> xr.DataArray:
     """Largest displacement of each blade over all points [m], NaN where a curve is incomplete."""
-    check_variables(dataset, "amplitude", "status")
+    status = curve_status(dataset)
+    check_variables(dataset, "amplitude", *["status"] * (status is None))
     amplitude = dataset["amplitude"]
     kept = {*set_dimensions(dataset), "dof"}
     largest = amplitude.max([dim for dim in amplitude.dims if dim not in kept])
-    largest = largest.where(dataset["status"].isin([*map(str, COMPLETE)]))
+    if status is not None:
+        largest = largest.where(status.isin([*map(str, COMPLETE)]))
     if not largest.notnull().any():
         raise nothing_to_draw(dataset)
     return largest.assign_attrs(long_name="largest displacement of all points", units="m")

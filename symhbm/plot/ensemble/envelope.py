@@ -31,6 +31,7 @@ from symhbm.plot.lines import Line
 from symhbm.plot.looks import Look, pictured
 from symhbm.plot.picture import Panel, Picture
 from symhbm.plot.places import Chosen, Shown
+from symhbm.results.reading import curve_status
 
 TUNED = "#d55e00"
 _NAMED: Any = {
@@ -263,11 +264,12 @@ def _tuned(tuned: xr.Dataset, parameter: Moving, place: Any) -> Line:
 
 def _begun(dataset: xr.Dataset) -> xr.Dataset:
     """The samples that were computed, by their names in the whole ensemble."""
-    if "status" not in dataset.variables:
+    status = curve_status(dataset)
+    if status is None:
         return dataset
     if "sample" not in dataset.coords:
         dataset = dataset.assign_coords(sample=np.arange(dataset.sizes["sample"]))
-    return dataset.isel(sample=dataset["status"].values != str(Status.NOT_STARTED))
+    return dataset.isel(sample=status.values != str(Status.NOT_STARTED))
 
 
 def _left_out(amplitude: FloatArray, on_grid: bool) -> str:

@@ -24,7 +24,7 @@ from symhbm.plot.viewer.sets import (
     spoken,
     values_of,
 )
-from symhbm.results.reading import COMPLETE
+from symhbm.results.reading import COMPLETE, curve_status
 from symhbm.results.telling import account, differences
 
 _VALUES, _LINES, _PLACES = 250_000, 250_000, 600
@@ -136,9 +136,10 @@ class Collected:
 
     def status(self, position: dict[str, int]) -> str:
         """Why the computation of a curve ended."""
-        if "status" not in self.dataset.variables:
+        status = curve_status(self.dataset)
+        if status is None:
             return ""
-        return plain(self.dataset["status"].isel(position).values.item(), 600)
+        return plain(status.isel(position).values.item(), 600)
 
     def tell_thinning(self) -> None:
         """A note on the points that are not on the page."""

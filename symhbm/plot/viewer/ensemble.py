@@ -14,7 +14,7 @@ from symhbm.plot.picture import Axis, Panel
 from symhbm.plot.viewer.packing import as_json, plain
 from symhbm.plot.viewer.sets import label_of, spoken, values_of
 from symhbm.results import Description
-from symhbm.results.reading import COMPLETE, SAMPLE, set_dimensions
+from symhbm.results.reading import COMPLETE, SAMPLE, curve_status, set_dimensions
 
 _MOST_BANDS = 12
 _FEWEST = 3
@@ -71,8 +71,9 @@ def stored_statistics(dataset: xr.Dataset) -> dict[str, Any] | None:
 
 
 def _complete(part: xr.Dataset, dim: str) -> np.ndarray:
-    texts = part["status"].transpose(dim).values.astype(str)
-    return np.isin(texts, [*COMPLETE])
+    status = curve_status(part)
+    assert status is not None
+    return np.isin(status.transpose(dim).values.astype(str), [*COMPLETE])
 
 
 def spread_of(dataset: xr.Dataset, dim: str, tuned: xr.Dataset | None) -> list[dict[str, Any]]:

@@ -12,7 +12,7 @@ from symhbm.plot import places
 from symhbm.plot.drawing import is_wide
 from symhbm.plot.viewer.packing import number, plain, with_units
 from symhbm.results import Description, places_of
-from symhbm.results.reading import COMPLETE, set_dimensions
+from symhbm.results.reading import COMPLETE, curve_status, set_dimensions
 from symhbm.results.telling import Words
 
 MOST_CURVES, _FEWEST, _STATES = 120, 6, 2_000_000
@@ -74,9 +74,9 @@ def _chosen(dataset: xr.Dataset, dim: str, most: int) -> tuple[int, ...]:
         order = np.argsort(tops)[: np.count_nonzero(np.isfinite(tops))]
         wanted += [int(order[k]) for k in (-1, len(order) // 2, 0) if len(order)]
     failed = np.zeros(size, dtype=bool)
-    if "status" in dataset.variables:
-        complete = np.isin(dataset["status"].values.astype(str), [*COMPLETE])
-        axes = tuple(k for k, d in enumerate(dataset["status"].dims) if d != dim)
+    if (status := curve_status(dataset)) is not None:
+        complete = np.isin(status.values.astype(str), [*COMPLETE])
+        axes = tuple(k for k, d in enumerate(status.dims) if d != dim)
         failed = (~complete).any(axis=axes)
     wanted += np.flatnonzero(failed)[: most // 4].tolist()
     evenly = np.unique(np.linspace(0, size - 1, most).astype(int)).tolist()

@@ -12,7 +12,7 @@ import xarray as xr
 from symhbm.plot.drawing import decibel, scaled
 from symhbm.plot.viewer.packing import number, plain
 from symhbm.plot.viewer.sets import Layout, label_of, spoken, values_of
-from symhbm.results.reading import COMPLETE, set_dimensions
+from symhbm.results.reading import COMPLETE, curve_status, set_dimensions
 
 MOST_ROWS = 400
 """Most rows of a table."""
@@ -118,9 +118,10 @@ def _known(entry: Any, errors: bool) -> str:
 
 def failed_table(dataset: xr.Dataset) -> str | None:
     """The sets that are not complete, and why; None where all are."""
-    if "status" not in dataset.variables:
+    ends = curve_status(dataset)
+    if ends is None:
         return None
-    dims, status = set_dimensions(dataset), dataset["status"].values.astype(str)
+    dims, status = set_dimensions(dataset), ends.values.astype(str)
     bad = np.argwhere(~np.isin(status, [*COMPLETE])).tolist()
     if not bad:
         return None

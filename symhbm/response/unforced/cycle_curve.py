@@ -30,7 +30,7 @@ from symhbm.response.unforced.curve import (
     modes_in,
 )
 from symhbm.results import Request
-from symhbm.time_domain import cycle_growth_rate, verdict
+from symhbm.time_domain import cycle_growth, verdict
 
 _MORE = (0.25, 0.75, 0.125, 0.375, 0.625, 0.875)
 """Shares of a band at which cycles are searched where none were found at its ends and middle."""
@@ -67,11 +67,13 @@ class CycleCurve(UnforcedCurve):
         if self.request.tells_stability:
             curve, unknowns = self.curve, self._unknowns(solutions)
             problems = [curve.problem_at(motion.value) for motion in solutions]
-            rates = [
-                cycle_growth_rate(problem, own[-1], own[:-1], curve.phase)
+            found = [
+                cycle_growth(problem, own[-1], own[:-1], curve.phase)
                 for problem, own in zip(problems, unknowns, strict=True)
             ]
+            rates = [each.rate for each in found]
             table["growth_rate"] = np.array(rates)
+            table["stability_method"] = np.array([of.method for of in found], dtype=np.int8)
             verdicts = [*map(verdict, rates, unknowns[:, -1])]
             table["stability"] = np.array(verdicts, dtype=np.int8)
         return table

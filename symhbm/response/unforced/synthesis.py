@@ -26,6 +26,7 @@ from symhbm.numerics import (
 from symhbm.response.unforced.curve import mode_problem
 from symhbm.results import Description, recall
 from symhbm.results.archive import rebuild
+from symhbm.results.reading import set_dimensions
 
 SIDES = ("below", "above")
 _REAL = 1e-9
@@ -95,7 +96,7 @@ def synthesised_response(
         raise ValueError(
             f"modes: expected modes over the amplitude, got those over {description.moving}"
         )
-    outer = [str(dim) for dim in modes["status"].dims]
+    outer = [*set_dimensions(modes)]
     if outer:
         raise ValueError(
             f"modes: expected one parameter set, got several along {', '.join(outer)}; select one, "

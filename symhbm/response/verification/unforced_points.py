@@ -21,7 +21,7 @@ from symhbm.response.unforced import free_problem
 from symhbm.response.verification.figures import modal_amplitude
 from symhbm.response.verification.stored_points import OF_POINTS, StoredGroup, StoredPoints
 from symhbm.results import recall
-from symhbm.time_domain import curved, cycle_growth_rate, free_motion, in_plane, verdict
+from symhbm.time_domain import curved, cycle_growth, free_motion, in_plane, verdict
 
 _OTHER_WAVES = (
     "not against the exact motion: it is that of all sectors, whose matrices one sector does not "
@@ -125,7 +125,7 @@ class UnforcedPoints(StoredPoints):
         coefficient = stored["coefficient"][: alone.n_dof]
         unknowns = unknowns_of(alone.basis, alone.harmonics, coefficient)
         phase = first_harmonic(alone, dof)[1]
-        rate, known = cycle_growth_rate(alone, omega, unknowns, phase), stored["growth_rate"]
+        rate, known = cycle_growth(alone, omega, unknowns, phase).rate, stored["growth_rate"]
         if verdict(rate, omega) != stored["stability"] or np.isnan(rate) != np.isnan(known):
             return 1.0
         return 0.0 if np.isnan(rate) else float(abs(rate - known) / omega)

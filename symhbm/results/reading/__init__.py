@@ -8,6 +8,7 @@ from symhbm.results.reading.blockwise import (
     SAMPLE,
     blocks,
     completeness,
+    curve_status,
     is_inner,
     largest,
     moving,
@@ -15,6 +16,7 @@ from symhbm.results.reading.blockwise import (
     read,
     set_dimensions,
     trimmed,
+    with_curve_status,
 )
 from symhbm.results.reading.measured import MEASURED, measured
 from symhbm.results.reading.motions import HISTORIES, MOTIONS, motion
@@ -38,6 +40,7 @@ __all__ = [
     "at",
     "blocks",
     "completeness",
+    "curve_status",
     "is_inner",
     "largest",
     "largest_of",
@@ -55,4 +58,5 @@ __all__ = [
     "set_dimensions",
     "table",
     "trimmed",
+    "with_curve_status",
 ]

@@ -12,6 +12,7 @@ from symhbm.continuation import Status
 from symhbm.results.description import Description
 from symhbm.results.schema import check_dataset
 from symhbm.results.tables import consecutive_blocks
+from symhbm.results.variables import VARIABLES
 
 SAMPLE = "sample"
 """The dimension of what was drawn; others of a sweep are of values that were chosen."""
@@ -35,15 +36,34 @@ def moving(dataset: xr.Dataset) -> str:
     return Description(dataset).moving
 
 
+def curve_status(dataset: xr.Dataset) -> xr.DataArray | None:
+    """How the curve of each parameter set ended, None where there is none.
+
+    A design or a fit has a status of its own, beside that of its curves.
+    """
+    own = "certificate" in dataset.variables or "curve_status" in dataset.variables
+    return dataset.get("curve_status" if own else "status")
+
+
+def with_curve_status(dataset: xr.Dataset) -> xr.Dataset:
+    """Curves of which a design or a fit is to tell its own status."""
+    if "status" not in dataset.variables:
+        return dataset
+    about = {"long_name": VARIABLES["curve_status"].long_name}
+    named = dataset.rename(status="curve_status")
+    return named.assign(curve_status=named["curve_status"].assign_attrs(about))
+
+
 def set_dimensions(dataset: xr.Dataset) -> tuple[str, ...]:
     """Dimensions of the parameter sets."""
-    return tuple(map(str, dataset["status"].dims)) if "status" in dataset.variables else ()
+    status = curve_status(dataset)
+    return () if status is None else tuple(map(str, status.dims))
 
 
 def completeness(dataset: xr.Dataset) -> tuple[int, int, Counter[str]]:
     """Numbers of parameter sets that are complete, not computed yet, and failed by their status."""
-    texts = dataset["status"].values.ravel().tolist() if "status" in dataset.variables else []
-    failed = Counter(map(str, texts))
+    status = curve_status(dataset)
+    failed = Counter(map(str, [] if status is None else status.values.ravel().tolist()))
     waiting = failed.pop(str(Status.NOT_STARTED), 0)
     complete = sum(failed.pop(str(text), 0) for text in COMPLETE)
     return complete, waiting, failed

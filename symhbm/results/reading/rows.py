@@ -11,7 +11,14 @@ import xarray as xr
 from symhbm.numerics import check
 from symhbm.results.description import Description
 from symhbm.results.provenance import places_of
-from symhbm.results.reading.blockwise import INNER, blocks, is_inner, moving, set_dimensions
+from symhbm.results.reading.blockwise import (
+    INNER,
+    blocks,
+    curve_status,
+    is_inner,
+    moving,
+    set_dimensions,
+)
 from symhbm.results.reading.points import At
 from symhbm.results.reading.points import at as chosen_points
 from symhbm.results.schema import check_dataset, check_present
@@ -147,13 +154,13 @@ def _along(dataset: xr.Dataset, kind: str) -> list[str]:
     sets = set_dimensions(dataset)
     if kind in inner_axes:
         missing = [dim for dim in inner_axes[kind] if dim not in dataset.dims]
-        if missing or "status" not in dataset.variables:
+        if missing or curve_status(dataset) is None:
             names = Description(dataset).left_out
             left_out = any(name.startswith(f"{inner_axes[kind][0]}_") for name in names)
             why = ", they were left out by keep=" if left_out else ""
             raise ValueError(f"table of {kind}: the archive has no {kind}{why}")
         return [*sets, *inner_axes[kind]]
-    if "status" in dataset.variables:
+    if curve_status(dataset) is not None:
         axes = dict.fromkeys(("point", moving(dataset), "angle", "solution"))
         return [*sets, *(axis for axis in axes if axis in dataset.dims and axis not in sets)]
     data = [dataset[name].dims for name in dataset.data_vars]

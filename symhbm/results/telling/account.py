@@ -7,7 +7,7 @@ import numpy as np
 import xarray as xr
 
 from symhbm.results import NUMBERS, VARIABLES, parts
-from symhbm.results.reading import printable, read
+from symhbm.results.reading import curve_status, printable, read
 from symhbm.results.telling.findings import findings
 from symhbm.results.telling.identified import identified, of_fits
 from symhbm.results.telling.problem import MOST_LISTED, problem
@@ -31,7 +31,7 @@ def account(dataset: xr.Dataset, digits: int = 6) -> Iterator[tuple[str, Rows]]:
     words = Words(dataset, digits)
     yield "origin", _origin(dataset)
     yield "problem", problem(words)
-    if "status" in dataset.variables:
+    if curve_status(dataset) is not None:
         yield "results", findings(words)
     yield "design", designs(words)
     yield "identification", identified(words)
@@ -70,7 +70,7 @@ def _others(words: Words) -> Rows:
     described |= {f"{prefix}_{name}" for prefix in ("peak", "event") for name in followed}
     described |= {f"{name}_nominal" for name in parameters}
     described |= {NUMBERS, *parts.variables_of_whole(dataset), *of_fits(words)}
-    if "status" not in dataset.variables:
+    if curve_status(dataset) is None:
         described -= {str(name) for name in dataset.data_vars} - {*parameters}
         sizes = ", ".join(f"{size} {dim}" for dim, size in dataset.sizes.items())
         yield "dimensions", sizes or "none"

@@ -8,7 +8,7 @@ import xarray as xr
 from symhbm.continuation import Status
 from symhbm.model.contacts import Behaviour
 from symhbm.results import parts
-from symhbm.results.reading import ALIKE, completeness, largest, read, set_dimensions
+from symhbm.results.reading import ALIKE, completeness, curve_status, largest, read, set_dimensions
 from symhbm.results.telling.words import Rows, Words, count, counted
 
 _WORST = {
@@ -116,7 +116,9 @@ def _n_points(words: Words) -> int:
         return int(np.count_nonzero(np.isfinite(dataset[words.along].values)))
     if "n_solutions" in dataset.variables:
         return int(np.maximum(dataset["n_solutions"].values, 0).sum())
-    sets = dataset["status"].values
+    status = curve_status(dataset)
+    assert status is not None
+    sets = status.values
     begun = int(np.count_nonzero(sets != str(Status.NOT_STARTED)))
     return begun * dataset["converged"].size // max(1, sets.size)
 

@@ -4,16 +4,15 @@ import numpy as np
 
 from symhbm.results.telling.words import Rows, Words, certificate
 
-STATUS = "identification_status"
 _DIMS = {"unknown", "measurement", "curve", "direction", "fit_start"}
 
 
 def identified(words: Words) -> Rows:
     """Labels and texts on a fit, none of other datasets."""
     dataset, short = words.dataset, words.short
-    if STATUS not in dataset.variables:
+    if "estimate" not in dataset.variables:
         return
-    yield "identification", str(dataset[STATUS].item())
+    yield "identification", str(dataset["status"].item())
     names = ("unknown", "unknown_units", "estimate", "standard_error", "profile_interval")
     for label, units, value, error, ends in zip(*(dataset[n].values for n in names), strict=True):
         unit = "" if units == "1" else f" {units}"
@@ -28,7 +27,7 @@ def identified(words: Words) -> Rows:
 def of_fits(words: Words) -> set[str]:
     """Names of variables that `identified` tells, or are too many to be told."""
     dataset = words.dataset
-    if STATUS not in dataset.variables:
+    if "estimate" not in dataset.variables:
         return set()
     own = {str(name) for name, of in dataset.variables.items() if _DIMS & {*map(str, of.dims)}}
-    return own | {STATUS, "certificate", "noise_level"}
+    return own | {"noise_level"}

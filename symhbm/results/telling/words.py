@@ -126,9 +126,9 @@ def counted(names: np.ndarray) -> str:
 def designs(words: Words) -> Rows:
     """Values, aims and certificate of a design, or of every point of a front."""
     dataset = words.dataset
-    if "design_status" not in dataset.variables:
+    if "certificate" not in dataset.variables or "estimate" in dataset.variables:
         return
-    yield "design", str(dataset["design_status"].item())
+    yield "design", str(dataset["status"].item())
     if "front_aim" in dataset.variables:
         yield from _front(words)
     elif "design_value" in dataset.variables:
