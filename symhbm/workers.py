@@ -78,12 +78,12 @@ def at_work(call: str) -> Iterator[None]:
 
 @contextmanager
 def noted(rest: Callable[[], str | None]) -> Iterator[None]:
-    """Add a note to KeyboardInterrupt on what is kept; a script that it ends says that alone."""
+    """Note on KeyboardInterrupt what the outermost call keeps; a script that ends says it alone."""
     try:
         yield
     except KeyboardInterrupt as interrupt:
         if (kept := rest()) is not None:
-            interrupt.add_note(f"symhbm: interrupted; {kept}")
+            interrupt.__notes__ = [f"symhbm: interrupted; {kept}"]
             if sys.excepthook is sys.__excepthook__:
                 sys.excepthook = _notes_alone
         raise

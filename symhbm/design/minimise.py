@@ -28,6 +28,7 @@ from symhbm.design.search import feasible, search
 from symhbm.design.task import Task
 from symhbm.numerics import check
 from symhbm.results import Sweep, parse, runs
+from symhbm.workers import noted
 
 _GOOD = (Status.DESIGN_OPTIMAL, Status.DESIGN_AT_BOUND)
 """Statuses of an optimum."""
@@ -169,7 +170,9 @@ def minimise_peak(
     if feasible(program) is None:
         return checked(infeasible(problem, task.variables, task.limits.names), _GOOD, running.throw)
     cases = Cases(task.work, running.executor, running.progress)
-    search_result = search(program, cases, [] if fixed_start is None else [fixed_start], n_starts)
+    with noted(lambda: "nothing is kept of a design that is not finished"):
+        starts = [] if fixed_start is None else [fixed_start]
+        search_result = search(program, cases, starts, n_starts)
     design = search_result.design
     status = status_of(program, search_result, cases.failed)
     result = task.responses([design.x], running)
@@ -187,7 +190,7 @@ def minimise_peak(
         states = cases.changed(sweep=fresh_sweep, peaks=own)(design.x)
         result = result.merge(report_of_fresh(problem, program, [state.height for state in states]))
         text += (
-            f" Over {fresh_sweep.size} cases that were not designed for, the same statistic is "
+            f"\nOver {fresh_sweep.size} cases that were not designed for, the same statistic is "
             f"{float(result['fresh_amplitude']):.6g} m."
         )
     return checked(with_certificate(result, status, text), _GOOD, running.throw)

@@ -25,6 +25,7 @@ from symhbm.results import (
     runs,
     schema,
 )
+from symhbm.workers import noted
 
 _ROUNDS = 6
 """Largest number of times that minima and exchanges are surveyed and missed branches followed."""
@@ -125,7 +126,8 @@ def peak_curve(
     problem.model.check_frequencies("frequency_band", limits)
     warn_of_doubts(problem.model, limits, problem.harmonics, moving=[parameter])
     start = last if index is not None else sector_of(last)
-    with Surveyor(bands, running.executor, running.progress) as surveyor:
+    surveyor = Surveyor(bands, running.executor, running.progress)
+    with noted(lambda: "nothing is kept of a curve that is not finished"), surveyor:
         leading = LeadingBranches(Parameter(start, parameter, index, low, high), surveyor)
         leading.follow([] if grid is None else grid.tolist())
         envelope = _verified_envelope(leading)

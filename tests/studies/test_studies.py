@@ -815,6 +815,17 @@ def test_a_study_that_fails_does_not_stop_the_others(tmp_path, monkeypatch, caps
     assert 'id="fig04_hysteresis_loop"' in page
 
 
+def test_an_interrupt_ends_with_a_sentence(tmp_path, monkeypatch, capsys):
+    def interrupted(progress):
+        raise KeyboardInterrupt
+
+    monkeypatch.setitem(sys.modules, "studies.quick", fake("quick", nothing))
+    monkeypatch.setitem(sys.modules, "studies.slow", fake("slow", interrupted))
+    assert main({"slow": 9, "quick": 1}, tmp_path) == 130
+    last = capsys.readouterr().err.splitlines()[-1]
+    assert last == f"studies: interrupted; 1 of 2 studies are in {tmp_path}"
+
+
 @pytest.mark.slow
 def test_studies_run_from_the_command_line():
     """The documented command, on one study."""
