@@ -17,7 +17,7 @@ import symhbm as sh
 from symhbm.cli import main
 from symhbm.cli.selection import draw
 from symhbm.plot.structure.masses import COLORS
-from symhbm.plot.structure.network import HALF, links, spread
+from symhbm.plot.structure.network import HALF, links, places_of_contacts, spread
 from tests.paper import texts
 from tests.problems import one_blade, ring_of_blades
 
@@ -430,3 +430,16 @@ def test_structure_of_an_archive(tmp_path):
     assert (tmp_path / "loads_model.png").stat().st_size > 10_000
     assert "$F_n$ = 2 N" in words(draw(loads, "model", ["normal_load=2"], {})[1])
     assert "normal load at its nominal value" in words(draw(path, "model", [], {})[1])
+
+
+OF_SECTORS = {(3,): (2,), (2, sh.next_sector(3)): (1, 2), (2, sh.next_sector(2)): (1,)}
+
+
+@pytest.mark.parametrize(("ends", "expected"), OF_SECTORS.items())
+def test_contacts_of_a_sector_are_at_its_own_degrees_of_freedom(ends, expected):
+    """Those numbered after an interface that belongs to the next sector, too."""
+    sector = sh.Sector(sh.Model(np.eye(4), np.eye(4), 1e4 * second_difference(4)), [0], [1], 12)
+    rubs = sector.with_contacts(rub=sh.Contacts(sh.laws.Coulomb(), ends, **FRICTION))
+    [places] = places_of_contacts(rubs)
+    assert places == expected
+    sh.plot.model(rubs)

@@ -8,7 +8,6 @@ from numpy.typing import NDArray
 from scipy.sparse.csgraph import shortest_path
 
 from symhbm.model import Structure
-from symhbm.model.contacts import Ends, weights_of
 from symhbm.numerics import FloatArray
 
 _ROUND_OFF = 1e-9
@@ -93,17 +92,21 @@ def kinds_of_contacts(model: Structure) -> list[list[str]]:
 
 def places_of_contacts(model: Structure) -> list[tuple[int, ...]]:
     """Degrees of freedom of each contact in the first of its directions, largest weights first."""
-    return [_places(model.row_ends[rows[0]]) for rows in model.contact_rows]
+    rows = _places(model)
+    return [rows[of_contact[0]] for of_contact in model.contact_rows]
 
 
-def _places(ends: Ends) -> tuple[int, ...]:
-    dofs, weights = weights_of(ends)
-    return tuple(dofs[k] for k in np.argsort(-np.abs(weights), kind="stable"))
+def _places(model: Structure) -> list[tuple[int, ...]]:
+    """Those of each direction: of a sector what moves in a wave, also to the same place beyond."""
+    directions = sp.csr_array(model.directions_of(1))
+    ends = zip(directions.indptr[:-1], directions.indptr[1:], strict=True)
+    rows = [(directions.indices[i:j], np.abs(directions.data[i:j])) for i, j in ends]
+    return [tuple(dofs[np.lexsort((dofs, -weights))].tolist()) for dofs, weights in rows]
 
 
 def joined(model: Structure, parts: Network) -> NDArray[np.intp]:
     """Pairs of degrees of freedom with an element between them, (n, 2), the lower one first."""
-    touched = [(dofs[0], dof) for dofs in map(_places, model.row_ends) for dof in dofs[1:]]
+    touched = [(dofs[0], dof) for dofs in _places(model) for dof in dofs[1:]]
     contacts = np.array(touched, dtype=np.intp).reshape(-1, 2)
     every = np.concatenate([parts.springs.pairs, parts.dampers.pairs, contacts])
     return np.unique(np.sort(every, axis=1), axis=0)
