@@ -90,3 +90,13 @@ def test_a_long_notebook_is_exported_with_each_picture_once(run):
 def test_notebooks_are_listed():
     index = (FOLDER / "index.md").read_text(encoding="utf-8")
     assert [name for name in NAMES if f"({name}.md)" not in index] == []
+
+
+def test_from_matrices_to_a_document_takes_few_lines():
+    """Matrices, a sector, contacts, a sweep, two designs, loops at peaks, a table with units."""
+    notebook = jupytext.read(FOLDER / "two-designs-of-a-shroud.md")
+    code = "\n".join(cell.source for cell in notebook.cells if cell.cell_type == "code")
+    assert len([line for line in code.splitlines() if line.strip()]) < 40
+    steps = "read_structure", "sh.Sector", "with_contacts", "over=", "with_parameters", "compare("
+    steps += 'plot.hysteresis(results, at="peak")', "units=True", "to_csv"
+    assert [step for step in steps if step not in code] == []
