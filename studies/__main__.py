@@ -46,6 +46,7 @@ STUDIES = {
     "open_sector_modes": 15,
     "open_sector_contacts": 30,
     "open_sector_mistuned": 45,
+    "calculix_sector": 100,
     "pareto_damper_mass": 45,
     "identified_contacts": 30,
     "identified_backbone": 30,

@@ -174,17 +174,21 @@ OVERCLOSURE = 1e-4
 _DISK = "disk_left", "disk", "disk_right", "neck"
 
 
+def sector(folder: Path, mesh: SectorMesh) -> None:
+    """All files of a sector."""
+    folder.mkdir(parents=True, exist_ok=True)
+    mesh.write(folder / "mesh.inp")
+    matrices(folder)
+    modes(folder, mesh.n_sectors)
+    spinning(folder, mesh, SPEED)
+    linear_static(folder, mesh.n_sectors, SPEED)
+    contact_static(folder, mesh.n_sectors, OPERATING)
+
+
 def small(folder: Path) -> None:
     """Files of the small sectors: of 12 with bricks of 8 and of 20 nodes, and of a disk of 6."""
     for quadratic, name in ((False, "hex8"), (True, "hex20")):
-        mesh, own = sector_mesh(quadratic, SMALL, 12, OVERCLOSURE), folder / name
-        own.mkdir(parents=True, exist_ok=True)
-        mesh.write(own / "mesh.inp")
-        matrices(own)
-        modes(own, mesh.n_sectors)
-        spinning(own, mesh, SPEED)
-        linear_static(own, mesh.n_sectors, SPEED)
-        contact_static(own, mesh.n_sectors, OPERATING)
+        sector(folder / name, sector_mesh(quadratic, SMALL, 12, OVERCLOSURE))
     mesh, own = sector_mesh(False, SMALL, 6, blocks=_DISK), folder / "whole_disk"
     own.mkdir(parents=True, exist_ok=True)
     mesh.write(own / "mesh.inp")

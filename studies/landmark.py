@@ -13,6 +13,7 @@ class Source(StrEnum):
     EXACT = "exact"
     CLOSED_FORM = "closed form"
     OTHER_PROGRAM = "another program of our own"
+    CALCULIX = "CalculiX 2.20"
     SAMPLED = "1,000 samples of our own"
 
 

@@ -59,6 +59,7 @@ LONG = (
     "open_sector_contacts",
     "open_sector_mistuned",
     "pareto_damper_mass",
+    "calculix_sector",
     "damping_of_modes",
     "flutter",
     "flutter_limits",
