@@ -1,5 +1,6 @@
 """OP4 files of Nastran, where pyYeti is installed."""
 
+import subprocess
 import sys
 import warnings
 from pathlib import Path
@@ -9,6 +10,19 @@ import pytest
 import rods
 
 import symhbm as sh
+
+
+def writer():
+    with np.printoptions():  # which pyYeti changes
+        return pytest.importorskip("pyyeti.nastran.op4")
+
+
+@pytest.mark.slow
+def test_numbers_are_printed_as_before(tmp_path):
+    writer().write(str(tmp_path / "rod.op4"), {"maa": np.eye(2), "kaa": np.eye(2)})
+    lines = "import sys, numpy, symhbm; before = numpy.get_printoptions(); "
+    lines += "symhbm.read_structure(sys.argv[1]); assert numpy.get_printoptions() == before"
+    subprocess.run([sys.executable, "-c", lines, tmp_path / "rod.op4"], check=True)
 
 
 def test_without_pyyeti_it_says_what_to_install(tmp_path, monkeypatch):
@@ -21,7 +35,7 @@ def test_without_pyyeti_it_says_what_to_install(tmp_path, monkeypatch):
 @pytest.mark.parametrize("binary", [True, False])
 @pytest.mark.parametrize("form", ["bigmat", "nonbigmat", "dense"])
 def test_op4(tmp_path, binary, form):
-    op4 = pytest.importorskip("pyyeti.nastran.op4")
+    op4 = writer()
     path = tmp_path / "rod.op4"
     held = dict(zip(("maa", "baa", "kaa"), rods.matrices(), strict=True))
     op4.write(str(path), {k: m.tocoo() for k, m in held.items()}, sparse=form, binary=binary)
@@ -84,7 +98,7 @@ ENDDATA
 
 def bulk(folder, own=""):
     """Bulk data of a cube of 20 nodes beside matrices of all its rows."""
-    op4 = pytest.importorskip("pyyeti.nastran.op4")
+    op4 = writer()
     corners = [(0, 0), (1, 0), (1, 1), (0, 1)]
     points = [(*c, 0) for c in corners] + [(*c, 1) for c in corners]
     around = [(0, 1), (1, 2), (2, 3), (3, 0)]

@@ -35,7 +35,8 @@ _RECTANGULAR = 1
 def read(files: dict[str, Path], names: Mapping[str, str]) -> Contents:
     """The matrices of one file with its bulk data; ImportError without pyYeti."""
     try:
-        from pyyeti.nastran import bulk, op2, op4  # type: ignore[import-not-found]
+        with np.printoptions():  # which pyYeti changes for all
+            from pyyeti.nastran import bulk, op2, op4  # type: ignore[import-not-found]
     except ImportError:
         raise ImportError("reading Nastran needs pyYeti: pip install symhbm[nastran]") from None
     [path] = files.values()
