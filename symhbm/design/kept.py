@@ -3,11 +3,14 @@
 import os
 from dataclasses import dataclass, field
 from pathlib import Path
+from typing import Any
 
 import numpy as np
 import xarray as xr
 
+from symhbm.balance import HarmonicBalance
 from symhbm.numerics import FloatArray
+from symhbm.results import Sweep, with_provenance
 from symhbm.results.archive import ArchiveError, load, path_of, save
 
 _CALL = "design_call"
@@ -81,6 +84,14 @@ class KeptDesigns:
             save(result, self.target)
             self.file.unlink(missing_ok=True)
         return result
+
+
+def told_of(problem: HarmonicBalance, sweep: Sweep) -> list[Any]:
+    """All that a problem under a sweep is, for the digest of a call."""
+    parts = with_provenance({}, {}, problem, sweep)
+    entries = sorted((parts.variables | parts.coordinates).items())
+    values = [(name, np.asarray(entry[1]).tolist()) for name, entry in entries]
+    return [str(parts.attributes["problem"]), repr(values)]
 
 
 def _check_call(path: Path, stored: str | None, call: str) -> None:

@@ -20,9 +20,9 @@ from symhbm.design.identification.objective import Objective, Point
 from symhbm.design.identification.observations import Rows
 from symhbm.design.identification.report import report, sentences_of, start_of
 from symhbm.design.identification.unknowns import Unknowns, read_unknowns
-from symhbm.design.kept import KeptDesigns
+from symhbm.design.kept import KeptDesigns, told_of
 from symhbm.numerics import FloatArray, check, on_one_thread
-from symhbm.results import parse, runs, with_provenance
+from symhbm.results import parse, runs
 from symhbm.workers import noted, progress_bar
 
 
@@ -198,10 +198,7 @@ def _started(unknowns: Unknowns, start: Any) -> Unknowns:
 def _call_of(problem: HarmonicBalance, objective: Objective, asked: Sequence[Any]) -> str:
     """Digest of all that a fit depends on."""
     unknowns, rows = objective.unknowns, objective.rows
-    parts = with_provenance({}, {}, problem, parse(problem, None))
-    told = [parts.attributes["problem"], unknowns.each, unknowns.text, asked]
-    entries = (parts.variables | parts.coordinates).values()
-    told += [np.asarray(entry[1]).tolist() for entry in entries]
+    told = [told_of(problem, parse(problem, None)), unknowns.each, unknowns.text, asked]
     told += [(name, column.tolist()) for name, column in rows.table.items()]
     return hashlib.sha256(repr(told).encode()).hexdigest()
 

@@ -185,7 +185,7 @@ class Point:
                 for i in rows.tolist():
                     parts[i] = curve.seen[i] @ one.state
         rows = self.objective.rows
-        return readings(rows, range(rows.n), parts, self._sensors[0])
+        return readings(rows, parts, self._sensors[0])
 
     @property
     def readings(self) -> FloatArray:

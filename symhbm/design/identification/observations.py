@@ -2,17 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Sequence
+from collections.abc import Sequence
 from dataclasses import dataclass
-from functools import cached_property
+from functools import cache, cached_property
 from typing import Any
 
+import casadi as ca
 import numpy as np
 import xarray as xr
 from numpy.typing import NDArray
 
 from symhbm.balance import HarmonicBalance
-from symhbm.numerics import RADIANS, FloatArray, check
+from symhbm.numerics import RADIANS, Compiled, FloatArray, check
 from symhbm.results.reading import MEASURED
 
 POWERS = {"displacement": 0, "velocity": 1, "acceleration": 2}
@@ -156,60 +157,46 @@ class Rows:
         ]
 
 
+_FORMS = ("real", "imaginary", "magnitude", "phase")
+
+
+@cache
+def _reading() -> Compiled:
+    """All forms of a reading with derivatives, by cosine, sine, gain, phase and delay (5,)."""
+    by, turning, power = ca.SX.sym("by", 5), ca.SX.sym("turning"), ca.SX.sym("power")
+    cosine, sine, gain, phase, delay = ca.vertsplit(by)
+    turned, size = phase - turning * delay + power * ca.pi / 2, gain * turning**power
+    # The reading is (cosine - i sine) size exp(i turned).
+    real = size * (cosine * ca.cos(turned) + sine * ca.sin(turned))
+    imaginary = size * (cosine * ca.sin(turned) - sine * ca.cos(turned))
+    magnitude = size * ca.sqrt(cosine**2 + sine**2)
+    forms = ca.vertcat(real, imaginary, magnitude, ca.atan2(imaginary, real))
+    slopes = ca.jacobian(forms, by)
+    # Transposed: CasADi stores columns one after the other.
+    outputs = [forms, slopes.T, ca.jacobian(ca.vec(slopes.T), by).T]
+    return Compiled(ca.Function("reading", [by, turning, power], [*map(ca.densify, outputs)]))
+
+
 def readings(
-    rows: Rows, at: Iterable[int], parts: FloatArray, sensors: FloatArray
+    rows: Rows, parts: FloatArray, sensors: FloatArray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Values (k,) that rows should have, with first (k, 5) and second derivatives (k, 5, 5).
+    """Values (n_rows,) that rows should have, with first (.., 5) and second derivatives (.., 5, 5).
 
-    By cosine and sine of the motion, ``parts`` (k, 2), and gain, phase and delay, ``sensors``
-    (k, 3).
+    By cosine and sine of the motion, ``parts`` (n_rows, 2), and gain, phase and delay, ``sensors``
+    (n_rows, 3). A motion of 0 has neither a phase nor a slope of its magnitude: they are 0.
     """
-    chosen = np.fromiter(at, dtype=int)
-    order, omega = rows.harmonic[chosen], rows.omega[chosen]
-    power = rows.powers(chosen, (*OF_PEAKS, *OF_MODES))
-    itself = np.isin(rows.form[chosen], _BY_ITSELF)
-    gain, phase, delay = np.where(itself[:, None], [1.0, 0.0, 0.0], sensors).T
-    turned = (1j * order * omega) ** power * np.exp(1j * (phase - order * omega * delay))
-    motion = (parts[:, 0] - 1j * parts[:, 1]) * turned
-    # The reading is gain times motion; each rate is a factor of it or of the turned unit.
-    rates = np.stack([1j * np.ones(len(gain)), -1j * order * omega], axis=1)
-    first = np.zeros((len(gain), 5), complex)
-    first[:, 0], first[:, 1], first[:, 2] = gain * turned, -1j * gain * turned, motion
-    whole = gain * motion
-    first[:, 3:] = whole[:, None] * rates
-    second = np.zeros((len(gain), 5, 5), complex)
-    for i in (0, 1, 2):
-        second[:, i, 3:] = first[:, i, None] * rates
-        second[:, 3:, i] = second[:, i, 3:]
-    for i, by_part in enumerate((turned, -1j * turned)):
-        second[:, i, 2] = second[:, 2, i] = by_part
-    second[:, 3:, 3:] = whole[:, None, None] * rates[:, :, None] * rates[:, None, :]
+    n, every = rows.n, np.arange(rows.n)
+    itself = np.isin(rows.form, _BY_ITSELF)
+    sensors = np.where(itself[:, None], [1.0, 0.0, 0.0], sensors)
+    turning = rows.harmonic * rows.omega
+    by, power = np.column_stack([parts, sensors]), rows.powers(every, (*OF_PEAKS, *OF_MODES))
+    found = _reading().at_points(n, by, turning[:, None], power[:, None])
+    named = dict.fromkeys(_BY_ITSELF, "real") | {"peak_amplitude": "magnitude"}
+    which = np.array([_FORMS.index(named.get(one, one)) for one in rows.form.tolist()])
+    shapes = (n, 4), (n, 4, 5), (n, 4, 5, 5)
+    values, first, second = (
+        np.nan_to_num(part.reshape(shape)[every, which])
+        for part, shape in zip(found, shapes, strict=True)
+    )
     first[itself, 2:], second[itself] = 0.0, 0.0
-    return _of_form(rows.form[chosen], whole, first, second)
-
-
-def _of_form(
-    form: np.ndarray, whole: Any, first: Any, second: Any
-) -> tuple[FloatArray, FloatArray, FloatArray]:
-    """Real part, imaginary part, magnitude or phase of complex readings, with derivatives."""
-    safe = np.where(whole == 0, 1.0, whole)
-    size = np.abs(safe)
-    relative = first / safe[:, None]
-    of_log = second / safe[:, None, None] - relative[:, :, None] * relative[:, None, :]
-    # The logarithm of a reading has the logarithm of its size and its phase as parts.
-    growth = relative.real
-    of_size = size[:, None, None] * (of_log.real + growth[:, :, None] * growth[:, None, :])
-    values = {
-        "real": (whole.real, first.real, second.real),
-        "imaginary": (whole.imag, first.imag, second.imag),
-        "magnitude": (np.abs(whole), size[:, None] * growth, of_size),
-        "phase": (np.angle(whole), relative.imag, of_log.imag),
-    }
-    result = tuple(np.zeros_like(part) for part in values["real"])
-    of_forms = dict.fromkeys(_BY_ITSELF, "real") | {"peak_amplitude": "magnitude"}
-    named = np.array([of_forms.get(one, one) for one in form])
-    for name, parts in values.items():
-        which = named == name
-        for target, part in zip(result, parts, strict=True):
-            target[which] = part[which]
-    return result
+    return values, first, second

@@ -8,7 +8,6 @@ peak has its height and its frequency as a state, with derivatives of its own co
 
 from __future__ import annotations
 
-from abc import ABC, abstractmethod
 from dataclasses import dataclass
 from functools import partial
 from typing import Any
@@ -28,38 +27,12 @@ _NEAR = 0.05
 """Change of a frequency from the predicted one, relative, of what may be another mode."""
 
 
-class Solved(ABC):
-    """One solution of a ``problem`` at ``omega`` [rad/s], with its ``state`` (n_state,)."""
-
-    problem: HarmonicBalance
-    omega: float
-    state: FloatArray
-
-    @property
-    @abstractmethod
-    def size(self) -> float:
-        """The largest displacement in it [m]."""
-
-    @property
-    @abstractmethod
-    def margins(self) -> FloatArray:
-        """Margins of the switches of its contacts, (n_switches,)."""
-
-    @abstractmethod
-    def move(self, own: FloatArray) -> FloatArray:
-        """Derivatives (n_state, n) of the state, parameters moving by ``own`` (n_balanced, n)."""
-
-    @abstractmethod
-    def bend(self, pull: FloatArray, own: FloatArray, bends: FloatArray) -> FloatArray:
-        """Second derivatives (n, n) of ``pull @ state``; ``bends`` (n_balanced, n, n) of ``own``.
-
-        NaN where they are not known.
-        """
-
-
 @dataclass(frozen=True, eq=False)
-class Response(Solved):
-    """A response, whose state are the unknowns; ``evaluation`` is the balance there."""
+class Response:
+    """A response of a problem at ``omega`` [rad/s]; ``evaluation`` is the balance there.
+
+    Its ``state`` (n_state,) are the unknowns.
+    """
 
     order: SecondOrder
     problem: HarmonicBalance
@@ -73,12 +46,12 @@ class Response(Solved):
 
     @property
     def size(self) -> float:
-        """As of any solution."""
+        """The largest displacement in it [m]."""
         return float(np.abs(self._motion).max())
 
     @property
     def margins(self) -> FloatArray:
-        """As of any solution."""
+        """Margins of the switches of its contacts, (n_switches,)."""
         return self.evaluation.states.margins
 
     @property
@@ -87,7 +60,7 @@ class Response(Solved):
         return self.order.by_parameters(*at)
 
     def move(self, own: FloatArray) -> FloatArray:
-        """As of any solution."""
+        """Derivatives (n_state, n) of the state, parameters moving by ``own`` (n_balanced, n)."""
         right = np.zeros((len(self.state), own.shape[1]))
         right[: self.problem.n_unknowns] = self._by_parameters @ own
         found = Factorisation(self.evaluation.jacobian).solve(-right)
@@ -96,7 +69,7 @@ class Response(Solved):
         return found
 
     def bend(self, pull: FloatArray, own: FloatArray, bends: FloatArray) -> FloatArray:
-        """As of any solution."""
+        """Second derivatives (n, n) of ``pull @ state``, ``own`` bending by (n_balanced, n, n)."""
         found = Factorisation(self.evaluation.jacobian.T).solve(pull)
         assert found is not None
         weights, move = found[: self.problem.n_unknowns], self.move(own)
@@ -131,48 +104,51 @@ class Mode(Response):
 
 
 @dataclass(frozen=True, eq=False)
-class Peak(Solved):
+class Peak:
     """The highest peak of a goal over the frequency; its state is its height and frequency."""
 
     conditions: Conditions
 
     @property
-    def problem(self) -> HarmonicBalance:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """As of any solution."""
+    def problem(self) -> HarmonicBalance:
+        """The problem that it is of."""
         return self.conditions.maximum.problem
 
     @property
-    def omega(self) -> float:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """As of any solution."""
+    def omega(self) -> float:
+        """Its angular frequency [rad/s]."""
         return self.conditions.maximum.frequency
 
     @property
-    def state(self) -> FloatArray:  # pyright: ignore[reportIncompatibleVariableOverride]
-        """As of any solution."""
+    def state(self) -> FloatArray:
+        """Height and frequency [rad/s], (2,)."""
         return np.array([self.conditions.maximum.amplitude, self.omega])
 
     @property
     def size(self) -> float:
-        """As of any solution."""
+        """As of a response."""
         return float(np.abs(self.conditions.maximum.unknowns).max())
 
     @property
     def margins(self) -> FloatArray:
-        """As of any solution; a corner is where a contact is on its limit, and moves with it."""
+        """As of a response; a corner is where a contact is on its limit, and moves with it."""
         margins = self.conditions.evaluation.states.margins.copy()
         margins[self.conditions.maximum.on_limit] = np.inf
         return margins
 
     def move(self, own: FloatArray) -> FloatArray:
-        """As of any solution."""
+        """As of a response."""
         return np.array([self.conditions.gradient, self.conditions.frequency_gradient]) @ own
 
     def bend(self, pull: FloatArray, own: FloatArray, bends: FloatArray) -> FloatArray:
-        """As of any solution; that of the frequency takes third derivatives, and is not known."""
+        """As of a response, or NaN: that of the frequency takes third derivatives."""
         if pull[1]:
             return np.full((own.shape[1],) * 2, np.nan)
         of = self.conditions
         return pull[0] * (own.T @ of.hessian @ own + np.tensordot(of.gradient, bends, 1))
+
+
+Solved = Response | Peak
 
 
 def peak_of(

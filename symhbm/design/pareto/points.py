@@ -17,23 +17,19 @@ import numpy as np
 from symhbm.continuation import Status
 from symhbm.design import tolerances
 from symhbm.design.cases import Cases
-from symhbm.design.kept import KeptDesigns
+from symhbm.design.kept import KeptDesigns, told_of
 from symhbm.design.outcome import status_of
 from symhbm.design.program import Aim, Limits, Program
 from symhbm.design.search import SearchResult, again, best_of, search
 from symhbm.design.task import Task
 from symhbm.numerics import FloatArray
-from symhbm.results import with_provenance
 
 
 def signature(task: Task, aims: Sequence[Aim], n_points: int, n_starts: int | None) -> str:
     """Digest of all that a front depends on."""
     told: list[Any] = [n_points, n_starts, str(task.statistic), repr(task.variables.groups)]
     for peak in task.peaks:
-        parts = with_provenance({}, {}, peak.problem, task.sweep)
-        told += [str(parts.attributes["problem"]), peak.name, peak.bands, peak.dof]
-        for name, entry in sorted((parts.variables | parts.coordinates).items()):
-            told += [name, repr(np.asarray(entry[1]).tolist())]
+        told += [*told_of(peak.problem, task.sweep), peak.name, peak.bands, peak.dof]
     told += [text for aim in aims for text in (aim.name, aim.logarithm.serialize())]
     told += [task.limits.low.tolist(), task.limits.high.tolist(), task.limits.function.serialize()]
     return hashlib.sha256(json.dumps(told).encode()).hexdigest()
