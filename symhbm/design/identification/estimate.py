@@ -73,11 +73,12 @@ def descend(
     tick: Callable[[], Any] = lambda: None,
     precise: bool = True,
     keep: Callable[[FloatArray], Any] = lambda x: None,
+    scale: float = 1.0,
 ) -> Descent:
     """The optimum that a start leads to; ``free`` are the variables that move, by default all.
 
-    ``keep`` takes each point on the way. One that is not ``precise`` is as close as sums of squares
-    need to be compared.
+    ``keep`` takes each point on the way; a loss counts residuals over a ``scale``. One that is not
+    ``precise`` is as close as sums of squares need to be compared.
     """
     free = np.arange(len(start)) if free is None else free
     lower, upper = objective.unknowns.bounds
@@ -116,6 +117,7 @@ def descend(
             (lower[free], upper[free]),
             x_scale="jac",
             loss=loss,
+            f_scale=scale,
             ftol=tolerance,
             xtol=tolerance,
             gtol=tolerance,
@@ -230,10 +232,16 @@ def search(
     """
     kept = kept or KeptDesigns("")
 
-    def from_start(start: FloatArray) -> Descent:
+    def from_start(start: FloatArray, around: bool = False) -> Descent:
         name = "-".join(start.astype(str))
-        keep = partial(kept.add, name)
-        found = descend(objective, kept.designs.get(name, start), loss, tick=tick, keep=keep)
+        begin = kept.designs.get(name, start)
+        if around and name not in kept.designs:
+            # Where far points count little, narrow resonances that pass measured ones block less.
+            scale = _size(objective) / _SHARP
+            given: Any = dict(tick=tick, precise=False, scale=scale)
+            near = descend(objective, start, "cauchy", **given).point
+            begin = start if near is None else near.x
+        found = descend(objective, begin, loss, tick=tick, keep=partial(kept.add, name))
         return replace(found, start=start)
 
     followed = any(curve.followed for curve in objective.curves)
@@ -243,7 +251,7 @@ def search(
         tick()
         others = sorted(starts[1:], key=lambda start: _misfit(objective, start))
         for start in others[: n_starts - 1]:
-            descents.append(from_start(start))
+            descents.append(from_start(start, around=not followed))
             if _explains(descents[-1]):
                 break
     return sorted(descents, key=lambda descent: descent.value)
@@ -266,6 +274,10 @@ def _misfit(objective: Objective, start: FloatArray) -> float:
         residuals = objective.at(start).residuals
     except ArithmeticError:
         return np.inf
+    return float(np.sum(np.log1p((_SHARP * residuals / _size(objective)) ** 2)))
+
+
+def _size(objective: Objective) -> float:
+    """Root mean square of all measurements over their scales."""
     rows = objective.rows
-    size = float(np.sqrt(np.mean((rows.value / rows.scales)[rows.kept] ** 2))) or 1.0
-    return float(np.sum(np.log1p((_SHARP * residuals / size) ** 2)))
+    return float(np.sqrt(np.mean((rows.value / rows.scales)[rows.kept] ** 2))) or 1.0
