@@ -1,9 +1,6 @@
 """Contacts that are springs and sliders, and what they do to the motion in each of their states."""
 
-from typing import NamedTuple
-
 import numpy as np
-from numpy.typing import NDArray
 
 from symhbm.model import Structure
 from symhbm.numerics import FloatArray
@@ -17,20 +14,6 @@ APART = 2.0
 def slip(state: FloatArray) -> FloatArray:
     """Direction of slip of states, 0 without slip."""
     return np.where(state == APART, 0.0, state)
-
-
-class Sliders(NamedTuple):
-    """What loops need of `ActiveContacts` and of `LinearMotion`, of the same shapes."""
-
-    directions: FloatArray
-    pressing: FloatArray
-    stiffness: FloatArray
-    friction: FloatArray
-    loads: FloatArray
-    rubs: NDArray[np.bool_]
-    presses: NDArray[np.bool_]
-    push: FloatArray
-    push_normal: FloatArray
 
 
 class ActiveContacts:
@@ -129,3 +112,13 @@ class ActiveContacts:
         """Stiffness (n_dof, n_dof) [N/m] of the contacts in a ``state`` (n_active,)."""
         pressed = self.normal.T @ self.normal_slopes(state)
         return self.directions.T @ self.friction_slopes(state) + pressed
+
+    def friction_since_closing(self, slope: FloatArray, contact: int) -> FloatArray:
+        """Derivative by displacement (n_dof,) of the friction of a contact that closed and sticks.
+
+        ``slope`` (n_dof,) is that of the motion. Closing earlier by ``k_n dv / p'`` adds
+        ``k_t u'`` times that: a spring beside the normal one.
+        """
+        outward = self.contact_stiffness[contact] * (self.directions[contact] @ slope)
+        closes = self.pressing[contact] @ slope
+        return self.pressing[contact] * (outward / closes if closes > 0 else 0.0)

@@ -14,6 +14,7 @@ from dataclasses import dataclass
 from typing import Any
 
 import numpy as np
+from numpy.typing import NDArray
 
 from symhbm.numerics import FloatArray
 from symhbm.numerics.loops import Loop, polynomials
@@ -21,6 +22,7 @@ from symhbm.time_domain.active_contacts import APART, STICK, slip
 from symhbm.time_domain.cells import Cells
 from symhbm.time_domain.linear_motion import DEGREE, LinearMotion
 
+_POWER = np.arange(DEGREE + 1)
 _INSTANT = 1e-13
 """Distance of events [rad] below which they share one state."""
 SHORTEST = 1e-15
@@ -88,8 +90,8 @@ def march(linear: LinearMotion, state: FloatArray, length: float) -> March:
     forces [N], which are put between their limits. Raises ArithmeticError for a motion that is not
     finite, or where events follow each other without end.
     """
-    n, count, sliders = linear.n_dof, len(linear.active), linear.sliders
-    x, slope, friction = (part.copy() for part in np.split(linear.within_limits(state), [n, 2 * n]))
+    n, count = linear.n_dof, len(linear.active)
+    x, slope, friction = np.split(linear.within_limits(state), [n, 2 * n])
     limit = linear.limits(x)
     of_contact, touching = _states_at(linear, x, slope, friction, limit)
     friction = np.where(of_contact == STICK, friction, slip(of_contact) * limit)
@@ -98,25 +100,46 @@ def march(linear: LinearMotion, state: FloatArray, length: float) -> March:
     for j in np.flatnonzero(slipped).tolist():
         variation[2 * n + j] = linear.friction_slopes(of_contact)[j] @ variation[:n]
     ended_slip, changes = np.zeros(count), np.empty((count, 2), dtype=np.int64)
-    now = x, slope, friction, limit, variation
     contacts = of_contact, ended_slip, touching
     tau, cells, events = 0.0, [], []
     while length - tau > SHORTEST:
         flow, powers = linear.cell(tau, x, slope, friction, of_contact)
-        share = min(1.0, (length - tau) / flow.width)
-        at, n_changes = _to_event(sliders, powers, share, friction, limit, contacts, changes)
-        if n_changes < 0:
+        if not np.isfinite(powers).all():
             raise ArithmeticError("the motion is not finite")
+        share = min(1.0, (length - tau) / flow.width)
+        powers *= share ** _POWER[:, None]
+        at, n_changes = _to_event(linear, powers, friction, limit, contacts, changes)
         width = share * at * flow.width
         if width > SHORTEST:
-            cells.append((tau, width, powers, friction.copy(), of_contact.copy()))
-            _carry(sliders, powers, width, flow.transition(share * at), of_contact, now)
+            powers = powers * at ** _POWER[:, None]
+            cells.append((tau, width, powers, friction, of_contact.copy()))
+            slopes, stick = linear.friction_slopes(of_contact), of_contact == STICK
+            _carry(linear, flow.transition(share * at), slopes, of_contact, variation)
+            travel = powers[1:].sum(axis=0)
+            x, slope = powers[0] + travel, _POWER @ powers / width
+            limit = linear.limits(x)
+            friction = np.where(stick, friction + slopes @ travel, slip(of_contact) * limit)
             tau = length if at == 1.0 and share < 1.0 else tau + width
             if width > _INSTANT:
                 ended_slip[:], touching[:] = 0.0, False
         for j, side in changes[:n_changes].tolist():
-            _change(sliders, j, side, now, contacts)
-            slipped[j] |= of_contact[j] != STICK
+            before, ended_slip[j] = of_contact[j], 0.0
+            if before == APART:
+                of_contact[j], touching[j] = _closing(linear, slope, j), True
+            elif before == STICK and linear.rubs[j]:
+                of_contact[j] = 1.0 - 2.0 * side
+            elif before != STICK and side == 0:
+                of_contact[j], ended_slip[j] = STICK, before
+            else:
+                of_contact[j], touching[j] = APART, True
+            friction = friction.copy()
+            if of_contact[j] != STICK:
+                friction[j] = slip(of_contact[j]) * limit[j]
+                slipped[j] = True
+                variation[2 * n + j] = linear.friction_slopes(of_contact)[j] @ variation[:n]
+            elif before == APART:
+                friction[j] = 0.0
+                variation[2 * n + j] = linear.friction_since_closing(slope, j) @ variation[:n]
             events.append((tau, j, of_contact[j]))
         if len(events) > EVENTS_PER_CONTACT * count:
             raise ArithmeticError("the contacts change their states without end")
@@ -145,135 +168,54 @@ def _states_at(
     touching = pressure == 0
     state[(pressure < 0) | touching & (closes <= 0)] = APART
     for j in np.flatnonzero(touching & (closes > 0)).tolist():
-        state[j] = _closing(linear.sliders, slope, j)
+        state[j] = _closing(linear, slope, j)
     return state, touching
 
 
-@Loop
-def _closing(sliders: Any, slope: Any, contact: int) -> float:
+def _closing(linear: LinearMotion, slope: FloatArray, contact: int) -> float:
     """State of an active contact that closes: it slips if it moves faster than the wall."""
-    outward = sliders.stiffness[contact] * (sliders.directions[contact] @ slope)
-    wall = sliders.friction[contact] * (sliders.pressing[contact] @ slope)
-    if abs(outward) * (1 - _NOISE) > wall:
-        return 1.0 if outward > 0 else -1.0
-    return STICK
+    outward = linear.contact_stiffness[contact] * (linear.directions[contact] @ slope)
+    wall = linear.friction[contact] * (linear.pressing[contact] @ slope)
+    return math.copysign(1.0, outward) if abs(outward) * (1 - _NOISE) > wall else STICK
 
 
-@Loop
 def _to_event(
-    sliders: Any, powers: Any, share: float, friction: Any, limit: Any, contacts: Any, changes: Any
-) -> Any:
-    """Shorten a cell to a share of it, and to the first event within that.
+    linear: LinearMotion,
+    powers: FloatArray,
+    friction: FloatArray,
+    limit: FloatArray,
+    contacts: tuple[FloatArray, FloatArray, NDArray[np.bool_]],
+    changes: NDArray[np.int64],
+) -> tuple[float, int]:
+    """The first event within a cell, as `first_event`, by margins that are positive until then.
 
-    Where that is, as of `first_event`; the number of changes is -1 of a motion that is not finite.
+    Distances to the upper and the lower limit while a contact sticks; along the slip, the velocity
+    less that of the limit, and the normal force; minus that where it is open. Zeros at the start of
+    the cell that belong to the last event are divided out.
     """
-    if not np.isfinite(powers).all():
-        return 0.0, -1
-    state, ended_slip, touching = contacts
-    _shorten(powers, share)
-    count, size = len(state), len(powers)
-    margin, force = np.empty((count, 2, size)), np.empty((count, size))
-    wall, pressure = np.empty((count, size)), np.empty((count, size))
-    for j in range(count):
-        force[j] = powers @ sliders.directions[j]
-        pressure[j] = powers @ sliders.pressing[j]
-        for k in range(size):
-            force[j, k] *= sliders.stiffness[j]
-        pressure[j, 0] += sliders.loads[j]
-        for k in range(size):
-            wall[j, k] = sliders.friction[j] * pressure[j, k]
-        force[j, 0], wall[j, 0] = friction[j], limit[j]
-    _write_margins(force, wall, pressure, state, ended_slip, touching, sliders.rubs, margin)
-    at, n_changes = first_event(margin, changes)
-    _shorten(powers, at)
-    return at, n_changes
+    force = linear.contact_stiffness[:, None] * (linear.directions @ powers.T)
+    pressure = linear.pressing @ powers.T
+    pressure[:, 0] += linear.loads
+    wall = linear.friction[:, None] * pressure
+    force[:, 0], wall[:, 0] = friction, limit
+    margin = np.empty((len(friction), 2, DEGREE + 1))
+    _write_margins(force, wall, pressure, *contacts, linear.rubs, margin)
+    return first_event(margin, changes)
 
 
-@Loop
-def _shorten(powers: Any, share: float) -> None:
-    """Powers of a share of the cell they are of."""
-    factor = 1.0
-    for k in range(len(powers)):
-        for i in range(powers.shape[1]):
-            powers[k, i] *= factor
-        factor *= share
-
-
-@Loop
-def _carry(sliders: Any, powers: Any, width: float, transition: Any, state: Any, now: Any) -> None:
-    """Write the motion, the forces and the derivative by the initial state at the end of a cell."""
-    x, slope, friction, limit, variation = now
-    n, size = len(x), variation.shape[1]
-    before = np.zeros((3 * n, size))
-    before[: 2 * n] = variation[: 2 * n]
-    before[2 * n :] = -(sliders.push @ variation[2 * n :])
-    for j in range(len(state)):
-        if state[j] != APART and sliders.presses[j]:
-            pressing = sliders.pressing[j] @ variation[:n]
-            for i in range(n):
-                for k in range(size):
-                    before[2 * n + i, k] -= sliders.push_normal[i, j] * pressing[k]
-    variation[: 2 * n] = transition @ before
-    travel = np.zeros(n)
-    for i in range(n):
-        rate = 0.0
-        for k in range(1, len(powers)):
-            travel[i] += powers[k, i]
-            rate += k * powers[k, i]
-        x[i] = powers[0, i] + travel[i]
-        slope[i] = rate / width
-    moved = variation[:n] - before[:n]
-    for j in range(len(state)):
-        limit[j] = _limit(sliders, x, j)
-        if state[j] == STICK:
-            spring = sliders.stiffness[j]
-            friction[j] += spring * (sliders.directions[j] @ travel)
-            variation[2 * n + j] += spring * (sliders.directions[j] @ moved)
-        elif state[j] == APART:
-            friction[j] = 0.0
-        else:
-            friction[j] = state[j] * limit[j]
-            wall = state[j] * sliders.friction[j]
-            variation[2 * n + j] += wall * (sliders.pressing[j] @ moved)
-
-
-@Loop
-def _limit(sliders: Any, x: Any, contact: int) -> float:
-    """The largest friction force of an active contact at a displacement."""
-    pressure = sliders.loads[contact] + sliders.pressing[contact] @ x
-    return sliders.friction[contact] * max(pressure, 0.0)
-
-
-@Loop
-def _change(sliders: Any, contact: int, side: int, now: Any, contacts: Any) -> None:
-    """Write the state that a contact begins at its event, its friction and what varies with it."""
-    x, slope, friction, limit, variation = now
-    state, ended_slip, touching = contacts
-    n, before = len(x), state[contact]
-    ended_slip[contact] = 0.0
-    if before == APART:
-        state[contact], touching[contact] = _closing(sliders, slope, contact), True
-    elif before == STICK and sliders.rubs[contact]:
-        state[contact] = 1.0 - 2.0 * side
-    elif before != STICK and side == 0:
-        state[contact], ended_slip[contact] = STICK, before
-    else:
-        state[contact], touching[contact] = APART, True
-    pressing, after = sliders.pressing[contact], state[contact]
-    if after == APART:
-        friction[contact] = 0.0
-        variation[2 * n + contact] = 0.0
-    elif after != STICK:
-        friction[contact] = after * limit[contact]
-        wall = after * sliders.friction[contact]
-        variation[2 * n + contact] = wall * (pressing @ variation[:n])
-    elif before == APART:
-        # Closing earlier by ``k_n dv / p'`` adds ``k_t u'`` times that: one more spring.
-        friction[contact] = 0.0
-        outward = sliders.stiffness[contact] * (sliders.directions[contact] @ slope)
-        closes = pressing @ slope
-        share = outward / closes if closes > 0 else 0.0
-        variation[2 * n + contact] = share * (pressing @ variation[:n])
+def _carry(
+    linear: LinearMotion, transition: FloatArray, slopes: FloatArray, state: FloatArray,
+    variation: FloatArray,
+) -> None:  # fmt: skip
+    """Write the derivative by the initial state after one more cell of friction's ``slopes``."""
+    n = linear.n_dof
+    constant = -linear.push @ variation[2 * n :]
+    if linear.moves:
+        closed = (state != APART)[:, None]
+        constant -= linear.push_normal @ (closed * (linear.pressing @ variation[:n]))
+    moved = transition @ np.concatenate([variation[: 2 * n], constant])
+    variation[2 * n :] += slopes @ (moved[:n] - variation[:n])
+    variation[: 2 * n] = moved
 
 
 @Loop

@@ -21,7 +21,7 @@ from symhbm.model import Structure, positive_definite
 from symhbm.model.contacts import Group
 from symhbm.numerics import FloatArray, by_harmonic
 from symhbm.numerics.loops import Loop, polynomials
-from symhbm.time_domain.active_contacts import ActiveContacts, Sliders
+from symhbm.time_domain.active_contacts import ActiveContacts
 
 DEGREE = 24
 """Degree of the polynomials of a cell."""
@@ -199,13 +199,6 @@ class LinearMotion(ActiveContacts):
         self.largest_force = float(np.abs(force).max())
         odd = not (self.static.any() or self.moves)
         self.antiperiodic = bool(np.all(self.orders % 2 == 1)) and odd
-
-    @cached_property
-    def sliders(self) -> Sliders:
-        """What loops need of the contacts."""
-        of_contacts = self.directions, self.pressing, self.contact_stiffness, self.friction
-        pushes = map(np.ascontiguousarray, (self.push, self.push_normal))
-        return Sliders(*of_contacts, self.loads, self.rubs, self.presses, *pushes)
 
     def _constant(self, x: FloatArray, friction: FloatArray, state: FloatArray) -> FloatArray:
         """Acceleration (n_dof,) by static and contact forces at a displacement."""
