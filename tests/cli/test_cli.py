@@ -648,7 +648,7 @@ def test_every_picture_of_the_library_is_a_kind(monkeypatch):
     expected += ["nonlinear-modes", "limit-cycles"]
     expected += ["flutter-limit", "pareto-front"]
     expected += ["hysteresis", "normal-force", "states", "stick-map", "contact-map", "model"]
-    expected += ["phase", "nyquist", "phase-portrait", "transmissibility"]
+    expected += ["phase", "nyquist", "phase-portrait", "transmissibility", "next-measurements"]
     assert kinds() == expected
     monkeypatch.setattr(sh.plot, "a_new_one", lambda dataset, *, ax=None: None, raising=False)
     monkeypatch.setattr(sh.plot, "__all__", [*sh.plot.__all__, "a_new_one"])
