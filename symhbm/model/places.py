@@ -15,6 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
+from symhbm.model.mesh import elastic_of, stress_rows
 from symhbm.model.records import Record
 from symhbm.numerics import check
 
@@ -240,6 +241,76 @@ class Places(Record):
         way = np.searchsorted(axes, self.direction)
         pull = np.where(self.direction == program.axis, 0.0, 1.0)
         return (2 * np.pi / 60 * speed) ** 2 * pull * program.moment[self.mesh.at(self.node), way]
+
+    def stress(
+        self, nodes: Any, *, held: Any = (), modulus: Any = None, poisson: Any = None
+    ) -> dict[str, Any]:
+        """Stresses at nodes as linear outputs, of a structure of solids whose places have a mesh.
+
+        Slopes of displacements at two Gauss points along each axis of an element go on linearly to
+        its nodes, as CalculiX does; a node has the mean of its solid elements, of which those of
+        other sectors are not here. Without the stresses of a preload.
+
+        Parameters
+        ----------
+        nodes
+            Name of a set, or numbers of nodes of the mesh, supports among them.
+        held
+            Name of a set, or numbers of nodes, whose displacements are 0 where they are no degree
+            of freedom: supports, of which import knows those of decks of CalculiX.
+        modulus, poisson
+            Young's modulus [N/m^2] and Poisson's ratio; by default those of the materials, where
+            all have the same.
+
+        Returns
+        -------
+        Sparse rows (n_nodes, n_dof) [N/m^3] for `Structure.with_outputs` by component, ``"xx"``,
+        ``"yy"``, ``"zz"``, ``"xy"``, ``"yz"`` and ``"zx"``, of the nodes of a set in ascending
+        order.
+
+        Raises
+        ------
+        KeyError, ValueError
+            For unknown nodes, those of no solid, materials that are not known or differ, and
+            stresses that need a displacement that is neither a degree of freedom nor held.
+
+        Examples
+        --------
+        >>> import numpy as np
+        >>> import symhbm as sh
+        >>> from symhbm.model.mesh import Mesh
+        >>> corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+        >>> mesh = Mesh([1, 2, 3, 4], corners, {"tetra": [[1, 2, 3, 4]]})
+        >>> places = sh.Places(node=[2, 2, 2], direction=["x", "y", "z"], mesh=mesh)
+        >>> stress = places.stress(2, held=[1, 3, 4], modulus=2.6e11, poisson=0.3)
+        >>> (stress["xy"] @ [0, 1e-3, 0]).round(-3)
+        array([1.e+08])
+        """
+        if self.mesh is None:
+            raise ValueError("places: expected a mesh")
+        elastic = elastic_of(self.program, modulus, poisson)
+        chosen = self._of_mesh("nodes", nodes)
+        supports = self._of_mesh("held", held)
+        dof_of = np.full((len(self.mesh.node), 3), -2)
+        dof_of[self.mesh.at(supports)] = -1
+        if self.program is not None and self.program.held is not None:
+            node, way = np.asarray(self.program.held, dtype=int).reshape(-1, 2).T
+            dof_of[self.mesh.at(node), way] = -1
+        for way, letter in enumerate(("x", "y", "z")):
+            dofs = np.flatnonzero((self.direction == letter) & (self.node >= 0))
+            dof_of[self.mesh.at(self.node[dofs]), way] = dofs
+        return stress_rows(self.mesh, chosen, dof_of, self.n_dof, elastic)
+
+    def _of_mesh(self, what: str, given: Any) -> NDArray[np.int64]:
+        """Numbers of nodes of the mesh, from the name of a set, or from numbers or names."""
+        if isinstance(given, str):
+            check.known(given, self.mesh.names, f"set of {what}")
+            return self.mesh.names[given]
+        nodes = node_numbers(what, given) if np.size(given) else np.zeros(0, dtype=np.int64)
+        unknown = nodes[~np.isin(nodes, self.mesh.node)]
+        if unknown.size:
+            raise KeyError(f"{what}: {unknown[0]} is no node of the mesh")
+        return nodes
 
     def labelled(self, names: Mapping[str, Any]) -> Places:
         """The same places with labels ``{name: node}``, or ``{name: nodes}`` of a set of them.

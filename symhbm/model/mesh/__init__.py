@@ -3,5 +3,16 @@
 from symhbm.model.mesh.elements import Element, element, kinds
 from symhbm.model.mesh.mesh import Mesh, Shares
 from symhbm.model.mesh.program import Modes, Program
+from symhbm.model.mesh.stress import elastic_of, stress_rows
 
-__all__ = ["Element", "Mesh", "Modes", "Program", "Shares", "element", "kinds"]
+__all__ = [
+    "Element",
+    "Mesh",
+    "Modes",
+    "Program",
+    "Shares",
+    "elastic_of",
+    "element",
+    "kinds",
+    "stress_rows",
+]

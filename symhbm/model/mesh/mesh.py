@@ -8,6 +8,7 @@ from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
 from symhbm.model.mesh.elements import element, kinds
@@ -198,6 +199,43 @@ class Mesh(Record):
             here = np.einsum("qn,enb->eqb", shape, corners)
             np.add.at(moment, nodes, np.einsum("eq,qn,eqb->enb", heavy, shape, here))
         return mass, moment
+
+    def gradients(self, nodes: ArrayLike) -> list[Any]:
+        """Slopes along x, y and z at nodes, three sparse matrices (n, n_nodes) of values of nodes.
+
+        Those of solids at two Gauss points along each axis, where they are nearest to the truth,
+        go on linearly to the nodes of the element; a node has the mean of its elements.
+        ValueError for nodes of no solid, and for elements that are flat or inside out.
+        """
+        row_of = np.full(len(self.node), -1)
+        row_of[self.at(nodes)] = np.arange(np.size(nodes))
+        entries: list[FloatArray] = [np.zeros((6, 0))]
+        for kind, block in self.elements.items():
+            of, corners, at = element(kind), element(element(kind).cell), self.at(block)
+            if of.n_axes < 3:
+                continue
+            at = at[(row_of[at] >= 0).any(axis=1)]
+            points = of.quadrature(2)[0]
+            onwards = corners.shape(of.points)[0] @ np.linalg.pinv(corners.shape(points)[0])
+            slope = of.shape(points)[1]
+            frame = np.einsum("qan,enb->eqab", slope, self.coordinates[at])
+            if (flat := (np.linalg.det(frame) <= 0).any(axis=1)).any():
+                raise ValueError(f"the element of {self.node[at[flat][0]]} is flat or inside out")
+            values = np.einsum("iq,eqbn->bein", onwards, np.linalg.solve(frame, slope))
+            shape = values.shape[1:]
+            row = np.broadcast_to(row_of[at][:, :, None], shape)
+            column = np.broadcast_to(at[:, None, :], shape)
+            first = np.broadcast_to(np.arange(shape[2]) == 0, shape)
+            inside = row >= 0
+            entries.append(
+                np.array([each[inside] for each in (row, column, first, *values)], float)
+            )
+        row, column, first, *slopes = np.concatenate(entries, axis=1)
+        count = np.bincount(row.astype(int), first, minlength=np.size(nodes))
+        if not count.all():
+            raise ValueError(f"nodes: {np.ravel(nodes)[count == 0][0]} is in no solid element")
+        size, at = (np.size(nodes), len(self.node)), (row.astype(int), column.astype(int))
+        return [sp.csr_array((each / count[at[0]], at), shape=size) for each in slopes]
 
     def scaled(self, length: float) -> Mesh:
         """The same mesh with coordinates of which 1 is so many metres."""

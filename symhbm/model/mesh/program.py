@@ -50,6 +50,9 @@ class Program(Record):
         angular speed, is the centrifugal load.
     displacement : (n_nodes, 3)
         Of the static analysis at the speed [m].
+    held : (n, 2)
+        Node, and direction 0 to 2, of supports that are no degrees of freedom of the matrices;
+        None where nobody told which they are.
     modes
         Its natural `Modes`.
     account
@@ -65,6 +68,7 @@ class Program(Record):
     mass: Any = None
     moment: Any = None
     displacement: Any = None
+    held: Any = None
     modes: Modes | None = None
     account: Any = ()
 

@@ -49,7 +49,8 @@ def read(files: dict[str, Path], names: Mapping[str, str]) -> Contents:
         notes.append("mass of elements without *DENSITY or *SOLID SECTION is not known")
         mass = moment = None
     matrices, places = _matrices(path, deck)
-    notes += [] if places is None else _held(deck, places)
+    held, said = (None, []) if places is None else _held(deck, places)
+    notes += said
     program = Program(
         name=f"CalculiX{version_of(path)}",
         speed=speed,
@@ -60,6 +61,7 @@ def read(files: dict[str, Path], names: Mapping[str, str]) -> Contents:
         mass=mass,
         moment=moment,
         displacement=displacement,
+        held=held,
         modes=modes,
     )
     kept = (*notes, *told_of)
@@ -157,8 +159,8 @@ def _speed(deck: Deck, notes: list[str]) -> float | None:
     return float(np.sqrt(loads[-1][1])) / PER_MINUTE
 
 
-def _held(deck: Deck, places: Places) -> list[str]:
-    """What is no row of the matrices: supports, and what depends on others."""
+def _held(deck: Deck, places: Places) -> tuple[Any, list[str]]:
+    """Supports (n, 2), node and direction, and in words what is no row of the matrices."""
     solid = np.unique(np.concatenate([nodes.ravel() for _, nodes in deck.elements.values()]))
     rows = 3 * places.node + np.searchsorted(_WAYS, places.direction)
     missing = np.setdiff1d((3 * solid[:, None] + np.arange(3)).ravel(), rows)
@@ -173,8 +175,13 @@ def _held(deck: Deck, places: Places) -> list[str]:
         f"supports: {len(held)} directions of {len(np.unique(held // 3))} nodes": held,
         f"{len(rest)} degrees of freedom depend on others and are no rows, by {cards}": rest,
     }
-    return [
+    words = [
         f"{words} (the first: {each[0] // 3}:{_WAYS[each[0] % 3]})"
         for words, each in told_of.items()
         if len(each)
     ]
+    # Of nodes with axes of their own, one direction of a support is none of x, y and z.
+    turned = deck.members([[card.options["NSET"]] for card in deck.of("TRANSFORM")], deck.sets)
+    node, count = np.unique(held // 3, return_counts=True)
+    sure = held[~np.isin(held // 3, turned) | np.isin(held // 3, node[count == 3])]
+    return np.column_stack([sure // 3, sure % 3]), words

@@ -206,6 +206,8 @@ class Deck:
                 told["density"] = float(card.rows[0][0])
             elif card.keyword == "ELASTIC" and card.options.get("TYPE", "ISO").upper()[:3] == "ISO":
                 told["modulus"], told["poisson"] = map(float, card.rows[0][:2])
+                if len(card.rows) > 1:  # of several temperatures: enough to tell units, no more
+                    del told["poisson"]
             elif card.keyword == "DAMPING" and not card.step:
                 names = {"ALPHA": "mass_share", "BETA": "stiffness_share", "STRUCTURAL": "loss"}
                 told |= {names[k]: float(v) for k, v in card.options.items() if k in names}
