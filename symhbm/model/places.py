@@ -290,6 +290,8 @@ class Places(Record):
             raise ValueError("places: expected a mesh")
         elastic = elastic_of(self.program, modulus, poisson)
         chosen = self._of_mesh("nodes", nodes)
+        if not chosen.size:
+            raise ValueError(f"nodes={check.shown(nodes)}: expected one node at least")
         supports = self._of_mesh("held", held)
         dof_of = np.full((len(self.mesh.node), 3), -2)
         dof_of[self.mesh.at(supports)] = -1

@@ -141,6 +141,10 @@ def test_what_is_not_known_is_refused_in_words():
         places.stress(1, poisson=0.5)
     with pytest.raises(KeyError, match="nodes: 99 is no node of the mesh"):
         places.stress([1, 99])
+    with pytest.raises(ValueError, match=r"nodes=.*expected one node at least"):
+        places.stress([])
+    twice = places.stress([2, 1, 2])["xy"].toarray()
+    np.testing.assert_array_equal(twice, places.stress([1, 2])["xy"].toarray()[[1, 0, 1]])
     with pytest.raises(KeyError, match="tipp"):
         places.stress("tipp")
     with pytest.raises(ValueError, match="places: expected a mesh"):

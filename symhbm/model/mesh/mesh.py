@@ -208,7 +208,8 @@ class Mesh(Record):
         ValueError for nodes of no solid, and for elements that are flat or inside out.
         """
         row_of = np.full(len(self.node), -1)
-        row_of[self.at(nodes)] = np.arange(np.size(nodes))
+        chosen, back = np.unique(nodes, return_inverse=True)
+        row_of[self.at(chosen)] = np.arange(len(chosen))
         entries: list[FloatArray] = [np.zeros((6, 0))]
         for kind, block in self.elements.items():
             of, corners, at = element(kind), element(element(kind).cell), self.at(block)
@@ -227,15 +228,14 @@ class Mesh(Record):
             column = np.broadcast_to(at[:, None, :], shape)
             first = np.broadcast_to(np.arange(shape[2]) == 0, shape)
             inside = row >= 0
-            entries.append(
-                np.array([each[inside] for each in (row, column, first, *values)], float)
-            )
+            every = row, column, first, *values
+            entries.append(np.array([each[inside] for each in every], dtype=float))
         row, column, first, *slopes = np.concatenate(entries, axis=1)
-        count = np.bincount(row.astype(int), first, minlength=np.size(nodes))
+        count = np.bincount(row.astype(int), first, minlength=len(chosen))
         if not count.all():
-            raise ValueError(f"nodes: {np.ravel(nodes)[count == 0][0]} is in no solid element")
-        size, at = (np.size(nodes), len(self.node)), (row.astype(int), column.astype(int))
-        return [sp.csr_array((each / count[at[0]], at), shape=size) for each in slopes]
+            raise ValueError(f"nodes: {chosen[count == 0][0]} is in no solid element")
+        size, at = (len(chosen), len(self.node)), (row.astype(int), column.astype(int))
+        return [sp.csr_array((each / count[at[0]], at), shape=size)[back] for each in slopes]
 
     def scaled(self, length: float) -> Mesh:
         """The same mesh with coordinates of which 1 is so many metres."""
