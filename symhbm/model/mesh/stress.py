@@ -8,8 +8,6 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
-from symhbm.model.mesh.mesh import Mesh
-from symhbm.model.mesh.program import Program
 from symhbm.numerics import check
 
 _WAYS = "x", "y", "z"
@@ -17,7 +15,7 @@ COMPONENTS = "xx", "yy", "zz", "xy", "yz", "zx"
 
 
 def stress_rows(
-    mesh: Mesh, nodes: ArrayLike, dof_of: NDArray[np.intp], n_dof: int, elastic: tuple[float, float]
+    mesh: Any, nodes: ArrayLike, dof_of: NDArray[np.intp], n_dof: int, elastic: tuple[float, float]
 ) -> dict[str, Any]:
     """Rows (n_nodes, n_dof) of each component, of a modulus and Poisson's ratio.
 
@@ -50,7 +48,7 @@ def stress_rows(
     return result
 
 
-def elastic_of(program: Program | None, modulus: Any, poisson: Any) -> tuple[float, float]:
+def elastic_of(program: Any, modulus: Any, poisson: Any) -> tuple[float, float]:
     """Modulus and Poisson's ratio that are given, or those of all materials of a program.
 
     ValueError where materials do not tell them, or differ.
