@@ -10,7 +10,7 @@ exceptions.
 
 from copy import copy
 from dataclasses import dataclass
-from functools import cached_property, lru_cache
+from functools import cached_property
 from typing import Any
 
 import numpy as np
@@ -29,6 +29,8 @@ _REACH = 2.0
 """Norm of the generator times the length of a cell: the first term left out is 2^25/25! = 2e-18."""
 _MOST = 2_000
 """Degrees of freedom whose series in one state of the contacts takes 2 GB."""
+_KEPT_SPRINGS = 3e6
+"""Most numbers of springs that are kept with the matrices, for all loads and frequencies."""
 _KEPT_NUMBERS = 3e7
 """Most numbers in the series that are kept for the next march."""
 
@@ -112,17 +114,13 @@ class _Inertia:
         """
         springs = contacts.springs(state)
         key = springs.tobytes()
-        if key not in self._springs:
-            if len(self._springs) * springs.size > _KEPT_NUMBERS:
+        found = self._springs.get(key)
+        if found is None:
+            if len(self._springs) * springs.size > _KEPT_SPRINGS:
                 self._springs.clear()
             norm = np.linalg.norm(self._scaled_stiffness + self._scaled(springs), 2)
-            self._springs[key] = self.accelerations(springs), float(np.sqrt(norm))
-        return self._springs[key]
-
-
-@lru_cache(maxsize=8)
-def _inertia(model: Structure) -> _Inertia:
-    return _Inertia(model)
+            found = self._springs[key] = self.accelerations(springs), float(np.sqrt(norm))
+        return found
 
 
 class LinearMotion(ActiveContacts):
@@ -152,7 +150,7 @@ class LinearMotion(ActiveContacts):
             )
         super().__init__(model, frequency)
         self.frequency = frequency
-        self._inertia = inertia = _inertia(model)
+        self._inertia = inertia = model.of_matrices("inertia", lambda: _Inertia(model))
         self.mass, self.stiffness = inertia.mass, inertia.stiffness
         self._set_force(problem)
         self._elastic = inertia.by_stiffness / frequency**2
