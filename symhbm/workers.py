@@ -77,16 +77,22 @@ def at_work(call: str) -> Iterator[None]:
 
 
 @contextmanager
-def noted(rest: Callable[[], str | None]) -> Iterator[None]:
+def noted(rest: Callable[[], str]) -> Iterator[None]:
     """Note on KeyboardInterrupt what the outermost call keeps; a script that ends says it alone."""
     try:
         yield
     except KeyboardInterrupt as interrupt:
-        if (kept := rest()) is not None:
-            interrupt.__notes__ = [f"symhbm: interrupted; {kept}"]
-            if sys.excepthook is sys.__excepthook__:
-                sys.excepthook = _notes_alone
+        interrupt.__notes__ = [f"symhbm: interrupted; {rest()}"]
+        if sys.excepthook is sys.__excepthook__:
+            sys.excepthook = _notes_alone
         raise
+
+
+@contextmanager
+def unkept(what: str) -> Iterator[None]:
+    """`noted` for a verb that keeps nothing of ``what`` it is asked for until that is finished."""
+    with noted(lambda: f"nothing is kept of {what} that is not finished"):
+        yield
 
 
 def _notes_alone(kind: type[BaseException], error: BaseException, trace: Any) -> None:

@@ -69,10 +69,10 @@ class KeptDesigns:
         except OSError as error:
             raise ArchiveError(f"{self.file}: cannot be written ({error})") from error
 
-    def kept(self) -> str | None:
-        """What an interrupt leaves, in words; None without a file."""
+    def kept(self) -> str:
+        """What an interrupt leaves, in words."""
         if self.target is None:
-            return None
+            return "nothing is kept of designs that are not finished; with archive= those found are"
         count = len(self.designs)
         what = "design is" if count == 1 else "designs are"
         return f"{count} {what} kept in {self.file}, from which the same call goes on"

@@ -28,12 +28,13 @@ from symhbm.design.search import feasible, search
 from symhbm.design.task import Task
 from symhbm.numerics import check
 from symhbm.results import Sweep, parse, runs
-from symhbm.workers import noted
+from symhbm.workers import unkept
 
 _GOOD = (Status.DESIGN_OPTIMAL, Status.DESIGN_AT_BOUND)
 """Statuses of an optimum."""
 
 
+@unkept("a design")
 def minimise_peak(
     problem: HarmonicBalance,
     parameters: str | Sequence[str],
@@ -170,9 +171,8 @@ def minimise_peak(
     if feasible(program) is None:
         return checked(infeasible(problem, task.variables, task.limits.names), _GOOD, running.throw)
     cases = Cases(task.work, running.executor, running.progress)
-    with noted(lambda: "nothing is kept of a design that is not finished"):
-        starts = [] if fixed_start is None else [fixed_start]
-        search_result = search(program, cases, starts, n_starts)
+    starts = [] if fixed_start is None else [fixed_start]
+    search_result = search(program, cases, starts, n_starts)
     design = search_result.design
     status = status_of(program, search_result, cases.failed)
     result = task.responses([design.x], running)

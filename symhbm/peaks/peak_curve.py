@@ -25,12 +25,13 @@ from symhbm.results import (
     runs,
     schema,
 )
-from symhbm.workers import noted
+from symhbm.workers import unkept
 
 _ROUNDS = 6
 """Largest number of times that minima and exchanges are surveyed and missed branches followed."""
 
 
+@unkept("a curve")
 def peak_curve(
     problem: HarmonicBalance,
     parameter: str,
@@ -127,7 +128,7 @@ def peak_curve(
     warn_of_doubts(problem.model, limits, problem.harmonics, moving=[parameter])
     start = last if index is not None else sector_of(last)
     surveyor = Surveyor(bands, running.executor, running.progress)
-    with noted(lambda: "nothing is kept of a curve that is not finished"), surveyor:
+    with surveyor:
         leading = LeadingBranches(Parameter(start, parameter, index, low, high), surveyor)
         leading.follow([] if grid is None else grid.tolist())
         envelope = _verified_envelope(leading)

@@ -17,6 +17,7 @@ from symhbm.response.run import reported
 from symhbm.results import Request, Sweep, check_dataset, recall, schema, tables
 from symhbm.results.archive import Spool, rebuild
 from symhbm.results.reading import curve_status, set_dimensions
+from symhbm.workers import unkept
 
 SEARCHED = (
     "followed: the path; both ways of every branch that crosses another one at a branch point; "
@@ -30,6 +31,7 @@ SEARCHED = (
 """What a search for branches is, in words."""
 
 
+@unkept("a branch")
 def other_branches(
     response: xr.Dataset,
     *,

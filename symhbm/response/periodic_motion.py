@@ -24,6 +24,7 @@ from symhbm.numerics import (
 )
 from symhbm.results import check_dataset, schema
 from symhbm.time_domain import INTEGRATION_TOLERANCE, ExactMotion, curved, exact_motion_of, in_plane
+from symhbm.workers import unkept
 
 _FINE = 1024
 """Samples of the period among which the extremes of an output are found."""
@@ -31,6 +32,7 @@ _NORMAL = ("open_fraction", "mean_normal_force", "least_normal_force", "largest_
 _KINDS = {"slip": "onset of slip", "stick": "end of slip", "apart": "opening"}
 
 
+@unkept("a motion")
 def periodic_motion(
     problem: HarmonicBalance,
     frequency: float,

@@ -14,8 +14,10 @@ from symhbm.response.accuracy import Refinement, Solution, advice, check_accurac
 from symhbm.response.describe import describe, unsolved
 from symhbm.results import Angles, schema
 from symhbm.time_domain import check_stability
+from symhbm.workers import unkept
 
 
+@unkept("a solution")
 def solve(
     problem: HarmonicBalance,
     frequency: float,

@@ -156,3 +156,26 @@ def test_the_command_line_reads_it(name, tmp_path, monkeypatch):
     if name in WITHOUT_PICTURE:
         return
     assert Path(said("plot", path).strip()).read_bytes().startswith(b"\x89PNG")
+
+
+@pytest.mark.parametrize(
+    ("name", "what"),
+    {
+        "design": "a design", "most damping": "a design", "front": "designs", "limits": "a limit",
+        "peaks over": "a curve", "branches": "a branch", "point": "a solution",
+        "motion": "a motion", "verified": "a verification",
+    }.items(),
+)  # fmt: skip
+def test_an_interrupt_ends_in_a_sentence(name, what, monkeypatch):
+    """Of the call as a whole, also where the verbs that it calls have others."""
+    for needed in ("grid", "folding"):
+        result(needed)
+
+    def interrupted(*arguments, **options):
+        raise KeyboardInterrupt
+
+    monkeypatch.setattr(sh.HarmonicBalance, "evaluate", interrupted)
+    with pytest.raises(KeyboardInterrupt) as caught:
+        RESULTS[name]()
+    [note] = caught.value.__notes__
+    assert note.startswith(f"symhbm: interrupted; nothing is kept of {what} that")

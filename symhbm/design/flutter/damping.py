@@ -25,8 +25,10 @@ from symhbm.model import Place
 from symhbm.numerics import unknowns_of
 from symhbm.response import nonlinear_modes
 from symhbm.results import recall, runs
+from symhbm.workers import unkept
 
 
+@unkept("a design")
 def maximise_damping(
     problem: HarmonicBalance,
     parameter: str,

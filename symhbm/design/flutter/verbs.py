@@ -27,11 +27,13 @@ from symhbm.numerics import Table, check
 from symhbm.response import reported
 from symhbm.response.unforced import amplitudes_of, axis_of, checked, request_of
 from symhbm.results import Request, runs, schema
+from symhbm.workers import unkept
 
 _SCANNED = 61
 """Amplitudes at which the damping ratios of an independent scan are solved for."""
 
 
+@unkept("a limit")
 def flutter_limit(
     problem: HarmonicBalance,
     parameter: str,
@@ -125,6 +127,7 @@ def flutter_limit(
     return reported(_dataset(problem, request, limits, rows), running.throw)
 
 
+@unkept("a design")
 def maximise_flutter_limit(
     problem: HarmonicBalance,
     parameter: str,

@@ -39,7 +39,7 @@ class Objective:
     def best_words(self) -> str:
         """The best values so far, as `start` of `symhbm.identify` takes them."""
         if self._best is None:
-            return "nothing is kept"
+            return "nothing is kept of a fit that has no values yet"
         values = self.unknowns.values(self._best.x).tolist()
         named = dict(zip(self.unknowns.labels, values, strict=True))
         return f"begin again from the best values so far with start={named}"

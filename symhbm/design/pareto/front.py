@@ -262,14 +262,16 @@ def pareto_front(
     cases = Cases(task.work, running.executor, running.progress)
     with noted(kept_designs.kept):
         found = points_of(program, (both[0], both[1]), cases, n_points, n_starts, kept_designs)
-    points = on_front(found)
-    kept = [point for point in points if not point.removed]
-    status = status_of_front(points)
-    if not kept:
-        result = infeasible(problem, task.variables, task.limits.names)
-        text = "Nothing was found: no point of the front satisfies the conditions of an optimum."
-        return checked(with_certificate(result, status, text), _GOOD, running.throw)
-    result = task.responses([point.x for point in kept], running, dim="front")
+        points = on_front(found)
+        kept = [point for point in points if not point.removed]
+        status = status_of_front(points)
+        if not kept:
+            result = infeasible(problem, task.variables, task.limits.names)
+            text = (
+                "Nothing was found: no point of the front satisfies the conditions of an optimum."
+            )
+            return checked(with_certificate(result, status, text), _GOOD, running.throw)
+        result = task.responses([point.x for point in kept], running, dim="front")
     agrees, text = _compared(task, result, kept)
     if not agrees and status == Status.FRONT_FOUND:
         status = Status.FRONT_INCOMPLETE

@@ -24,7 +24,7 @@ from symhbm.response.verification.stored_points import (
 from symhbm.response.verification.unforced_points import StoredEvents, StoredFold, UnforcedPoints
 from symhbm.results import OF_PEAKS, Description, without
 from symhbm.results.archive import ArchiveError, rebuild
-from symhbm.workers import progress_bar
+from symhbm.workers import progress_bar, unkept
 
 _ON_A_GRID = (
     "events not verified: the motions at them are not stored on a grid, but without at= they are"
@@ -99,6 +99,7 @@ def _needed(dataset: xr.Dataset, prefix: str) -> tuple[str, ...]:
     return f"{prefix}coefficient", *axes, *own, count
 
 
+@unkept("a verification")
 def verify(
     dataset: xr.Dataset,
     *,
