@@ -24,6 +24,7 @@ from symhbm.plot.viewer.sets import (
     spoken,
     values_of,
 )
+from symhbm.plot.viewer.structure import mesh_html
 from symhbm.results.reading import COMPLETE, curve_status
 from symhbm.results.telling import account, differences
 
@@ -212,6 +213,7 @@ class Collected:
         """The parts of the page in HTML, by their names."""
         dataset, marks = self.dataset, tables.marks_table
         parts = {"title": escape(self.name), "facts": self.account()}
+        parts["mesh"] = self.tried("The mesh", "", mesh_html, dataset)
         for what in ("peak", "event"):
             of = dataset, layout, what, self.chosen, self.data["places"]
             table = layout and self.tried(f"The table of {what}s", None, marks, *of)
@@ -261,7 +263,7 @@ def together(results: Sequence[Collected]) -> str:
     texts = {name: "" for name, _ in parts[0]}
     for one, sections in zip(results, parts, strict=True):
         for name, text in sections:
-            heading = f"<h3>{escape(one.name)}</h3>" if name not in _ONE_LINE else ""
+            heading = f"<h3>{escape(one.name)}</h3>" if text and name not in _ONE_LINE else ""
             texts[name] += heading + text if name not in _ONE_LINE or not texts[name] else ""
     told = "; ".join(differences(first.dataset, results[1].dataset))
     texts["thinning"] = " ".join(
