@@ -77,7 +77,9 @@ class _Perturbations(ActiveContacts):
     def modes(self, state: FloatArray) -> _Modes:
         """Those in a ``state`` (n_active,) of the contacts."""
         key = state.tobytes()
-        if key not in self._modes:
+        # Held here: another thread may clear what is kept.
+        found = self._modes.get(key)
+        if found is None:
             # A generator, its eigenvectors and their inverse.
             if len(self._modes) * 5 * (2 * self.n_dof) ** 2 > _KEPT_NUMBERS:
                 self._modes.clear()
@@ -89,8 +91,9 @@ class _Perturbations(ActiveContacts):
             regular = bool(np.linalg.cond(vectors) < _CONDITION)
             inverse = np.linalg.inv(vectors).astype(complex) if regular else vectors
             slopes = self.friction_slopes(state)
-            self._modes[key] = _Modes(generator, values, vectors, inverse, regular, slopes)
-        return self._modes[key]
+            found = _Modes(generator, values, vectors, inverse, regular, slopes)
+            self._modes[key] = found
+        return found
 
     def maps(self, state: FloatArray, times: FloatArray) -> FloatArray:
         """States after ``times`` (n,) [s] by those before, (n, n_state, n_state)."""
