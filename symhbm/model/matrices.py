@@ -319,13 +319,12 @@ def matrix_of(name: str, value: Any, size: int | None) -> Any:
     if sp.issparse(value):
         matrix = sp.csc_array(value, copy=True)
         check.array(f"{name} entries", matrix.data)
-        matrix = matrix.astype(float)
+        matrix = matrix.astype(float, copy=False)
     else:
         dense = check.array(name, value)
         if dense.ndim != 2:
             raise ValueError(f"{name}: expected a square matrix, got shape {dense.shape}")
         matrix = sp.csc_array(dense)
-    check.array(f"{name} entries", matrix.data)
     if matrix.shape[0] != matrix.shape[1] or matrix.shape[0] == 0:
         raise ValueError(f"{name}: expected a square matrix, got shape {matrix.shape}")
     if size is not None and matrix.shape[0] != size:

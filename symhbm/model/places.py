@@ -80,9 +80,9 @@ class Places(Record):
             direction=_texts("direction", self.direction, n),
             label=label,
         )
-        for text in np.unique(columns["direction"]).tolist():
+        for text in {*columns["direction"].tolist()}:
             check.one_of("direction", text, (*DIRECTIONS, RELATIVE))
-        for text in np.unique(label).tolist():
+        for text in {*label.tolist()}:
             if ":" in text or text.lstrip("+-").isdigit():
                 raise ValueError(f"label={text!r}: expected no number, and no colon")
         if self.mesh is not None and not np.isin(node[node >= 0], self.mesh.node).all():
@@ -139,7 +139,8 @@ class Places(Record):
     @cached_property
     def nodes(self) -> NDArray[np.int64]:
         """Numbers of the nodes, ascending."""
-        return np.unique(self.node)
+        _, node = self._by_node
+        return node[np.append(True, np.diff(node) > 0)]
 
     @cached_property
     def labels(self) -> dict[str, NDArray[np.int64]]:
@@ -259,8 +260,8 @@ class Places(Record):
             Name of a set, or numbers of nodes, whose displacements are 0 where they are no degree
             of freedom: supports, of which import knows those of decks of CalculiX.
         modulus, poisson
-            Young's modulus [N/m^2] and Poisson's ratio; by default those of the materials, where
-            all have the same.
+            Young's modulus [N/m^2] and Poisson's ratio; by default those of the elements at these
+            nodes, which need to be the same.
 
         Returns
         -------
@@ -288,10 +289,11 @@ class Places(Record):
         """
         if self.mesh is None:
             raise ValueError("places: expected a mesh")
-        elastic = elastic_of(self.program, modulus, poisson)
         chosen = self._of_mesh("nodes", nodes)
         if not chosen.size:
             raise ValueError(f"nodes={check.shown(nodes)}: expected one node at least")
+        materials = {} if self.program is None else self.program.materials or {}
+        elastic = elastic_of(self.mesh, chosen, materials, (modulus, poisson))
         supports = self._of_mesh("held", held)
         dof_of = np.full((len(self.mesh.node), 3), -2)
         dof_of[self.mesh.at(supports)] = -1

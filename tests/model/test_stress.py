@@ -75,6 +75,21 @@ def hooke(gradient):
     return np.linalg.solve(compliance, strains)
 
 
+def test_the_material_is_that_of_the_elements_at_the_nodes():
+    mesh, _ = hexahedra.block((2, 1, 1))
+    soft = {"soft": {"modulus": 1e9, "poisson": 0.1}}
+    mesh = replace(mesh, materials={"hexahedron": ["steel", "soft"]})
+    program = Program("by hand", materials=STEEL | soft)
+    places = replace(places_of(mesh), program=program)
+    first, middle, last = (mesh.node[mesh.coordinates[:, 0] == x] for x in (0, 1, 2))
+    for nodes, name in ((first, "steel"), (last, "soft")):
+        own = places.stress(nodes)
+        given = places.stress(nodes, **(STEEL | soft)[name])
+        assert all(abs(own[key] - given[key]).max() == 0 for key in own)
+    with pytest.raises(ValueError, match=r"materials do not tell the same \(steel has .*soft has"):
+        places.stress(middle)
+
+
 @pytest.mark.parametrize("kind", MESHES)
 def test_a_uniform_strain_is_exact(kind):
     mesh = MESHES[kind]()

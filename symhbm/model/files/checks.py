@@ -9,10 +9,10 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.model.cyclic import turn_about
-from symhbm.model.files.contents import Units, units_of
+from symhbm.model.files.contents import LOOK, Units, units_of
 from symhbm.model.files.geometry import Sides, find_sides, twins
 from symhbm.model.matrices import Model
-from symhbm.model.mesh import Mesh, Modes, Program
+from symhbm.model.mesh import Mesh, Modes, Program, Weights
 from symhbm.model.places import Places
 from symhbm.numerics import RADIANS, FloatArray
 
@@ -22,6 +22,7 @@ _USUAL = "m-kg-s", "mm-t-s", "mm-kg-ms", "mm-kg-s", "in-lbf-s", "mm-g-ms", "cm-g
 """Units of length, mass and time that decks have."""
 _SIZES = 5e-3, 50.0
 """Largest coordinate [m] of machines."""
+_WAYS = "x", "y", "z"
 SHARES = "mass_share", "stiffness_share", "loss"
 """What materials tell of damping."""
 _SAME = 1e-4
@@ -32,10 +33,6 @@ _HEAVIER = 1e-2
 """Difference of a node's mass, over the largest one, that quadratures of a curved element make."""
 _FITS = 1e-2
 """Share of the motion of a side that a wave leaves, from which on it is no such wave."""
-
-
-LOOK = "LOOK: "
-"""Beginning of a line of an account that is a doubt."""
 
 
 def found_units(program: Program | None) -> str | None:
@@ -59,9 +56,12 @@ def accounted(model: Model, notes: Iterable[str]) -> tuple[Model, list[str]]:
     mesh, program = places.mesh, places.program
     account.append(f"{program.name}: {len(mesh.node)} nodes, {model.n_dof} degrees of freedom")
     account += notes
-    _weigh(model, places, account)
-    _measure(mesh, program, account)
-    sides = _sides(mesh, program, account)
+    free = _free(places)
+    weights = _weigh(model, free, account)
+    if weights is not None:
+        program = replace(program, mass=weights.mass, moment=weights.moment)
+    _measure(mesh, program, weights, account)
+    sides = _sides(mesh, program, free, account)
     if sides is not None:
         mesh = mesh.with_sets({"left": sides.left, "right": sides.right} | mesh.sets)
         program = replace(program, axis=sides.axis, n_sectors=sides.n_sectors)
@@ -71,6 +71,14 @@ def accounted(model: Model, notes: Iterable[str]) -> tuple[Model, list[str]]:
             account.append(f"{LOOK}set {name} is empty")
         elif here < len(nodes):
             account.append(f"set {name}: {here} of {len(nodes)} nodes are free")
+    supports = np.asarray([] if program.held is None else program.held, dtype=int).reshape(-1, 2)
+    loose = free[mesh.at(supports[:, 0]), supports[:, 1]]
+    if loose.any():
+        node, way = supports[loose][0].tolist()
+        account.append(
+            f"{LOOK}{loose.sum()} directions of supports are free in the matrices (the first: "
+            f"{node}:{_WAYS[way]})"
+        )
     if program.modes is not None:
         modes = _compare(model, sides, program.modes, account)
         program = replace(program, modes=modes._replace(shape=None))
@@ -79,8 +87,16 @@ def accounted(model: Model, notes: Iterable[str]) -> tuple[Model, list[str]]:
     return model._copy(places=replace(places, mesh=mesh, program=program)), doubts
 
 
-def _measure(mesh: Mesh, program: Program, account: list[str]) -> None:
-    """Doubt sizes and materials that no machine has."""
+def _free(places: Places) -> NDArray[np.bool_]:
+    """Whether each node of the mesh is free along x, y and z, (n_nodes, 3)."""
+    free = np.zeros((len(places.mesh.node), 3), dtype=bool)
+    for way, letter in enumerate(_WAYS):
+        free[places.mesh.at(places.node[places.direction == letter]), way] = True
+    return free
+
+
+def _measure(mesh: Mesh, program: Program, weights: Weights | None, account: list[str]) -> None:
+    """Doubt sizes, materials that no machine has, and elements that are not joined."""
     size = np.abs(mesh.coordinates).max()
     if not _SIZES[0] < size < _SIZES[1]:
         account.append(f"{LOOK}the mesh reaches {size:.3g} m from 0, are units= right?")
@@ -88,43 +104,75 @@ def _measure(mesh: Mesh, program: Program, account: list[str]) -> None:
     if len({tuple(m.get(share, 0.0) for share in SHARES) for m in materials.values()}) > 1:
         account.append(f"{LOOK}materials damp differently, no damping is read; damping= gives it")
     for name, material in materials.items():
+        text = f"{name}: "
         if {"density", "modulus"} <= {*material}:
-            text = f"{name}: density {material['density']:.5g} kg/m^3, modulus "
+            text += f"density {material['density']:.5g} kg/m^3, modulus "
             text += f"{material['modulus']:.5g} N/m^2"
-            if _is_metal(material, units_of("m-kg-s")):
-                account.append(text)
-            else:
+            if not _is_metal(material, units_of("m-kg-s")):
                 account.append(f"{LOOK}{text}, which no metal has, are units= right?")
-
-
-def _weigh(model: Model, places: Places, account: list[str]) -> None:
-    """Mass and centre of the mesh, and its nodes' masses beside those of the mass matrix."""
-    mesh, program = places.mesh, places.program
-    along = np.flatnonzero(places.direction == "x")
-    rows = model.mass_matrix[along][:, along].sum(axis=1)
-    if program.mass is None:
-        account.append(f"mass of the free nodes {rows.sum():.6g} kg")
-        return
-    whole = program.mass.sum()
-    centre = ", ".join(f"{x:.6g}" for x in program.moment.sum(axis=0) / whole)
-    account.append(f"mass {whole:.6g} kg, centre at {centre} m")
-    # Beside supports a row lacks what the matrix has no column for.
-    apart = np.zeros(0, dtype=np.int64)
-    for block in mesh.elements.values():
-        beside = ~np.isin(block, places.node[along]).all(axis=1)
-        apart = np.append(apart, block[beside].ravel())
-    inner = ~np.isin(places.node[along], apart)
-    expected = program.mass[mesh.at(places.node[along])]
-    off = np.where(inner, np.abs(rows - expected), 0.0)
-    if off.max(initial=0.0) > _HEAVIER * np.abs(expected).max():
-        j = int(off.argmax())
+                continue
+        if weights is not None:
+            own = [
+                weights.elements[kind][each == name]
+                for kind, each in mesh.materials.items()
+                if kind in weights.elements
+            ]
+            heavy = np.concatenate([*own, np.zeros(0)])
+            text += f"; {len(heavy)} elements of {heavy.sum():.6g} kg"
+        account.append(text.replace(": ; ", ": "))
+    if hanging := mesh.n_hanging:
         account.append(
-            f"{LOOK}the mass matrix is of another mesh or density: node {places.node[along][j]} "
-            f"has {rows[j]:.6g} kg, elements give it {expected[j]:.6g} kg"
+            f"{LOOK}linear and quadratic elements meet at {hanging} faces, whose nodes amid edges "
+            "are free of the linear ones"
         )
 
 
-def _sides(mesh: Mesh, program: Program, account: list[str]) -> Sides | None:
+def _weigh(model: Model, free: NDArray[np.bool_], account: list[str]) -> Weights | None:
+    """Masses of the mesh, its centre, and its nodes' masses beside those of the mass matrix."""
+    places = model.places
+    mesh = places.mesh
+    along = np.flatnonzero(places.direction == "x")
+    rows = (model.mass_matrix @ (places.direction == "x").astype(float))[along]
+    materials = (places.program.materials or {}).items()
+    density = mesh.of_materials({n: m["density"] for n, m in materials if "density" in m})
+    unknown = sum(int(np.isnan(each).sum()) for each in density.values())
+    if unknown and any((names != "").any() for names in mesh.materials.values()):
+        account.append(
+            f"{LOOK}{unknown} elements have no section or no density, masses are unknown"
+        )
+    if unknown or not density:
+        account.append(f"mass of the free nodes {rows.sum():.6g} kg")
+        return None
+    weights = mesh.weighed(density)
+    whole = weights.mass.sum()
+    centre = ", ".join(f"{x:.6g}" for x in weights.moment.sum(axis=0) / whole)
+    account.append(f"mass {whole:.6g} kg, centre at {centre} m")
+    at = mesh.at(places.node[along])
+    expected = weights.mass[at]
+    inner = np.ones(len(mesh.node), dtype=bool)
+    for block in mesh.elements.values():
+        # Beside supports a row lacks what the matrix has no column for.
+        nodes = mesh.at(block)
+        inner[nodes[~free[nodes, 0].all(axis=1)]] = False
+    if model.mass_matrix.nnz <= model.n_dof:  # lumped: its nodes share elements in other ways
+        inner[:] = False
+        if free.all() and abs(rows.sum() - whole) > _HEAVIER * whole:
+            account.append(
+                f"{LOOK}the mass matrix has {rows.sum():.6g} kg, elements {whole:.6g} kg"
+            )
+    off = np.where(inner[at], np.abs(rows - expected), 0.0)
+    if off.max(initial=0.0) > _HEAVIER * np.abs(expected).max():
+        j = int(off.argmax())
+        account.append(
+            f"{LOOK}the mass matrix is of another mesh or density, or of more elements: node "
+            f"{places.node[along][j]} has {rows[j]:.6g} kg, the mesh gives it {expected[j]:.6g} kg"
+        )
+    return weights
+
+
+def _sides(
+    mesh: Mesh, program: Program, free: NDArray[np.bool_], account: list[str]
+) -> Sides | None:
     """The sides of a sector by their names, or by geometry."""
     found = find_sides(mesh, program.axis, program.n_sectors)
     known = {name.lower(): name for name in mesh.names}
@@ -163,6 +211,13 @@ def _sides(mesh: Mesh, program: Program, account: list[str]) -> Sides | None:
         f"sector of {found.n_sectors}, {360 / found.n_sectors:g} degrees about {found.axis}: "
         f"{len(found.left)} pairs of nodes, {found.gap:.2g} m apart at most"
     )
+    uneven = (free[mesh.at(found.left)] != free[mesh.at(found.right)]).any(axis=1)
+    if uneven.any():
+        account.append(
+            f"{LOOK}{uneven.sum()} pairs of the sides are not free alike (the first: "
+            f"{found.left[uneven][0]} and {found.right[uneven][0]}): supports or equations of one "
+            "side"
+        )
     return found
 
 
@@ -173,7 +228,7 @@ def _compare(model: Model, sides: Sides | None, modes: Modes, account: list[str]
         return modes
     places = model.places
     mesh = places.mesh
-    at = mesh.at(places.node), np.searchsorted(["x", "y", "z"], places.direction)
+    at = mesh.at(places.node), np.searchsorted(_WAYS, places.direction)
     motion = modes.shape[:, *at].T
     elastic = np.einsum("ij,ij->j", motion.conj(), model.stiffness_matrix @ motion).real
     heavy = np.einsum("ij,ij->j", motion.conj(), model.mass_matrix @ motion).real

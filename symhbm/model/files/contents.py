@@ -13,6 +13,8 @@ from symhbm.model.damping import Damping
 from symhbm.model.places import Places
 from symhbm.numerics import check
 
+LOOK = "LOOK: "
+"""Beginning of a line of an account that is a doubt."""
 KINDS = ("mass", "damping", "stiffness")
 _USUAL = {
     "mass": ("mass", "mass_matrix", "m", "maa", "mgg", "mxx"),

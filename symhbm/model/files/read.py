@@ -13,7 +13,7 @@ import scipy.sparse as sp
 from symhbm.model.cyclic import RotatingModel
 from symhbm.model.files import arrays, hdf5, matrix_market
 from symhbm.model.files.checks import accounted, found_units
-from symhbm.model.files.contents import KINDS, Contents, Reader, in_si, units_of
+from symhbm.model.files.contents import KINDS, LOOK, Contents, Reader, in_si, units_of
 from symhbm.model.files.programs import abaqus, ansys, calculix, nastran
 from symhbm.model.files.several import damping_of, joined, rotating
 from symhbm.model.files.table import read_places
@@ -201,8 +201,9 @@ def _structure(
     model = Model(of_kind["mass"], given, of_kind["stiffness"], places=known)
     if program is None or contents.program is None:
         return model, [*contents.notes, *notes]
-    model, doubts = accounted(model, [*contents.notes, *notes])
-    return model, [*contents.notes, *notes, *doubts]
+    notes = [*contents.notes, *notes]
+    model, doubts = accounted(model, notes)
+    return model, [*(note.removeprefix(LOOK) for note in notes), *doubts]
 
 
 def _contents(path: Any, names: Mapping[str, str]) -> Contents:

@@ -1,6 +1,7 @@
 """What finite-element programs leave in their matrices: triangles, supports, rows without mass."""
 
 from collections.abc import Callable
+from dataclasses import replace
 from typing import Any
 
 import numpy as np
@@ -9,6 +10,7 @@ from numpy.typing import NDArray
 from scipy.sparse.linalg import ArpackError, eigsh
 
 from symhbm.model.files.contents import Contents
+from symhbm.model.places import DIRECTIONS, Places
 from symhbm.numerics import RADIANS
 
 _SUPPORT = 1e35
@@ -28,12 +30,15 @@ def completed(contents: Contents, symmetric: bool, tell: Tell) -> Contents:
     """The matrices with both triangles; ValueError for one triangle that nobody declared so."""
     matrices = {}
     for kind, matrix in contents.matrices.items():
-        beside = matrix - sp.diags_array(matrix.diagonal(), format="csc")
-        beside.eliminate_zeros()
-        column = np.repeat(np.arange(matrix.shape[0]), np.diff(beside.indptr))
-        above = beside.indices < column
+        column = np.repeat(
+            np.arange(matrix.shape[0], dtype=matrix.indices.dtype), np.diff(matrix.indptr)
+        )
+        off, above = matrix.indices != column, matrix.indices < column
+        beside = sp.csc_array((matrix.data * off, matrix.indices, matrix.indptr), matrix.shape)
+        off &= matrix.data != 0
+        above = above[off]
         # Rows may be in another order than where one triangle was kept: one entry of each pair.
-        alone = bool(beside.nnz) and (
+        alone = bool(above.size) and (
             above.all() or not above.any() or not beside.multiply(beside.T).nnz
         )
         if alone and not (symmetric or contents.triangle):
@@ -76,9 +81,22 @@ def without_supports(contents: Contents, tell: Tell) -> Contents:
     if not dropped.any():
         return contents
     kept = np.flatnonzero(~dropped)
+    program = None if contents.places is None else contents.places.program
+    if contents.places is not None and program is not None and fixed.any():
+        program = replace(program, held=_with_held(contents.places, fixed, program.held))
+        contents = contents._replace(places=replace(contents.places, program=program))
     matrices = {k: m[kept][:, kept].tocsc() for k, m in contents.matrices.items()}
     places = None if contents.places is None else contents.places.of(kept)
     return contents._replace(matrices=matrices, places=places)
+
+
+def _with_held(places: Places, fixed: NDArray[np.bool_], known: Any) -> NDArray[np.int64]:
+    """Supports (n, 2), node and direction 0 to 2, with those of the matrices."""
+    letters = np.array(DIRECTIONS[:3])
+    here = fixed & np.isin(places.direction, letters)
+    way = np.searchsorted(letters, places.direction[here])
+    others = np.zeros((0, 2), dtype=np.int64) if known is None else known
+    return np.unique(np.vstack([others, np.column_stack([places.node[here], way])]), axis=0)
 
 
 def doubt_units(contents: Contents, units: str, tell: Tell) -> None:

@@ -1,7 +1,7 @@
 """Meshes of finite elements, and what their programs tell of structures."""
 
 from symhbm.model.mesh.elements import Element, element, kinds
-from symhbm.model.mesh.mesh import Mesh, Shares
+from symhbm.model.mesh.mesh import Mesh, Shares, Weights
 from symhbm.model.mesh.program import Modes, Program
 from symhbm.model.mesh.stress import elastic_of, stress_rows
 
@@ -11,6 +11,7 @@ __all__ = [
     "Modes",
     "Program",
     "Shares",
+    "Weights",
     "elastic_of",
     "element",
     "kinds",

@@ -29,6 +29,19 @@ class Shares(NamedTuple):
     normal: FloatArray
 
 
+class Weights(NamedTuple):
+    """Mass (n_nodes,) [kg] and moments (n_nodes, 3) [kg m] of nodes, mass of elements by kind."""
+
+    mass: FloatArray
+    moment: FloatArray
+    elements: dict[str, FloatArray]
+
+
+def _ascending(nodes: NDArray[np.int64]) -> NDArray[np.int64]:
+    """Each number once; most sets have them in order already."""
+    return nodes if nodes.ndim == 1 and np.all(np.diff(nodes) > 0) else np.unique(nodes)
+
+
 @dataclass(frozen=True, eq=False, repr=False)
 class Mesh(Record):
     """Nodes, elements and named sets of them, as a finite-element program has them.
@@ -47,6 +60,8 @@ class Mesh(Record):
         Numbers of nodes by the names of sets, which may share nodes.
     surfaces : {name: {kind: (n_faces, n)}}
         Faces of elements by the names of surfaces, as numbers of their nodes.
+    materials : {kind: (n_elements,)}
+        Name of the material of each element, ``""`` where nobody told it.
 
     Raises
     ------
@@ -67,6 +82,7 @@ class Mesh(Record):
     elements: Any = field(default_factory=dict)
     sets: Any = field(default_factory=dict)
     surfaces: Any = field(default_factory=dict)
+    materials: Any = field(default_factory=dict)
 
     def __post_init__(self):
         node = np.asarray(self.node, dtype=np.int64)
@@ -85,9 +101,14 @@ class Mesh(Record):
             for name, faces in self.surfaces.items()
         }
         whole["sets"] = {
-            str(name): np.unique(self._known(f"sets[{name!r}]", nodes))
+            str(name): _ascending(self._known(f"sets[{name!r}]", nodes))
             for name, nodes in self.sets.items()
         }
+        for kind, names in self.materials.items():
+            check.known(kind, whole["elements"], "kind of materials")
+            if np.shape(names) != (len(whole["elements"][kind]),):
+                raise ValueError(f"materials[{kind!r}]: expected one name for each element")
+        whole["materials"] = {kind: np.asarray(each, str) for kind, each in self.materials.items()}
         for name, values in whole.items():
             object.__setattr__(self, name, values)
 
@@ -145,6 +166,20 @@ class Mesh(Record):
             result[kind] = every[alone]
         return result
 
+    @property
+    def n_hanging(self) -> int:
+        """Number of faces at which a linear and a quadratic element meet."""
+        count = 0
+        for linear, quadratic in (("triangle", "triangle6"), ("quad", "quad8")):
+            if {linear, quadratic} <= {*self.skin}:
+                n = len(element(linear).points)
+                both = [
+                    np.unique(np.sort(self.skin[k][:, :n]), axis=0) for k in (linear, quadratic)
+                ]
+                whole = np.concatenate(both)
+                count += len(whole) - len(np.unique(whole, axis=0))
+        return count
+
     def faces_of(self, name: Any, nodes: ArrayLike) -> dict[str, NDArray[np.int64]]:
         """Faces of a surface, by its name, or else those of the skin whose nodes are all given."""
         if isinstance(name, str) and name in self.surfaces:
@@ -178,27 +213,49 @@ class Mesh(Record):
         length = np.linalg.norm(normal, axis=1, keepdims=True)
         return Shares(area, normal / np.where(length > 0, length, 1.0))
 
-    def weighed(self, density: Blocks) -> tuple[FloatArray, FloatArray]:
-        """Mass of each node (n_nodes,) [kg], and its moments (n_nodes, 3) [kg m].
+    def of_materials(self, values: Mapping[str, float]) -> dict[str, FloatArray]:
+        """A number for each element (n_elements,) by its material, NaN where it has none."""
+        result = {}
+        for kind, block in self.elements.items():
+            names, at = np.unique(self.materials.get(kind, [""] * len(block)), return_inverse=True)
+            result[kind] = np.array([values.get(str(name), np.nan) for name in names])[at]
+        return result
 
-        The integrals of ``rho N`` and of ``rho N x`` with so many Gauss points as most programs
-        take, two along each axis of linear elements and three of quadratic ones; ``density`` (n,)
+    def materials_at(self, nodes: ArrayLike) -> set[str]:
+        """Names of the materials of elements with some of these nodes, ``""`` of untold ones."""
+        names: set[str] = set()
+        for kind, block in self.elements.items():
+            here = np.isin(block, nodes).any(axis=1)
+            known = self.materials.get(kind)
+            names |= {""} if known is None and here.any() else set()
+            names |= set() if known is None else {*known[here].tolist()}
+        return names
+
+    def weighed(self, density: Blocks) -> Weights:
+        """Mass of nodes and of elements, and moments of nodes.
+
+        The integrals of ``rho N`` and of ``rho N x``, of bricks with so many Gauss points as most
+        programs take, two along each axis of linear ones and three of quadratic ones, of
+        tetrahedra and wedges with one more, as they are collapsed squares; ``density`` (n,)
         [kg/m^3] by kind of elements.
         """
         mass, moment = np.zeros(len(self.node)), np.zeros((len(self.node), 3))
+        of_elements = {}
         for kind, block in self.elements.items():
             of, nodes = element(kind), self.at(block)
             if of.n_axes < 3:
                 continue
-            at, weight = of.quadrature(of.order + 1)
+            at, weight = of.quadrature(of.order + 1 + (of.cell in ("tetra", "wedge")))
             shape, slope = of.shape(at)
             corners = self.coordinates[nodes]
-            volume = np.linalg.det(np.einsum("qan,enb->eqab", slope, corners)) * weight
-            heavy = volume * np.asarray(density[kind])[:, None]
+            frame = np.einsum("qan,enb->eqab", slope, corners, optimize=True)
+            heavy = np.linalg.det(frame) * weight * np.asarray(density[kind])[:, None]
             np.add.at(mass, nodes, heavy @ shape)
-            here = np.einsum("qn,enb->eqb", shape, corners)
-            np.add.at(moment, nodes, np.einsum("eq,qn,eqb->enb", heavy, shape, here))
-        return mass, moment
+            here = np.einsum("qn,enb->eqb", shape, corners, optimize=True)
+            apart = heavy[:, :, None] * here
+            np.add.at(moment, nodes, np.einsum("qn,eqb->enb", shape, apart, optimize=True))
+            of_elements[kind] = heavy.sum(axis=1)
+        return Weights(mass, moment, of_elements)
 
     def gradients(self, nodes: ArrayLike) -> list[Any]:
         """Slopes along x, y and z at nodes, three sparse matrices (n, n_nodes) of values of nodes.

@@ -90,7 +90,6 @@ class Program(Record):
         modes = self.modes and self.modes._replace(frequency=self.modes.frequency / time)
         changed: dict[str, Any] = dict(materials=materials, modes=modes)
         changed["speed"] = None if self.speed is None else self.speed / time
-        for name, factor in (("mass", mass), ("moment", mass * length), ("displacement", length)):
-            value = getattr(self, name)
-            changed[name] = None if value is None else factor * value
+        if self.displacement is not None:
+            changed["displacement"] = length * self.displacement
         return replace(self, **changed)

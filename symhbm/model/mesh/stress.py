@@ -48,14 +48,18 @@ def stress_rows(
     return result
 
 
-def elastic_of(program: Any, modulus: Any, poisson: Any) -> tuple[float, float]:
-    """Modulus and Poisson's ratio that are given, or those of all materials of a program.
+def elastic_of(
+    mesh: Any, nodes: ArrayLike, materials: dict[str, Any], own: tuple[Any, Any]
+) -> tuple[float, float]:
+    """Modulus and Poisson's ratio that are given, or those of the elements at some nodes.
 
-    ValueError where materials do not tell them, or differ.
+    Of all materials, where the mesh does not tell which element has which. ValueError where
+    materials do not tell them, or differ.
     """
-    materials = {} if program is None else program.materials or {}
+    here = mesh.materials_at(nodes)
+    materials = {n: each for n, each in materials.items() if n in here or "" in here}
     result = []
-    for name, given in (("modulus", modulus), ("poisson", poisson)):
+    for name, given in zip(("modulus", "poisson"), own, strict=True):
         told = {material: values.get(name) for material, values in materials.items()}
         if given is None and (len({*told.values()}) != 1 or None in told.values()):
             known = ", ".join(
@@ -63,7 +67,7 @@ def elastic_of(program: Any, modulus: Any, poisson: Any) -> tuple[float, float]:
                 for material, value in told.items()
             )
             raise ValueError(
-                f"{name}: expected that of the elements at these nodes, as all materials do not "
+                f"{name}: expected that of the elements at these nodes, as their materials do not "
                 f"tell the same ({known or 'no material is known'})"
             )
         result.append(check.scalar(name, given if given is not None else next(iter(told.values()))))

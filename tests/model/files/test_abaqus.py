@@ -115,6 +115,82 @@ def test_a_deck_beside_tells_sets_surfaces_and_materials(tmp_path):
     np.testing.assert_array_equal(model.places.coordinates[model.number_of("8:y")], [1, 0, 0])
 
 
+def dropped(path):
+    with pytest.warns(UserWarning, match="3 supports of stiffness 1e36 dropped"):
+        return sh.read_structure(path)
+
+
+def test_supports_are_told_by_the_matrices_and_the_deck(tmp_path):
+    path = write(tmp_path)
+    for name in ("40, PINNED", "40, 1, 3", "40, ENCASTRE", "Feet, 1, 3, 0.0"):
+        deck = DECK.replace("*NSET", "*NSET, NSET=FEET\n40\n*NSET")
+        (tmp_path / "Job-1.inp").write_text(f"{deck}*BOUNDARY\n{name}\n")
+        model = dropped(path)
+        assert model.places.program.held.tolist() == [[40, 0], [40, 1], [40, 2]]
+        assert not any("supports are free" in line for line in model.places.program.account)
+    (tmp_path / "Job-1.inp").write_text(f"{DECK}*BOUNDARY\n8, ZSYMM\n")
+    with pytest.warns(UserWarning, match="1 directions of supports are free .*: 8:z"):
+        model = sh.read_structure(path)
+    # A stress beside the support needs no held= any more.
+    assert model.places.stress("TIP")["xx"].shape == (2, 9)
+
+
+TWO_PARTS = """*NODE
+1,0,0,0
+2,1,0,0
+3,0,1,0
+4,0,0,1
+5,1,1,1
+*ELEMENT, TYPE=C3D4, ELSET=LOW
+1,1,2,3,4
+*ELEMENT, TYPE=C3D4, ELSET=HIGH
+2,2,3,4,5
+*MATERIAL, NAME=STEEL
+*DENSITY
+7850
+*ELASTIC
+2e11,.3
+*MATERIAL, NAME=LIGHT
+*DENSITY
+2700
+*ELASTIC
+7e10,.33
+*SOLID SECTION, ELSET=LOW, MATERIAL=steel
+*SOLID SECTION, ELSET=HIGH, MATERIAL=Light
+"""
+
+
+def test_masses_of_two_materials_are_those_by_hand(tmp_path):
+    """Volumes 1/6 and 1/3, by the determinants of three edges; centres the means of corners."""
+    node, way = np.repeat(np.arange(1, 6), 3), np.tile([1, 2, 3], 5)
+    steel, light = 7850 / 6, 2700 / 3
+    share = np.array([steel, steel + light, steel + light, steel + light, light]) / 4
+    for name, values in (("MASS1", np.repeat(share, 3)), ("STIF1", np.full(15, 1e9))):
+        rows = zip(node, way, node, way, values.tolist(), strict=True)
+        lines = "\n".join(",".join(map(str, row)) for row in rows)
+        (tmp_path / f"Job-2_{name}.mtx").write_text(lines + "\n")
+    (tmp_path / "Job-2.inp").write_text(TWO_PARTS)
+    places = rods.read(tmp_path / "Job-2_STIF1.mtx").places
+    np.testing.assert_allclose(places.program.mass, share, rtol=1e-14)
+    # Of linear tetrahedra: each corner has the centre and a fifth of the way to itself.
+    corners = {1: [0, 0, 0], 2: [1, 0, 0], 3: [0, 1, 0], 4: [0, 0, 1], 5: [1, 1, 1]}
+    centre = steel * np.full(3, 1 / 4) + light * np.full(3, 1 / 2)
+    np.testing.assert_allclose(places.program.moment.sum(axis=0), centre, rtol=1e-14)
+    own = light / 4 * (0.8 * np.full(3, 0.5) + 0.2 * np.array(corners[5]))
+    np.testing.assert_allclose(places.program.moment[4], own, rtol=1e-14)
+    account = "\n".join(places.program.account)
+    for words in ("mass 2208.33 kg", "1 elements of 1308.33 kg", "1 elements of 900 kg"):
+        assert words in account
+    assert "the mass matrix" not in account
+    assert {k: v.tolist() for k, v in places.mesh.materials.items()} == {
+        "tetra": ["STEEL", "LIGHT"]
+    }
+    # Of another density a lumped matrix is found by its sum.
+    (tmp_path / "Job-2.inp").write_text(TWO_PARTS.replace("2700", "2900"))
+    with pytest.warns(UserWarning, match="mass matrix has 2208.33 kg, elements 2275 kg"):
+        sh.read_structure(tmp_path / "Job-2_STIF1.mtx")
+
+
 def test_decks_of_moved_parts_and_turned_nodes_are_refused(tmp_path):
     path = write(tmp_path)
     for more, words in (

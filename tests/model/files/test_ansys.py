@@ -48,11 +48,13 @@ def test_an_archive_beside_tells_places_and_components(examples, tmp_path):
         "NODE_SELECTION": 164,
     }
     # Volume by bricks whose nodes are in the right order.
-    mass, _ = mesh.weighed({"hexahedron20": np.ones(40)})
+    mass, *_ = mesh.weighed({"hexahedron20": np.ones(40)})
     assert mass.sum() == pytest.approx(1.0 * 1.0 * 5.0)
     held = np.setdiff1d(mesh.node, beam.places.nodes)
     assert len(held) == 21
     assert np.ptp(mesh.points(held)[:, 2]) == 0
+    told = beam.places.program.held
+    assert sorted(told.tolist()) == [[node, way] for node in held.tolist() for way in range(3)]
 
 
 def test_results_of_another_model_are_told(examples, tmp_path):
@@ -106,4 +108,4 @@ def test_rotated_nodes_are_refused(examples, tmp_path):
         nnum, node_angles = archive.nnum, angles
 
     with pytest.raises(ValueError, match=r"1 nodes have directions of their own .*4\); turn them"):
-        ansys._mesh(Turned, {}, [])
+        ansys._mesh(Turned, [])

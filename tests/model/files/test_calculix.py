@@ -246,10 +246,13 @@ def test_decks_are_read_as_the_program_reads_them(tmp_path):
     expected |= dict(of_cube=[*range(1, 9)], points=[1, 3, 4, 5, 7, 8], top=[5, 6, 7, 8])
     assert {name: nodes.tolist() for name, nodes in mesh.names.items()} == expected
     assert mesh.surfaces["top"]["quad"].tolist() == [[5, 6, 7, 8]]
-    assert deck.dropped == {"B31": 1}
+    assert deck.notes == [
+        "no part of the mesh: 1 B31, which are no solids",
+        "set ODD: 9 of 9 generated numbers are those of no node (the first: 101)",
+    ]
     told = dict(modulus=70.0, poisson=0.3, density=2700.0, mass_share=2.0, stiffness_share=1e-5)
     assert deck.materials == {"soft": told}
-    assert deck.densities["hexahedron"].tolist() == [2700.0]
+    assert mesh.materials["hexahedron"].tolist() == ["soft"]
 
 
 def test_damping_of_the_material_is_that_of_the_structure(tmp_path):

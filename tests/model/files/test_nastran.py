@@ -132,6 +132,34 @@ def test_bulk_data_tells_places_sets_and_elements(tmp_path):
     assert model.places.program.materials == materials
 
 
+def test_materials_of_elements_tell_masses(tmp_path):
+    with pytest.warns(UserWarning, match="the mass matrix has 20 kg, elements 7850 kg"):
+        places = sh.read_structure(bulk(tmp_path)).places
+    assert places.mesh.materials["hexahedron20"].tolist() == ["3"]
+    assert places.program.mass.sum() == pytest.approx(7850)
+
+
+def test_supports_that_the_case_control_chooses_are_no_rows(tmp_path):
+    path = bulk(tmp_path)
+    text = (tmp_path / "cube.bdf").read_text()
+    cards = "SPC            1       7      12      .0       8       3      .0\n"
+    cards += "SPC1           5  123456       1    THRU       4\n"
+    cards += "SPC1           9       1      15\nSPCADD         6       1       5\n"
+    grid = next(line for line in text.splitlines() if line.startswith("GRID") and line[15] == "5")
+    text = text.replace(grid, f"{grid:<56}{'13':>8}").replace("PSOLID", f"{cards}PSOLID")
+    (tmp_path / "cube.bdf").write_text(text.replace("SOL 103", "SOL 103\nSPC = 6"))
+    with pytest.warns(UserWarning, match=r"29 degrees of freedom held by SPC dropped .*: 1:x"):
+        places = sh.read_structure(path).places
+    held = [[1, k] for k in range(3)] + [[2, k] for k in range(3)] + [[3, k] for k in range(3)]
+    held += [[4, k] for k in range(3)] + [[5, 0], [5, 2], [7, 0], [7, 1], [8, 2]]
+    assert places.program.held.tolist() == held
+    assert places.n_dof == 120 - 29
+    assert places.direction[places.node == 7].tolist() == ["z", "rx", "ry", "rz"]
+    (tmp_path / "cube.bdf").write_text(text)  # nothing is chosen: grids alone hold
+    with pytest.warns(UserWarning, match="2 degrees of freedom held by SPC dropped"):
+        assert sh.read_structure(path).n_dof == 118
+
+
 def test_unknown_directions_and_other_sizes_are_refused(tmp_path):
     path = bulk(tmp_path, own="12")
     with pytest.raises(ValueError, match="grid 1: expected directions of the basic system"):

@@ -95,6 +95,49 @@ def both(*spoils):
     return spoil
 
 
+SECOND = "*MATERIAL, NAME=light\n*ELASTIC\n{}, 0.3\n*DENSITY\n{}\n"
+SECOND += "*SOLID SECTION, ELSET=part, MATERIAL=light\n*BOUNDARY"
+
+
+def halves(modulus, density):
+    """One element of another material."""
+    return both(
+        edited(r"^\*MATERIAL", "*ELSET, ELSET=part\n5\n*MATERIAL"),
+        edited(r"^\*BOUNDARY", SECOND.format(modulus, density)),
+    )
+
+
+def one_side_depends(folder):
+    """Rows of a node of the right side left out, as equations leave them out."""
+    rows = (folder / "still.dof").read_text().split()
+    node = next(
+        node for node in re.findall(r"NSET=free_right\n(\d+),", (folder / "mesh.inp").read_text())
+    )
+    gone = {k for k, row in enumerate(rows, 1) if row.split(".")[0] == node}
+    number = {
+        k: at for at, k in enumerate((k for k in range(1, len(rows) + 1) if k not in gone), 1)
+    }
+    (folder / "still.dof").write_text("\n".join(rows[k - 1] for k in number) + "\n")
+    for suffix in ("sti", "mas"):
+        entries = [line.split() for line in (folder / f"still.{suffix}").read_text().splitlines()]
+        (folder / f"still.{suffix}").write_text("".join(
+            f"{number[int(i)]} {number[int(j)]} {value}\n"
+            for i, j, value in entries if not {int(i), int(j)} & gone
+        ))  # fmt: skip
+    edited(r"^\*STEP", f"*EQUATION\n2\n{node},1,1., 1,1,-1.\n*STEP", "still.inp")(folder)
+
+
+def quadratic_beside(folder):
+    """A quadratic brick on the face of a linear one, between no nodes of its own edges."""
+    text = (folder / "mesh.inp").read_text()
+    corners = re.search(r"ELSET=sector\n1,(\d+),(\d+),(\d+),(\d+)", text).groups()
+    more = "".join(f"{k},{90 + k % 7},{k % 3 - 1},{-10 - k % 5}\n" for k in range(101, 117))
+    words = [*corners, *map(str, range(101, 117))]
+    card = f"*NODE\n{more}*ELEMENT, TYPE=C3D20, ELSET=fine\n77,{','.join(words[:10])},\n"
+    card += ",".join(words[10:]) + "\n*MATERIAL"
+    edited(r"^\*MATERIAL", card)(folder)
+
+
 MOVED = r"^(9,)[^,]*(,.*)$"
 HALF = lambda text: text[: len(text) // 2]  # noqa: E731
 SIDES = both(
@@ -116,7 +159,7 @@ NOT_REFUSED = {
         r"the mesh reaches 0\.00027. m from 0",
     ),
     "a material without density": (
-        edited(r"^\*DENSITY\n.*\n", ""), "without \\*DENSITY or \\*SOLID SECTION"
+        edited(r"^\*DENSITY\n.*\n", ""), "5 elements have no section or no density"
     ),
     "sides exchanged": (SIDES, "sides are exchanged: right should be left turned by 60 degrees"),
     "sides that nobody names": (
@@ -130,6 +173,45 @@ NOT_REFUSED = {
     "mass and stiffness exchanged": (swapped, "of another mesh or density"),
     "an empty set": (
         edited(r"(\*NSET, NSET=tip)\n(\d+,\n)*", r"\1\n"), "set tip is empty"
+    ),
+    "a material in other units than another one": (
+        halves("70.E9", "2700."), "steel: density 7.8e-09 kg.*which no metal has, are units= right"
+    ),
+    "another density than the matrices have": (
+        halves("72000.", "2.7E-9"), "the mass matrix is of another mesh or density"
+    ),
+    "elements without a section": (
+        both(
+            edited(r"^\*MATERIAL", "*ELSET, ELSET=part\n1,2,3\n*MATERIAL"),
+            edited("ELSET=sector, MATERIAL", "ELSET=part, MATERIAL"),
+        ),
+        "2 elements have no section or no density",
+    ),
+    "a density below 0": (edited(r"7\.8E-9", "-7.8E-9"), "steel.*which no metal has"),
+    "two nodes of one number": (
+        edited(r"^\*MATERIAL", "*NODE\n9,150.,0,0\n*MATERIAL"),
+        r"1 nodes have several places, the last ones count .*: 9",
+    ),
+    "a step that leads beyond the last number": (
+        edited(r"^\*MATERIAL", "*NSET, NSET=odd, GENERATE\n1,10,4\n*MATERIAL"),
+        "set odd is generated from 1 to 10 by 4, which does not lead there",
+    ),
+    "a step of 0": (
+        edited(r"^\*MATERIAL", "*NSET, NSET=odd, GENERATE\n1,3,0\n*MATERIAL"),
+        "set odd is generated from 1 to 3 by 0, which does not lead there",
+    ),
+    "numbers of no node": (
+        edited(r"^\*MATERIAL", "*NSET, NSET=far, GENERATE\n20,25\n*MATERIAL"),
+        r"set far: 3 of 6 generated numbers are those of no node \(the first: 23",
+    ),
+    "equations of one side": (
+        one_side_depends, "1 pairs of the sides are not free alike .*equations of one side"
+    ),
+    "supports that the matrices do not have": (
+        edited(r"^\*BOUNDARY", "*BOUNDARY\ntip, 3, 3"), "directions of supports are free"
+    ),
+    "linear and quadratic bricks beside each other": (
+        quadratic_beside, "linear and quadratic elements meet at 1 faces"
     ),
     "elements that are no solids": (
         edited(r"^\*MATERIAL", "*ELEMENT, TYPE=S4, ELSET=shell\n99,1,2,3,4\n*MATERIAL"),
@@ -200,6 +282,17 @@ REFUSED = {
     ),
     "matrices along directions of nodes": (
         edited("MATRIXSTORAGE", "MATRIXSTORAGE, GLOBAL=NO", "still.inp"), ValueError, "GLOBAL=NO"
+    ),
+    "two elements of one number": (
+        edited(r"^\*MATERIAL", "*ELEMENT, TYPE=C3D4, ELSET=b\n3,1,2,4,9\n*MATERIAL"),
+        ValueError,
+        "element 3 comes twice",
+    ),
+    "a section of a material that is not there": (
+        edited("MATERIAL=steel$", "MATERIAL=stele"), ValueError, "unknown material stele"
+    ),
+    "a support of an unknown name": (
+        edited(r"^bore, 1, 3", "bore, FIXED"), ValueError, "no deck of CalculiX .*FIXED"
     ),
     "no nodes": (edited(r"^\*NODE,", "*NODES,"), ValueError, r"expected \*NODE"),
     "results of another mesh": (

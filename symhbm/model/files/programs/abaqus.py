@@ -51,16 +51,9 @@ def _with_deck(contents: Contents, path: Path) -> Contents:
         if turned:
             raise ValueError("expected directions x, y and z, *TRANSFORM turns some")
         mesh = deck.mesh
-        mass, moment = mesh.weighed(deck.densities)
-    notes = list[str]()
-    if deck.dropped:
-        types = ", ".join(f"{count} {kind}" for kind, count in deck.dropped.items())
-        notes.append(f"no part of the mesh: {types}, which are no solids")
-    if np.isnan(mass).any():
-        notes.append("mass of elements without *DENSITY or *SOLID SECTION is not known")
-        mass = moment = None
-    program = Program("Abaqus", materials=deck.materials, mass=mass, moment=moment)
-    return contents._replace(mesh=mesh, program=program, notes=tuple(notes))
+        lasting = [card for card in deck.of("BOUNDARY") if not card.step]
+        program = Program("Abaqus", materials=deck.materials, held=deck.held(lasting))
+    return contents._replace(mesh=mesh, program=program, notes=tuple(deck.notes))
 
 
 def _entries(path: Path) -> FloatArray:

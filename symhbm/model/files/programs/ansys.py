@@ -6,6 +6,7 @@ one, of ``sector.rst``, which has materials and natural modes, too.
 """
 
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -50,18 +51,15 @@ def read(files: dict[str, Path], names: Mapping[str, str]) -> Contents:
         raise FileNotFoundError(f"path={str(path)!r}: no such file")
     beside = {suffix: path.with_suffix(suffix) for suffix in (".full", ".cdb", ".rst")}
     there = {suffix for suffix, file in beside.items() if file.is_file()}
-    matrices, places, mesh, program, notes = (
-        {},
-        None,
-        None,
-        Program("Ansys", materials={}),
-        list[str](),
-    )
+    matrices, places, mesh, held = {}, None, None, None
+    program, notes = Program("Ansys", materials={}), list[str]()
     if ".full" in there:
         with told(beside[".full"], "matrices of Ansys"):
             full = binary(str(beside[".full"]))
             _check_whole(beside[".full"], full._header["ptrEND"])
             matrices, places = _matrices(full)
+            held = np.asarray(full.const, dtype=np.int64)
+            held = held[held[:, 1] < 3]
     result: Any = None
     if ".rst" in there:
         with told(beside[".rst"], "results of Ansys"):
@@ -69,16 +67,16 @@ def read(files: dict[str, Path], names: Mapping[str, str]) -> Contents:
             _check_whole(beside[".rst"], result._resultheader["ptrEnd8"][0])
     if ".cdb" in there:
         with told(beside[".cdb"], "archive of CDWRITE"):
-            mesh, densities = _mesh(reader.Archive(str(beside[".cdb"])), {}, notes)
+            mesh = _mesh(reader.Archive(str(beside[".cdb"])), notes)
     if result is not None:
         with told(beside[".rst"], "results of Ansys"):
             materials = {
                 str(int(number)): {_NAMES[k]: float(v) for k, v in each.items() if k in _NAMES}
                 for number, each in result.materials.items()
             }
-            own, densities = _mesh(result.mesh, materials, notes, result.node_components)
+            own = _mesh(result.mesh, notes, result.node_components)
             mesh = own if mesh is None else mesh
-            program = _program(result, own, densities, materials, notes)
+            program = _program(result, own, materials)
             _check_same(path, own, mesh)
     if places is not None:
         if mesh is None:
@@ -90,6 +88,7 @@ def read(files: dict[str, Path], names: Mapping[str, str]) -> Contents:
             raise ValueError(
                 f"path={str(path)!r}: node {unknown[0]} of its matrices is not in the mesh beside"
             )
+    program = replace(program, held=held)
     return Contents(matrices, places, True, notes=tuple(notes), mesh=mesh, program=program)
 
 
@@ -111,10 +110,8 @@ def _matrices(full: Any) -> tuple[dict[str, Any], Places]:
     return {"mass": mass, "stiffness": stiffness}, Places(node, np.array(DIRECTIONS[:6])[way])
 
 
-def _mesh(
-    held: Any, materials: dict[str, Any], notes: list[str], components: Any = None
-) -> tuple[Mesh, dict[str, Any]]:
-    """The mesh of an archive or a result, and the density of each element by kind."""
+def _mesh(held: Any, notes: list[str], components: Any = None) -> Mesh:
+    """The mesh of an archive or a result."""
     turned = np.flatnonzero(np.any(held.node_angles != 0, axis=1))
     if turned.size:
         raise ValueError(
@@ -123,7 +120,7 @@ def _mesh(
         )
     types = {int(number): int(kind) for number, kind in held.ekey}
     parts: dict[str, list[Any]] = {}
-    density: dict[str, list[float]] = {}
+    materials: dict[str, list[str]] = {}
     dropped: dict[str, int] = {}
     for element in held.elem:
         nodes, of_type = element[_HEAD:], types[int(element[1])]
@@ -134,8 +131,7 @@ def _mesh(
             dropped[name] = dropped.get(name, 0) + 1
             continue
         parts.setdefault(kind, []).append(chosen)
-        of_material = materials.get(str(int(element[0])), {})
-        density.setdefault(kind, []).append(of_material.get("density", np.nan))
+        materials.setdefault(kind, []).append(str(int(element[0])))
     if dropped:
         told_of = ", ".join(f"{count} of {kind}" for kind, count in dropped.items())
         notes.append(f"elements that are no part of the mesh: {told_of}")
@@ -143,8 +139,7 @@ def _mesh(
     sets = {str(name): np.asarray(nodes) for name, nodes in sets.items()}
     known = {name: nodes[np.isin(nodes, held.nnum)] for name, nodes in sets.items()}
     blocks = {kind: np.array(block) for kind, block in parts.items()}
-    mesh = Mesh(held.nnum, held.nodes[:, :3], blocks, known)
-    return mesh, {kind: np.array(each) for kind, each in density.items()}
+    return Mesh(held.nnum, held.nodes[:, :3], blocks, known, materials=materials)
 
 
 def _collapsed(kind: str, nodes: NDArray) -> tuple[str, NDArray]:
@@ -159,15 +154,9 @@ def _collapsed(kind: str, nodes: NDArray) -> tuple[str, NDArray]:
     return "", nodes
 
 
-def _program(
-    result: Any, mesh: Mesh, densities: dict[str, Any], materials: dict[str, Any], notes: list[str]
-) -> Program:
-    """Materials, mass and natural modes of a result."""
-    mass, moment = mesh.weighed(densities)
-    if np.isnan(mass).any():
-        notes.append("mass of elements without DENS is not known")
-        mass = moment = None
-    told_of: dict[str, Any] = dict(materials=materials, mass=mass, moment=moment)
+def _program(result: Any, mesh: Mesh, materials: dict[str, Any]) -> Program:
+    """Materials and natural modes of a result."""
+    told_of: dict[str, Any] = dict(materials=materials)
     if result._resultheader["kan"] == 2:  # natural modes
         frequency, shape, waves = np.array(result.time_values), [], None
         for number in range(len(frequency)):

@@ -17,7 +17,8 @@ import scipy.sparse as sp
 
 from symhbm.model.cyclic import PER_MINUTE
 from symhbm.model.files.contents import Contents, told
-from symhbm.model.files.programs.deck import Card, Deck
+from symhbm.model.files.programs.cards import Card
+from symhbm.model.files.programs.deck import Deck
 from symhbm.model.files.programs.frd import read_results, version_of
 from symhbm.model.mesh import Program
 from symhbm.model.places import Places
@@ -38,19 +39,13 @@ def read(files: dict[str, Path], names: Mapping[str, str]) -> Contents:
         if not deck.elements:
             raise ValueError("expected *ELEMENT with solids")
         mesh = deck.mesh
-        if deck.dropped:
-            types = ", ".join(f"{count} {kind}" for kind, count in deck.dropped.items())
-            notes.append(f"no part of the mesh: {types}, which are no solids")
-        mass, moment = mesh.weighed(deck.densities)
         modes, displacement, told_of = read_results(path, mesh)
         axis, n_sectors, ties = _cyclic(deck)
         speed = _speed(deck, notes)
-    if np.isnan(mass).any():
-        notes.append("mass of elements without *DENSITY or *SOLID SECTION is not known")
-        mass = moment = None
     matrices, places = _matrices(path, deck)
-    held, said = (None, []) if places is None else _held(deck, places)
-    notes += said
+    with told(path, "deck of CalculiX"):
+        held, said = (None, []) if places is None else _held(deck, places)
+    notes = [*deck.notes, *notes, *said]
     program = Program(
         name=f"CalculiX{version_of(path)}",
         speed=speed,
@@ -58,8 +53,6 @@ def read(files: dict[str, Path], names: Mapping[str, str]) -> Contents:
         n_sectors=n_sectors,
         sides=ties,
         materials=deck.materials,
-        mass=mass,
-        moment=moment,
         displacement=displacement,
         held=held,
         modes=modes,
@@ -82,7 +75,7 @@ def _matrices(path: Path, deck: Deck) -> tuple[dict[str, Any], Places | None]:
         return {}, None
     with told(of_rows, "table of node.direction"):
         words = of_rows.read_text().replace(".", " ").split()
-        node, way = np.array(words, dtype=np.int64).reshape(-1, 2).T
+        node, way = np.array([*map(int, words)]).reshape(-1, 2).T
         direction = np.array(_WAYS)[way - 1]
     modal = _modal(deck)
     if modal is not None and modal.options.get("GLOBAL", "YES").upper() == "NO":
@@ -91,7 +84,7 @@ def _matrices(path: Path, deck: Deck) -> tuple[dict[str, Any], Places | None]:
     for kind, suffix in (("mass", ".mas"), ("stiffness", ".sti")):
         with told(path.with_suffix(suffix), "matrix of CalculiX"):
             entries = np.loadtxt(path.with_suffix(suffix), ndmin=2)
-            row, column = entries[:, :2].astype(np.int64).T - 1
+            row, column = entries[:, :2].T.astype(np.int32) - 1
             largest = 1 + int(max(row.max(), column.max()))
             if largest == 2 * size and deck.of("CYCLIC SYMMETRY MODEL"):
                 raise ValueError(
@@ -100,17 +93,22 @@ def _matrices(path: Path, deck: Deck) -> tuple[dict[str, Any], Places | None]:
                 )
             if largest != size:
                 raise ValueError(f"{largest} rows, {of_rows.name} has {size}")
-            if not np.isin(np.arange(size), row[row == column]).all():
+            if not np.bincount(row[row == column], minlength=size).all():
                 raise ValueError("some rows have no diagonal entry")
             shape = (size, size)
             result[kind] = sp.coo_array((entries[:, 2], (row, column)), shape=shape).tocsc()
     return result, Places(node, direction)
 
 
+def _turns(row: list[str]) -> bool:
+    """Whether a row of *DLOAD is a load of rotation."""
+    return len(row) > 2 and row[1].upper() == "CENTRIF"
+
+
 def _cyclic(deck: Deck) -> tuple[str | None, int | None, tuple[str, str] | None]:
     """Axis, number of sectors, and the names of the sides."""
     rows = [row for card in deck.of("CYCLIC SYMMETRY MODEL") for row in card.rows[:1]]
-    turns = [row[2:] for card in deck.of("DLOAD") for row in card.rows if row[1:2] == ["CENTRIF"]]
+    turns = [row[2:] for card in deck.of("DLOAD") for row in card.rows if _turns(row)]
     sides, n_sectors = None, None
     for card in deck.of("CYCLIC SYMMETRY MODEL"):
         n_sectors = int(card.options["N"])
@@ -149,7 +147,7 @@ def _speed(deck: Deck, notes: list[str]) -> float | None:
         (card.step, float(row[2]))
         for card in deck.of("DLOAD")
         for row in card.rows
-        if len(row) > 2 and row[1].upper() == "CENTRIF" and card.step <= step
+        if _turns(row) and card.step <= step
     ]
     if not loads:
         return None
@@ -161,27 +159,29 @@ def _speed(deck: Deck, notes: list[str]) -> float | None:
 
 def _held(deck: Deck, places: Places) -> tuple[Any, list[str]]:
     """Supports (n, 2), node and direction, and in words what is no row of the matrices."""
-    solid = np.unique(np.concatenate([nodes.ravel() for _, nodes in deck.elements.values()]))
-    rows = 3 * places.node + np.searchsorted(_WAYS, places.direction)
-    missing = np.setdiff1d((3 * solid[:, None] + np.arange(3)).ravel(), rows)
-    fixed = np.zeros(0, dtype=np.int64)
-    for row in (row for card in deck.of("BOUNDARY") for row in card.rows):
-        first, last = (int(row[i]) if len(row) > i and row[i] else int(row[1]) for i in (1, 2))
-        nodes = deck.members([row[:1]], deck.sets)
-        fixed = np.append(fixed, [3 * nodes + way for way in range(first - 1, min(last, 3))])
-    held, rest = np.intersect1d(missing, fixed), np.setdiff1d(missing, fixed)
+    mesh = deck.mesh
+    missing, fixed, lasting = np.zeros((3, len(mesh.node), 3), dtype=bool)
+    for block in mesh.elements.values():
+        missing[mesh.at(block)] = True
+    missing[mesh.at(places.node), np.searchsorted(_WAYS, places.direction)] = False
+    boundary = deck.of("BOUNDARY")
+    for mask, some in ((fixed, boundary), (lasting, [c for c in boundary if not c.step])):
+        node, way = deck.held(some).T
+        mask[mesh.at(node), way] = True
+    held, rest = missing & fixed, missing & ~fixed
     cards = ", ".join(f"*{word}" for word in _DEPENDENT if deck.of(word)) or "*TRANSFORM"
     told_of = {
-        f"supports: {len(held)} directions of {len(np.unique(held // 3))} nodes": held,
-        f"{len(rest)} degrees of freedom depend on others and are no rows, by {cards}": rest,
+        f"supports: {held.sum()} directions of {held.any(axis=1).sum()} nodes": held,
+        f"{rest.sum()} degrees of freedom depend on others and are no rows, by {cards}": rest,
     }
     words = [
-        f"{words} (the first: {each[0] // 3}:{_WAYS[each[0] % 3]})"
+        f"{words} (the first: {mesh.node[first]}:{_WAYS[way]})"
         for words, each in told_of.items()
-        if len(each)
+        for first, way in np.argwhere(each)[:1].tolist()
     ]
     # Of nodes with axes of their own, one direction of a support is none of x, y and z.
     turned = deck.members([[card.options["NSET"]] for card in deck.of("TRANSFORM")], deck.sets)
-    node, count = np.unique(held // 3, return_counts=True)
-    sure = held[~np.isin(held // 3, turned) | np.isin(held // 3, node[count == 3])]
-    return np.column_stack([sure // 3, sure % 3]), words
+    # Those before all steps hold in each: where the matrices have them free, the deck was changed.
+    held = (held | lasting) & ~np.isin(mesh.node, turned)[:, None] | held.all(axis=1, keepdims=True)
+    at, way = np.nonzero(held)
+    return np.column_stack([mesh.node[at], way]), words

@@ -1,19 +1,20 @@
-"""Input decks of CalculiX and Abaqus: cards with options and rows, and the mesh that they tell."""
+"""Input decks of CalculiX and Abaqus: the mesh, the materials and the supports that cards tell."""
 
 from __future__ import annotations
 
-from collections.abc import Iterable, Iterator
+from collections.abc import Iterable
 from functools import cached_property
 from pathlib import Path
-from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
 
+from symhbm.model.files.contents import LOOK
+from symhbm.model.files.programs.cards import Card, cards
 from symhbm.model.mesh import Mesh, element
 from symhbm.numerics import FloatArray
 
-KINDS = {
+_KINDS = {
     "C3D4": "tetra",
     "C3D6": "wedge",
     "C3D8": "hexahedron",
@@ -22,70 +23,21 @@ KINDS = {
     "C3D20": "hexahedron20",
 }
 """Solids by the beginning of their types, whose nodes have the order of ours."""
-
-
-class Card(NamedTuple):
-    """A keyword in capitals, its options by name in capitals, the lines below it, its step."""
-
-    keyword: str
-    options: dict[str, str]
-    lines: list[str]
-    step: int
-
-    @property
-    def rows(self) -> list[list[str]]:
-        """Words of each line."""
-        return [[word.strip() for word in line.rstrip(",").split(",")] for line in self.lines]
-
-    def numbers(self, width: int) -> FloatArray:
-        """All numbers of the lines, in rows of so many; ValueError for what is none."""
-        words = ",".join(line.rstrip().rstrip(",") for line in self.lines).upper().split(",")
-        values = np.array([word.replace("D", "E") for word in words if self.lines], dtype=float)
-        if len(values) % width:
-            raise ValueError(f"*{self.keyword}: expected {width} numbers in a row")
-        return values.reshape(-1, width)
-
-
-def cards(path: Path) -> Iterator[Card]:
-    """The cards of a deck and of those that it includes."""
-    made: list[Card] = []
-    for line in _lines(path):
-        if not line.startswith("*"):
-            if made:
-                made[-1].lines.append(line)
-            continue
-        words = [word.strip() for word in line[1:].split(",")]
-        pairs = (word.partition("=") for word in words[1:] if word)
-        options = {name.strip().upper(): value.strip().strip('"') for name, _, value in pairs}
-        keyword = " ".join(words[0].upper().split())
-        step = (made[-1].step if made else 0) + (keyword == "STEP")
-        made.append(Card(keyword, options, [], step))
-    return iter(made)
-
-
-def _lines(path: Path) -> Iterator[str]:
-    """Lines without comments, of files that are included as well."""
-    with path.open(encoding="latin-1") as file:
-        for line in file:
-            text = line.strip()
-            if not text or text.startswith("**"):
-                continue
-            if text[:8].upper() == "*INCLUDE":
-                yield from _lines(path.parent / text.partition("=")[2].strip().strip('"'))
-            else:
-                yield text
+_HELD = {"PINNED": (1, 2, 3), "ENCASTRE": (1, 2, 3), "XSYMM": (1,), "YSYMM": (2,), "ZSYMM": (3,)}
+_HELD |= {"XASYMM": (2, 3), "YASYMM": (1, 3), "ZASYMM": (1, 2)}
+"""Displacements that are held by the names of supports."""
 
 
 class Deck:
     """What the cards of a deck tell: mesh, materials, and the cards themselves.
 
-    ``dropped``: types of elements that are no solids, with their numbers.
+    ``notes`` are what is to be said of the mesh once it was asked for.
     """
 
     def __init__(self, path: Path):
         self.path = path
-        self.cards = [*cards(path)]
-        self.dropped: dict[str, int] = {}
+        self.cards = cards(path)
+        self.notes: list[str] = []
         self._named: dict[str, str] = {}
 
     def of(self, *keywords: str) -> list[Card]:
@@ -97,27 +49,50 @@ class Deck:
         return self._named.setdefault(given.upper(), given)
 
     @cached_property
+    def _tables(self) -> dict[Card, FloatArray]:
+        """Numbers of each card of nodes and of solids."""
+        tables: dict[Card, FloatArray] = {card: card.padded(4) for card in self.of("NODE")}
+        dropped: dict[str, int] = {}
+        for card in self.of("ELEMENT"):
+            family, kind = card.options.get("TYPE", ""), _kind_of(card)
+            if kind is None:
+                dropped[family] = dropped.get(family, 0) + len(card.lines)
+            else:
+                tables[card] = card.numbers(1 + len(element(kind).points))
+        if dropped:
+            types = ", ".join(f"{count} {kind}" for kind, count in dropped.items())
+            self.notes.append(f"no part of the mesh: {types}, which are no solids")
+        return tables
+
+    @cached_property
     def nodes(self) -> tuple[NDArray[np.int64], FloatArray]:
         """Numbers and coordinates; the last line of a node counts."""
-        table = [_padded(card) for card in self.of("NODE")]
+        table = [self._tables[card] for card in self.of("NODE")]
         if not table:
             raise ValueError("expected *NODE")
-        whole = np.concatenate(table)[::-1]
-        node, first = np.unique(whole[:, 0].astype(np.int64), return_index=True)
-        return node, whole[first, 1:]
+        whole = np.concatenate(table)
+        number = whole[:, 0].astype(np.int64)
+        order = np.argsort(number, kind="stable")
+        last = np.append(np.diff(number[order]) > 0, True)
+        again = ~last[:-1] & np.any(np.diff(whole[order], axis=0) != 0, axis=1)
+        if again.any():
+            self.notes.append(
+                f"{LOOK}{again.sum()} nodes have several places, the last ones count (the first: "
+                f"{number[order][:-1][again][0]})"
+            )
+        return number[order][last], whole[order][last][:, 1:]
 
     @cached_property
     def elements(self) -> dict[str, tuple[NDArray[np.int64], NDArray[np.int64]]]:
         """Numbers of elements (n,), and of their nodes (n, n_nodes), by kind."""
         parts: dict[str, list[NDArray]] = {}
         for card in self.of("ELEMENT"):
-            family, kind = card.options.get("TYPE", ""), _kind_of(card)
-            if kind is None:
-                self.dropped[family] = self.dropped.get(family, 0) + len(card.lines)
-                continue
-            block = card.numbers(1 + len(element(kind).points)).astype(np.int64)
-            parts.setdefault(kind, []).append(block)
+            if (kind := _kind_of(card)) is not None:
+                parts.setdefault(kind, []).append(self._tables[card].astype(np.int64))
         whole = {kind: np.concatenate(blocks) for kind, blocks in parts.items()}
+        number = np.sort(np.concatenate([np.zeros(0), *(block[:, 0] for block in whole.values())]))
+        if (again := number[1:][np.diff(number) == 0]).size:
+            raise ValueError(f"element {again[0]:g} comes twice")
         return {kind: (block[:, 0], block[:, 1:]) for kind, block in whole.items()}
 
     @cached_property
@@ -134,26 +109,43 @@ class Deck:
         """Sets of cards of their own, of nodes or elements, and surfaces of nodes."""
         result: dict[str, NDArray[np.int64]] = {}
         for card in self.of(keyword, owner, "SURFACE"):
-            of_nodes = keyword == "NSET" and card.options.get("TYPE", "").upper() == "NODE"
+            of_nodes = keyword == "NSET" and card.option("TYPE") == "NODE"
             given = card.options.get("NAME" if of_nodes else keyword)
             if given is None:
                 continue
-            if card.keyword == "NODE":
-                more = _padded(card)[:, 0]
-            elif card.keyword == "ELEMENT":
-                kind = _kind_of(card)
-                more = card.numbers(1 + len(element(kind).points))[:, 0] if kind else ()
+            name = self.name(given)
+            if card.keyword == owner:
+                more = self._tables[card][:, 0] if card in self._tables else ()
             elif "ELSET" in card.options and keyword == "NSET":
                 more = self.nodes_of_elements(self.element_sets[self.name(card.options["ELSET"])])
             elif "GENERATE" in card.options:
-                spans = (np.array(row, dtype=int) for row in card.rows)
-                more = np.concatenate([np.arange(s[0], s[1] + 1, *s[2:]) for s in spans])
-                more = more[np.isin(more, self.nodes[0])] if keyword == "NSET" else more
+                more = np.concatenate([self._generated(name, row) for row in card.rows])
+                if keyword == "NSET":
+                    more = self._there(name, more)
             else:
                 more = self.members(card.rows, result)
-            name = self.name(given)
             result[name] = np.append(result.get(name, ()), more).astype(np.int64)
         return result
+
+    def _generated(self, name: str, row: list[str]) -> NDArray[np.int64]:
+        """Numbers from a first to a last one."""
+        first, last, step = [*map(int, row), 1][:3]
+        if step < 1 or (last - first) % step or last < first:
+            self.notes.append(
+                f"{LOOK}set {name} is generated from {first} to {last} by {step}, which does not "
+                "lead there"
+            )
+        return np.arange(first, last + 1, max(step, 1))
+
+    def _there(self, name: str, given: NDArray[np.int64]) -> NDArray[np.int64]:
+        """Those of generated numbers that nodes have."""
+        known = np.isin(given, self.nodes[0])
+        if not known.all():
+            self.notes.append(
+                f"set {name}: {len(given) - known.sum()} of {len(given)} generated numbers are "
+                f"those of no node (the first: {given[~known][0]})"
+            )
+        return given[known]
 
     def members(
         self, rows: Iterable[list[str]], known: dict[str, NDArray[np.int64]]
@@ -173,7 +165,7 @@ class Deck:
         """Faces of surfaces of elements by kind, whose lines tell elements or sets and a face."""
         result: dict[str, dict[str, NDArray[np.int64]]] = {}
         for card in self.of("SURFACE"):
-            if card.options.get("TYPE", "ELEMENT").upper() != "ELEMENT":
+            if card.option("TYPE") not in ("", "ELEMENT"):
                 continue
             faces: dict[str, list[NDArray]] = {}
             for of, side in card.rows:
@@ -190,9 +182,9 @@ class Deck:
 
     @cached_property
     def mesh(self) -> Mesh:
-        """Nodes, solids, sets and surfaces; surfaces of nodes are sets."""
+        """Nodes, solids with their materials, sets and surfaces; surfaces of nodes are sets."""
         solids = {kind: nodes for kind, (_, nodes) in self.elements.items()}
-        return Mesh(*self.nodes, solids, self.sets, self.surfaces)
+        return Mesh(*self.nodes, solids, self.sets, self.surfaces, self._sections)
 
     @cached_property
     def materials(self) -> dict[str, dict[str, float]]:
@@ -204,7 +196,7 @@ class Deck:
                 told = result.setdefault(self.name(card.options["NAME"]), {})
             elif card.keyword == "DENSITY":
                 told["density"] = float(card.rows[0][0])
-            elif card.keyword == "ELASTIC" and card.options.get("TYPE", "ISO").upper()[:3] == "ISO":
+            elif card.keyword == "ELASTIC" and card.option("TYPE")[:3] in ("", "ISO"):
                 told["modulus"], told["poisson"] = map(float, card.rows[0][:2])
                 if len(card.rows) > 1:  # of several temperatures: enough to tell units, no more
                     del told["poisson"]
@@ -213,27 +205,34 @@ class Deck:
                 told |= {names[k]: float(v) for k, v in card.options.items() if k in names}
         return result
 
-    @cached_property
-    def densities(self) -> dict[str, FloatArray]:
-        """Of each element, by kind, by its section; NaN where none is told."""
-        result = {kind: np.full(len(number), np.nan) for kind, (number, _) in self.elements.items()}
+    @property
+    def _sections(self) -> dict[str, NDArray]:
+        """The material of each element by kind, ``""`` of those without a section."""
+        written = {name.upper(): name for name in self.materials}
+        result = {kind: np.full(len(each), "", object) for kind, (each, _) in self.elements.items()}
         for card in self.of("SOLID SECTION"):
-            material = self.materials.get(self.name(card.options.get("MATERIAL", "")), {})
+            material = card.options.get("MATERIAL", "")
+            if material.upper() not in written:
+                raise ValueError(f"*SOLID SECTION of the unknown material {material}")
             chosen = self.element_sets.get(self.name(card.options.get("ELSET", "")), ())
             for kind, (number, _) in self.elements.items():
-                result[kind][np.isin(number, chosen)] = material.get("density", np.nan)
-        return result
+                result[kind][np.isin(number, chosen)] = written[material.upper()]
+        return {kind: names.astype(str) for kind, names in result.items()}
+
+    def held(self, cards: Iterable[Card]) -> NDArray[np.int64]:
+        """Node and direction 0 to 2 of supports, (n, 2), in the axes of their nodes."""
+        parts = [np.zeros((0, 2), dtype=np.int64)]
+        for row in (row for card in cards for row in card.rows):
+            ways = _HELD.get(row[1].upper())
+            if ways is None:
+                first, last = (int(row[k] if row[k:] and row[k] else row[1]) for k in (1, 2))
+                ways = range(first, min(last, 3) + 1)
+            nodes = self.members([row[:1]], self.sets)
+            parts += [np.column_stack([nodes, np.full(len(nodes), way - 1)]) for way in ways]
+        every = np.unique(np.concatenate(parts), axis=0)
+        return every[np.isin(every[:, 0], self.nodes[0])]
 
 
 def _kind_of(card: Card) -> str | None:
     """The kind of the elements of a card, None for other ones than solids."""
-    return KINDS.get(card.options.get("TYPE", "").upper().rstrip("RIHTMS"))
-
-
-def _padded(card: Card) -> FloatArray:
-    """Numbers of nodes and their coordinates, of which the last ones may be left out as 0."""
-    if all(line.rstrip(", ").count(",") == 3 for line in card.lines):
-        return card.numbers(4)
-    rows = card.rows
-    words = [word or "0" for row in rows for word in (row + ["0"] * 4)[:4]]
-    return card._replace(lines=[",".join(words)] * bool(rows)).numbers(4)
+    return _KINDS.get(card.option("TYPE").rstrip("RIHTMS"))

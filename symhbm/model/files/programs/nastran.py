@@ -5,12 +5,14 @@ data, ``sector.bdf``, ``.dat``, ``.nas`` or the ``.pch`` of ``EXTSEOUT``, tells 
 ``EXTRN`` of a superelement, or else six degrees of freedom of each grid, in ascending order.
 """
 
+import re
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
+from numpy.typing import NDArray
 
 from symhbm.model.files.contents import Contents, contents_of, told
 from symhbm.model.mesh import Mesh, Program
@@ -30,6 +32,8 @@ _ORDER = {
 }
 """Nodes of elements whose upright edges Nastran has before the upper ones."""
 _RECTANGULAR = 1
+_CASE = re.compile(r"^[ \t]*SPC[ \t]*=[ \t]*(\d+)", re.MULTILINE | re.IGNORECASE)
+"""The set of supports that the case control chooses."""
 
 
 def read(files: dict[str, Path], names: Mapping[str, str]) -> Contents:
@@ -71,12 +75,15 @@ def _with_bulk(contents: Contents, bulk: Any, deck: str) -> Contents:
             f"grid {node[grids[:, 1] != 0][0]} has coordinates of another system; write bulk data "
             "in the basic one"
         )
-    program = Program("Nastran", materials=_materials(bulk, deck))
+    supports = _held(bulk, deck, grids)
+    held = supports[supports[:, 1] < 3]
+    program = Program("Nastran", materials=_materials(bulk, deck), held=held)
     matrices, places, scalar = contents.matrices, None, node[:0]
     if matrices:
         size = next(iter(matrices.values())).shape[0]
         places = _places(bulk, deck, size, node)
         scalar = np.setdiff1d(places.node, node)
+        matrices, places = _without(supports, matrices, places, notes)
         matrices = _turned(matrices, places, grids, systems, notes)
     if len(scalar):
         notes.append(
@@ -85,7 +92,8 @@ def _with_bulk(contents: Contents, bulk: Any, deck: str) -> Contents:
         )
     amid = np.tile(grids[:, 2:5].mean(axis=0), (len(scalar), 1))
     every, at = np.concatenate([node, scalar]), np.vstack([grids[:, 2:5], amid])
-    mesh = Mesh(every, at, _elements(bulk, deck, notes), _sets(bulk, deck, node))
+    solids, materials = _elements(bulk, deck, notes)
+    mesh = Mesh(every, at, solids, _sets(bulk, deck, node), materials=materials)
     return contents._replace(
         matrices=matrices, places=places, mesh=mesh, program=program, notes=tuple(notes)
     )
@@ -105,6 +113,43 @@ def _places(bulk: Any, deck: str, size: int, node: Any) -> Places:
     scalar = rows[:, 1] == 0
     names = np.array(DIRECTIONS[:6])[np.where(scalar, 0, rows[:, 1] - 1)]
     return Places(rows[:, 0], names)
+
+
+def _held(bulk: Any, deck: str, grids: Any) -> NDArray[np.int64]:
+    """Grid and direction 0 to 5 of supports, of grids and of what the case control chooses."""
+    chosen = {int(n) for n in re.findall(_CASE, Path(deck).read_text(errors="replace"))}
+    found = {(int(g), int(c)) for g, cs in grids[:, [0, 6]] for c in str(int(cs)) if c != "0"}
+    rows = bulk.rdcards(deck, "spc", return_var="list", keep_name=True) or []
+    for name, *values in rows:
+        if name == "SPCADD" and values[0] in chosen:
+            chosen |= {*values[1:]}
+    for name, *values in rows:
+        if not values or values[0] not in chosen:
+            continue
+        if name == "SPC":
+            pairs = [*zip(values[1::3], values[2::3], strict=False)]
+        else:
+            first, last = values[2], values[-1]
+            span = range(first, last + 1) if "THRU" in values else values[2:]
+            pairs = [(grid, values[1]) for grid in span] if name == "SPC1" else []
+        found |= {(grid, int(c)) for grid, ways in pairs for c in str(ways) if c.isdigit()}
+    known = [(grid, way - 1) for grid, way in sorted(found) if grid in grids[:, 0]]
+    return np.array(known, dtype=np.int64).reshape(-1, 2)
+
+
+def _without(
+    held: NDArray[np.int64], matrices: dict[str, Any], places: Places, notes: list[str]
+) -> tuple[dict[str, Any], Places]:
+    """Matrices and places without supports, which those of all grids have."""
+    ways = np.array([DIRECTIONS.index(way) for way in places.direction])
+    fixed = np.isin(6 * places.node + ways, held @ [6, 1])
+    if not fixed.any():
+        return matrices, places
+    first = places.name(int(fixed.argmax()))
+    notes.append(f"{fixed.sum()} degrees of freedom held by SPC dropped (the first: {first})")
+    kept = np.flatnonzero(~fixed)
+    whole = {kind: sp.csc_array(m)[kept][:, kept] for kind, m in matrices.items()}
+    return whole, places.of(kept)
 
 
 def _turned(
@@ -133,9 +178,13 @@ def _turned(
     return {k: sp.csc_array(turn.T @ m @ turn) for k, m in matrices.items()}
 
 
-def _elements(bulk: Any, deck: str, notes: list[str]) -> dict[str, Any]:
-    """Nodes of solids by kind, in our order."""
+def _elements(bulk: Any, deck: str, notes: list[str]) -> tuple[dict[str, Any], dict[str, Any]]:
+    """Nodes of solids by kind, in our order, and the numbers of their materials."""
     parts: dict[str, list[Any]] = {}
+    materials: dict[str, list[str]] = {}
+    of_property = {
+        row[0]: str(row[1]) for row in bulk.rdcards(deck, "psolid", return_var="list") or []
+    }
     missing = 0
     for card, kinds in _SOLIDS.items():
         rows = bulk.rdcards(deck, card, return_var="list")
@@ -150,9 +199,10 @@ def _elements(bulk: Any, deck: str, notes: list[str]) -> dict[str, Any]:
                 continue
             order = _ORDER.get(kind, range(len(nodes)))
             parts.setdefault(kind, []).append([nodes[k] for k in order])
+            materials.setdefault(kind, []).append(of_property.get(row[1] or row[0], ""))
     if missing:
         notes.append(f"{missing} solids with some of their midside nodes are no part of the mesh")
-    return parts
+    return parts, materials
 
 
 def _sets(bulk: Any, deck: str, node: Any) -> dict[str, Any]:
