@@ -4,6 +4,7 @@ from __future__ import annotations
 
 from collections.abc import Iterable
 from dataclasses import replace
+from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -23,6 +24,10 @@ _USUAL = "m-kg-s", "mm-t-s", "mm-kg-ms", "mm-kg-s", "in-lbf-s", "mm-g-ms", "cm-g
 _SIZES = 5e-3, 50.0
 """Largest coordinate [m] of machines."""
 _WAYS = "x", "y", "z"
+_TOUCHING = "left_touching", "right_touching"
+"""Sets of nodes that touch the next sector and are not of its sides."""
+_DIGIT = 1e-5
+"""Last one of six, relative to the first, with which programs write shapes."""
 SHARES = "mass_share", "stiffness_share", "loss"
 """What materials tell of damping."""
 _SAME = 1e-4
@@ -61,9 +66,9 @@ def accounted(model: Model, notes: Iterable[str]) -> tuple[Model, list[str]]:
     if weights is not None:
         program = replace(program, mass=weights.mass, moment=weights.moment)
     _measure(mesh, program, weights, account)
-    sides = _sides(mesh, program, free, account)
+    sides, touching = _sides(mesh, program, free, account)
     if sides is not None:
-        mesh = mesh.with_sets({"left": sides.left, "right": sides.right} | mesh.sets)
+        mesh = mesh.with_sets({"left": sides.left, "right": sides.right} | touching | mesh.sets)
         program = replace(program, axis=sides.axis, n_sectors=sides.n_sectors)
     for name, nodes in mesh.names.items():
         here = np.isin(nodes, places.nodes).sum()
@@ -172,8 +177,9 @@ def _weigh(model: Model, free: NDArray[np.bool_], account: list[str]) -> Weights
 
 def _sides(
     mesh: Mesh, program: Program, free: NDArray[np.bool_], account: list[str]
-) -> Sides | None:
-    """The sides of a sector by their names, or by geometry."""
+) -> tuple[Sides | None, dict[str, NDArray[np.int64]]]:
+    """The sides of a sector by their names, or by geometry, and sets of what else touches."""
+    touching: dict[str, NDArray[np.int64]] = {}
     found = find_sides(mesh, program.axis, program.n_sectors)
     known = {name.lower(): name for name in mesh.names}
     named = program.sides or [known[side] for side in ("left", "right") if side in known]
@@ -195,9 +201,13 @@ def _sides(
                 f"{360 / n_sectors:g} degrees about {axis} apart"
             )
         account.append(f"left is {names[0]}, right is {names[1]}")
-        if found is not None and (more := np.setdiff1d(found.left, best.left)).size:
-            where = "touch the next sector and are not in it: supports, contacts, or a crack"
-            account.append(f"{more.size} nodes beside {names[0]} {where}")
+        if found is not None:
+            more = ~np.isin(found.left, best.left) & free[mesh.at(found.left)].any(axis=1)
+            touching = dict(zip(_TOUCHING, (found.left[more], found.right[more]), strict=True))
+            account.append(
+                f"{more.sum()} free nodes touch the next sector beside {names[0]}, contacts or a "
+                f"crack: sets {' and '.join(_TOUCHING)}"
+            ) if more.any() else touching.clear()
         found = best
     elif found is not None:
         account.append(
@@ -206,7 +216,7 @@ def _sides(
         )
     if found is None or len(found.left) == 0:
         account.append("no sector of a disk: no two sides found")
-        return None
+        return None, {}
     account.append(
         f"sector of {found.n_sectors}, {360 / found.n_sectors:g} degrees about {found.axis}: "
         f"{len(found.left)} pairs of nodes, {found.gap:.2g} m apart at most"
@@ -218,7 +228,7 @@ def _sides(
             f"{found.left[uneven][0]} and {found.right[uneven][0]}): supports or equations of one "
             "side"
         )
-    return found
+    return found, touching
 
 
 def _compare(model: Model, sides: Sides | None, modes: Modes, account: list[str]) -> Modes:
@@ -235,9 +245,11 @@ def _compare(model: Model, sides: Sides | None, modes: Modes, account: list[str]
     frequency = np.sqrt(np.maximum(elastic / heavy, 0)) / RADIANS
     if modes.nodal_diameter is not None and sides is not None:
         modes = modes._replace(nodal_diameter=_signed(mesh, sides, modes, account))
-    # Of rigid bodies both have round-off, which is of the squares.
-    size = np.maximum(modes.frequency, _RIGID * modes.frequency.max())
-    off = np.abs(frequency**2 - modes.frequency**2) / (2 * size**2)
+    # Of rigid bodies both have round-off, which is of the squares, and shapes are rounded.
+    rounded = model.stiffness_matrix.diagonal() @ _rounded(motion) / heavy / RADIANS**2
+    least = np.maximum((_RIGID * modes.frequency.max()) ** 2, rounded / (2 * _SAME))
+    apart = np.abs(frequency**2 - modes.frequency**2)
+    off = apart / (2 * np.maximum(modes.frequency**2, least))
     for wave in [None] if modes.nodal_diameter is None else np.unique(modes.nodal_diameter):
         chosen = slice(None) if wave is None else modes.nodal_diameter == wave
         text = "modes" if wave is None else f"{wave} nodal diameters"
@@ -251,6 +263,13 @@ def _compare(model: Model, sides: Sides | None, modes: Modes, account: list[str]
             "in these matrices: another speed, mesh, material or support"
         )
     return modes
+
+
+def _rounded(motion: Any) -> FloatArray:
+    """Mean square error of numbers that six digits leave, twice to be sure."""
+    parts = np.abs(np.array([motion.real, motion.imag]))
+    first = 10.0 ** np.floor(np.log10(np.where(parts > 0, parts, 1.0)))
+    return np.sum(np.where(parts > 0, _DIGIT * first, 0.0) ** 2, axis=0) / 6
 
 
 def _signed(mesh: Mesh, sides: Sides, modes: Modes, account: list[str]) -> NDArray[np.int64]:

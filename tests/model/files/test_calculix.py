@@ -146,7 +146,15 @@ def test_the_account_says_what_was_found(folder, brick):
     assert "sector of 6, 60 degrees about z" in lines
     left, right = ("one", "two") if brick == 8 else ("two", "one")
     assert f"left is {left}, right is {right}" in lines
-    assert "beside" in lines  # the blade of the other sector is as wide as a sector, and not joined
+    # The blade of 20 nodes is as wide as a sector, and not joined.
+    touching = [name for name in model.places.mesh.sets if name.endswith("_touching")]
+    assert touching == (["left_touching", "right_touching"] if brick == 20 else [])
+    assert ("free nodes touch the next sector beside two" in lines) == bool(touching)
+    if touching:
+        one, other = (model.places.mesh.points(model.places.nodes_of(name)) for name in touching)
+        half = np.sqrt(0.75)
+        turned = one @ [[0.5, half, 0], [-half, 0.5, 0], [0, 0, 1]]
+        assert np.linalg.norm(turned[:, None] - other, axis=2).min(axis=1).max() < 1e-6
     assert "nodal diameters" in lines
     assert "density 7800 kg/m^3, modulus 2.1e+11 N/m^2" in lines
     for name in ("left", "right", "tip"):
