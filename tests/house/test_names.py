@@ -3,7 +3,7 @@
 import io
 import re
 import tokenize
-from functools import reduce
+from functools import cache, reduce
 from importlib import import_module
 from pathlib import Path
 from typing import Any
@@ -20,6 +20,7 @@ IN_BACKTICKS = re.compile(r"(?<!`)`([^`]+)`(?!`)")
 CODE = {tokenize.NAME, tokenize.STRING, getattr(tokenize, "FSTRING_MIDDLE", tokenize.STRING)}
 
 
+@cache
 def words_of(path: Path) -> set[str]:
     """Words in the code of a file, its docstrings and comments apart."""
     tokens = tokenize.generate_tokens(io.StringIO(path.read_text(encoding="utf-8")).readline)
@@ -27,8 +28,9 @@ def words_of(path: Path) -> set[str]:
     return {word for text in code for word in re.findall(r"\w+", text)}
 
 
-WORDS = {path: words_of(path) for path in SOURCES}
-ALL_WORDS = set[str]().union(*WORDS.values())
+@cache
+def words_of_all(*paths: Path) -> set[str]:
+    return set[str]().union(*map(words_of, paths))
 
 
 def part(whole: Any, name: str) -> Any:
@@ -57,8 +59,9 @@ def is_word(name: str) -> bool:
     """Whether the code has all parts of a name, if the first is a module's the others there."""
     first, *others = name.split(".")
     files = [path for path in SOURCES if first in (path.stem, path.parent.name)]
-    there = set[str]().union(*(WORDS[path] for path in files)) if files else ALL_WORDS
-    return {first} <= ALL_WORDS | {path.stem for path in files} and {*others} <= there
+    everywhere = words_of_all(*SOURCES)
+    there = words_of_all(*files) if files else everywhere
+    return {first} <= everywhere | {path.stem for path in files} and {*others} <= there
 
 
 @pytest.mark.parametrize("path", [*SOURCES, *PAGES], ids=lambda path: path.name)
@@ -67,7 +70,7 @@ def test_what_is_named_exists(path):
     names = IN_BACKTICKS.findall(text)
     missing = [n for n in names if re.fullmatch(r"[\w/]+(/|\.py)", n) and not is_path(n)]
     missing += [n for n in names if re.fullmatch(r"symhbm(\.\w+)+", n) and not is_public(n)]
-    if path in WORDS:
+    if path in SOURCES:
         plain = [n for n in names if re.fullmatch(r"(?!symhbm\b)[A-Za-z_]\w*(\.\w+)*", n)]
         missing += [n for n in plain if not n.endswith(".py") and not is_word(n)]
     assert missing == []

@@ -241,23 +241,9 @@ def solve_crossing(
             if found:
                 tangents = _tangents(slope, bend)
                 return Crossing(point, tangents, evaluation.norm)
-            values = np.concatenate(
-                [
-                    evaluation.residual / force + defect * weights,
-                    slope.T @ weights,
-                    [weights @ weights - 1],
-                ]
-            )
-            matrix = np.block(
-                [
-                    [slope, defect * np.eye(n), weights[:, None]],
-                    [bend, slope.T, np.zeros((n + 1, 1))],
-                    [np.zeros((1, n + 1)), 2 * weights[None], np.zeros((1, 1))],
-                ]
-            )
             corrector.solves += 1
-            step = np.linalg.solve(matrix, -values)
-            length = float(np.linalg.norm(step[: n + 1]))
+            step = _step(evaluation.residual / force, slope, bend, weights, defect)
+            length = length_of(step[: n + 1])
             if not length < _RADIUS or (last < 1e-3 and length > last > _LAST_STEP):
                 return None
             point = point + step[: n + 1] * scale
@@ -267,6 +253,20 @@ def solve_crossing(
     except (ArithmeticError, np.linalg.LinAlgError):
         pass
     return None
+
+
+def _step(
+    residual: FloatArray, slope: FloatArray, bend: FloatArray, weights: FloatArray, defect: float
+) -> NDArray:
+    """Newton's step (2 n + 2,) of point, weights and defect; LinAlgError where it is singular."""
+    n = len(weights)
+    blocks = [
+        [slope, defect * np.eye(n), weights[:, None]],
+        [bend, slope.T, np.zeros((n + 1, 1))],
+        [np.zeros((1, n + 1)), 2 * weights[None], np.zeros((1, 1))],
+    ]
+    values = [residual + defect * weights, slope.T @ weights, [weights @ weights - 1]]
+    return np.linalg.solve(np.block(blocks), -np.concatenate(values))
 
 
 def _slope(evaluation: Evaluation) -> FloatArray:
