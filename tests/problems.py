@@ -227,6 +227,8 @@ def _point(harmonics: tuple[int, ...], *static: Any) -> Any:
 
 def _base(structure: Any) -> Any:
     influence = {0: 1.0, 1: 0.5} if structure.n_dof < 12 else {3 * i: 1.0 for i in range(4)}
+    if structure.speed:  # along the axis, where no Coriolis forces act
+        influence = {0: 0.2, 1: -0.5, 2: 1.0}
     return sh.forces.BaseMotion(acceleration=1.2, influence=influence)
 
 

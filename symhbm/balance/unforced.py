@@ -19,7 +19,7 @@ import scipy.sparse as sp
 from symhbm.balance.equations import Equations
 from symhbm.balance.evaluation import Evaluation
 from symhbm.balance.harmonic_balance import HarmonicBalance, nothing_on
-from symhbm.model import EngineOrder, Matrices, StaticLoad, find_symmetry
+from symhbm.model import EngineOrder, Matrices, find_symmetry
 from symhbm.model.cyclic import Sector, displacements
 from symhbm.numerics import Assembly, Compiled, FloatArray, check, sparsity_of
 
@@ -40,13 +40,13 @@ def unforced(problem: HarmonicBalance, nodal_diameter: int | None = None) -> Har
             f"{problem.goal!r}"
         )
     model = problem.model
-    static = model.static_load(problem.excitation)
-    rest = StaticLoad(static) if static.any() else nothing_on(model)
+    rest = problem.excitation.still if problem.loaded else None
     if isinstance(model, Sector):
         n = model.n_sectors
         order = model.wave(1) if nodal_diameter is None else _wave(nodal_diameter, n)
         still = EngineOrder(order, amplitude=0.0, pattern={1: {0: 1.0}})
-        return problem.with_excitation(still + StaticLoad(static) if static.any() else still)
+        return problem.with_excitation(still if rest is None else still + rest)
+    rest = nothing_on(model) if rest is None else rest
     alone = problem.with_excitation(rest)
     if nodal_diameter is None:
         return alone

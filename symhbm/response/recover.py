@@ -135,7 +135,7 @@ def recovered(
     motion = np.zeros_like(force)
     motion[masters] = problem.layout.coefficients(unknowns)
     residual = np.zeros_like(force)
-    whole = np.zeros((structure.n_whole, basis.n_components))
+    whole = []
     for n in basis.harmonics:
         first = basis.component(n)
         at = slice(first, first + 1 + (n > 0))
@@ -162,12 +162,12 @@ def recovered(
         residual[:, at] = components(stiffness @ x - right, n)
         terms = [abs(matrix) @ np.abs(motion[:, at]) for matrix in matrices]
         magnitude[:, at] += terms[0] + s * terms[1][:, ::-1] + s**2 * terms[2]
-        whole[:, at] = components(structure.expanded(phasors(motion[:, at]), wave), n)
+        whole.append(components(structure.expanded(phasors(motion[:, at]), wave), n))
     norm = float(np.abs(residual).max() / (magnitude.max() or 1.0))
     jacobian = problem.evaluate(unknowns, frequency).jacobian
     step = Factorisation(jacobian).solve(residual[masters].ravel())
     size = length_of(unknowns) or 1.0
-    return whole, norm, np.nan if step is None else length_of(step) / size
+    return np.hstack(whole), norm, np.nan if step is None else length_of(step) / size
 
 
 def _unknowns(problem: HarmonicBalance, point: xr.Dataset) -> tuple[FloatArray, float]:

@@ -6,6 +6,7 @@ from typing import Any
 
 import numpy as np
 import xarray as xr
+from numpy.typing import NDArray
 
 from symhbm.balance import HarmonicBalance
 from symhbm.model import CONTACT_PARAMETERS, PARAMETERS, Structure, is_pattern
@@ -77,7 +78,12 @@ def _translation(base: BaseMotion, model: Structure) -> np.ndarray:
     NaN of displacements of contacts, which need not move with it.
     """
     moved: Any = base.influence
-    kept, n_whole = model.kept, model.n_numbered
+    kept, n_whole, below = model.kept, model.n_numbered, model.beneath
+    if isinstance(moved, tuple) and len(moved) == model.n_dof != n_whole:
+        return np.array(moved, dtype=float)  # as an archive has it
+    if below is not None and (kept is None or model.frequency is not None):
+        whole = _translation(base, below)  # condensed structures keep what those numbered
+        return whole if kept is None else _kept_of(whole, kept)
     if isinstance(moved, dict) and kept is not None:  # numbers of the whole
         named, moved = moved, np.zeros(n_whole)
         moved[[*named]] = [*named.values()]
@@ -86,8 +92,13 @@ def _translation(base: BaseMotion, model: Structure) -> np.ndarray:
     moved = np.array(moved, dtype=float)
     if kept is None or len(moved) == model.n_dof != n_whole:
         return moved
-    whole = np.tile(moved, n_whole // len(moved))  # of one sector, where all of them are there
-    return np.append(whole, np.nan)[np.minimum(kept, n_whole)]
+    # Of one sector, where all of them are there.
+    return _kept_of(np.tile(moved, n_whole // len(moved)), kept)
+
+
+def _kept_of(whole: FloatArray, kept: NDArray[np.intp]) -> FloatArray:
+    """Values of what is kept, NaN where that is beyond the whole."""
+    return np.append(whole, np.nan)[np.minimum(kept, len(whole))]
 
 
 def _in_waves(problem: HarmonicBalance) -> dict[str, Any]:

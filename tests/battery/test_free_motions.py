@@ -5,7 +5,7 @@ import pytest
 from rings import assembled
 
 import symhbm as sh
-from tests.problems import N_SECTORS, OPENS, sector
+from tests.problems import N_SECTORS, OPENS, reduced, sector
 
 
 def pairs(law, nodal_diameter, damped):
@@ -52,6 +52,20 @@ def test_modes_of_a_sector_are_those_of_its_ring(law):
         np.testing.assert_allclose(one[name], whole[name], rtol=1e-8)
     of_all = np.sqrt(N_SECTORS) * one.modal_amplitude
     np.testing.assert_allclose(of_all, whole.modal_amplitude, rtol=1e-8)
+
+
+@pytest.mark.parametrize("make", [reduced, lambda law: sh.mistuned_ring(reduced(law))])
+def test_static_loads_act_on_modes_of_reduced_structures_where_they_are_given(make):
+    """Loads are of places of the whole sector, which its reduced ones number in another order."""
+    load = sh.forces.EngineOrder(0, pattern={1: 1.0}) + sh.forces.StaticLoad({4: 2.0, 0: 1.0})
+    whole, small = sector("stop"), make("stop")
+    given = dict(band=(1e-8, 1e-4), at=[1e-7], place=1, progress=False)
+    wave = {} if small.nodal_diameters is None else dict(nodal_diameter=0)
+    exact = sh.nonlinear_modes(sh.HarmonicBalance(whole, load, (0, 1)), nodal_diameter=0, **given)
+    found = sh.nonlinear_modes(sh.HarmonicBalance(small, load, (0, 1)), **wave, **given)
+    mean = [one.coefficient.sel(harmonic=0, component="cos").squeeze() for one in (exact, found)]
+    np.testing.assert_allclose(mean[1][[1, 2, 3]], mean[0][[1, 2, 3]], rtol=1e-9)
+    np.testing.assert_allclose(found.frequency, exact.frequency, rtol=1e-9)
 
 
 @pytest.mark.parametrize(

@@ -140,6 +140,27 @@ def test_copies_and_archives():
     assert whole.residual_norm < 1e-11
 
 
+@pytest.mark.parametrize("keep", ["touched", "displacements"])
+def test_all_places_of_a_condensed_ring_are_recovered(keep):
+    stiffness = np.array([[3e4, -1e4, -1e4], [-1e4, 1.5e4, 0], [-1e4, 0, 1e4]])
+    blade = sh.Model(np.diag([1.0, 0.4, 0]), np.diag([3.0, 2, 0]), stiffness)
+    shroud = sh.Friction(
+        tangential=(1, sh.next_sector(1)),
+        contact_stiffness=5e3, friction_coefficient=0.5, normal_load=2.0,
+    )  # fmt: skip
+    sector = sh.Sector(blade, [0], [2], 3).with_contacts(shroud=shroud)
+    ring = sh.mistuned_ring(sector, stiffness_deviation=[0.0, 0.02, -0.01])
+    force = sh.forces.EngineOrder(1, 5.0, pattern={1: 1.0})
+    exact = sh.solve(sh.HarmonicBalance(ring, force), 24.0).coefficient
+    small = sh.condense(ring, force, (22, 26), places=[1], keep=keep, progress=False)
+    problem = sh.HarmonicBalance(small, force)
+    whole = sh.datasets.recover(problem, sh.solve(problem, 24.0))
+    assert whole.residual_norm < 1e-11
+    expected = ring.expanded(exact.values.reshape(ring.n_dof, -1))
+    found = whole.coefficient.values.reshape(expected.shape)
+    np.testing.assert_allclose(found, expected, atol=1e-8 * np.abs(expected).max())
+
+
 def test_bad_keep():
     with pytest.raises(ValueError, match="keep='sides'"):
         sh.condense(chain([(10, 40)]), FORCE, BAND, keep="sides")

@@ -420,3 +420,39 @@ def test_bases_of_sectors_condensed_to_displacements():
     found = sh.solve(sh.HarmonicBalance(small, base), 19.0)
     place = [*found.structure_dof.values].index(1)
     np.testing.assert_allclose(complex_motion(found, place), complex_motion(exact, 1), rtol=1e-8)
+
+
+@pytest.mark.parametrize("keep", ["touched", "displacements"])
+def test_condensed_rings_are_seen_from_the_ground(keep):
+    """Numbers of a ring leave out what is right of each sector, motions of the base do not."""
+    sector = axial_sector(np.diag([3.0, 2.0, 0])).with_contacts(
+        shroud=sh.Friction(tangential=(1, sh.next_sector(1)), **FRICTION)
+    )
+    ring, watched = sh.mistuned_ring(sector), [0, 3, 4, 7]
+    base = moved(1e-3, influence={0: 1.0, 2: 1.0}).on(sector)
+    exact = sh.solve(sh.HarmonicBalance(ring, base), 19.0)
+    small = sh.condense(ring, base, (10, 30), places=watched, keep=keep, progress=False)
+    found = sh.solve(sh.HarmonicBalance(small, base), 19.0)
+    places = [[*found.structure_dof.values].index(dof) for dof in watched]
+    both = (
+        sh.datasets.seen_from(exact, "ground"),
+        sh.datasets.seen_from(found.isel(dof=places), "ground"),
+    )
+    for place, dof in enumerate(watched):
+        np.testing.assert_allclose(
+            complex_motion(both[1], place), complex_motion(both[0], dof), rtol=1e-8
+        )
+
+
+@pytest.mark.parametrize("damping", [np.diag([1.0, 2.0, 3.0]), sh.StructuralDamping(0.02)])
+@pytest.mark.parametrize("motion", ["relative", "absolute"])
+def test_a_base_moves_what_turns_along_its_axis_alone(damping, motion):
+    """Across the axis Coriolis forces act on the motion of the base, whose direction turns."""
+    stiffness = 1e4 * np.diag([1.0, 2, 3])
+    model = sh.Model(np.eye(3), damping, stiffness)
+    skew = np.array([[0, 1.0, 0], [-1, 0, 0], [0, 0, 0]])
+    rotor = sh.RotatingModel(model, {0: stiffness, 600: 1.1 * stiffness}, skew).at(300)
+    with pytest.raises(ValueError, match="along the axis of rotation"):
+        sh.HarmonicBalance(rotor, moved(1e-3, motion=motion, influence=[1.0, 0, 1]))
+    along = sh.HarmonicBalance(rotor, moved(1e-3, motion=motion, influence=[0, 0, 1.0]))
+    assert sh.solve(along, 19.0).amplitude[2] > 0

@@ -16,7 +16,8 @@ class Dissipation(OfContacts):
     Attributes
     ----------
     group
-        The name of a group of contacts, all of them by default.
+        The name of a group of contacts, all of them by default. Of a
+        `symhbm.Sector` they are those of one sector, as in its results.
     contact
         The number of one contact within the group.
 

@@ -16,7 +16,8 @@ class MeanNormalForce(OfContacts):
     Attributes
     ----------
     group
-        The name of a group of contacts, all of them by default, whose forces are summed.
+        The name of a group of contacts, all of them by default, whose forces are summed. Of a
+        `symhbm.Sector` they are those of one sector, as in its results.
     contact
         The number of one contact within the group.
 

@@ -50,7 +50,8 @@ class BaseMotion(Changing):
     ------
     TypeError, ValueError
         Unless exactly one amplitude is given, and for bad values; a problem raises for directions
-        that its structure has not, for one that turns, and for one without matrices.
+        that its structure has not, for one whose speed changes, for Coriolis forces along the
+        motion, and for one without matrices.
 
     Notes
     -----
@@ -172,6 +173,7 @@ class BaseMotion(Changing):
         interfaces = getattr(structure, "interfaces", None)
         model = structure if interfaces is None else structure.structure
         moved, n = self.translation(model), self.harmonic
+        _check_axis(model, moved)
         given = complex(getattr(self, self._name))
         phase = given / abs(given) if given else 1.0
         # The displacement is what is given over so many powers of i n omega.
@@ -242,6 +244,23 @@ def bases_of(excitation: Excitation) -> list[BaseMotion]:
 def motions_of_base(excitation: Excitation) -> set[str]:
     """What displacements are under an excitation: relative, absolute, or none without a base."""
     return {base.motion for base in bases_of(excitation)}
+
+
+def _check_axis(structure: Any, moved: FloatArray) -> None:
+    """Raise ValueError for a motion across the axis that a structure at one speed turns about."""
+    if structure.speed is None:
+        return
+    # What is not symmetric of its damping matrix are Coriolis forces.
+    damping = structure.damping_matrix if structure.damping is None else structure.coriolis_matrix
+    if damping is None:
+        return
+    largest = (abs(damping) @ np.abs(moved)).max()
+    if np.abs(damping @ moved - damping.T @ moved).max() > _ROUND_OFF * largest:
+        raise ValueError(
+            "excitation: expected a motion of the base along the axis of rotation, where no "
+            "Coriolis forces act; across it the base moves a structure that turns in directions "
+            "that change, give the force as a symhbm.forces.FrequencyForce"
+        )
 
 
 def _check_whole(structure: Any) -> None:

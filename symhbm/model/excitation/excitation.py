@@ -96,6 +96,11 @@ class Excitation(Record, ABC):
         """What does not oscillate, ``(n_dof,)`` [N]; ValueError if it misfits."""
         return np.zeros(n_dof)
 
+    @property
+    def still(self) -> Excitation | None:
+        """What of it does not oscillate, as a force of its kind; None where all of it does."""
+        return None
+
     def placed(self, number_of: Callable[[Place], int]) -> Self:
         """The same force with numbers of degrees of freedom for their names.
 
@@ -245,6 +250,12 @@ class ForceSum(Excitation):
     def static(self, n_dof: int) -> FloatArray:
         """What does not oscillate, ``(n_dof,)`` [N]; ValueError if it misfits."""
         return np.sum([part.static(n_dof) for part in self.parts], axis=0)
+
+    @property
+    def still(self) -> Excitation | None:
+        """The sum of what does not oscillate."""
+        parts = [part.still for part in self.parts if part.still is not None]
+        return sum(parts[1:], parts[0]) if parts else None
 
     def placed(self, number_of: Callable[[Place], int]) -> Self:
         """The same sum with numbers of degrees of freedom for their names."""

@@ -3,7 +3,7 @@
 from __future__ import annotations
 
 from collections.abc import Iterable, Mapping, Sequence
-from dataclasses import dataclass, field
+from dataclasses import dataclass, field, replace
 from typing import Any, ClassVar
 
 import numpy as np
@@ -209,6 +209,11 @@ class HarmonicForce(Excitation):
         if self.mean is None:
             return super().static(n_dof)
         return spread("mean", self.mean, n_dof)  # type: ignore[arg-type]
+
+    @property
+    def still(self) -> Excitation | None:
+        """The mean alone."""
+        return None if self.mean is None else replace(self, cosine={}, sine={})
 
 
 @dataclass(frozen=True, repr=False)

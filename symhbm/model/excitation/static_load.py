@@ -49,6 +49,11 @@ class StaticLoad(Excitation):
         """Nothing oscillates."""
         return 0.0
 
+    @property
+    def still(self) -> Excitation:
+        """All of it."""
+        return self
+
     def shape(self, n_dof: int, basis: FourierBasis) -> FloatArray:
         """Nothing, ``(n_dof, n_components)``."""
         return np.zeros((n_dof, basis.n_components))
