@@ -146,9 +146,11 @@ class Sector(PolynomialStructure):
     def _check_turns(self, name: str, dofs: NDArray[np.intp]) -> None:
         """Raise ValueError for motions that a rotation cannot turn."""
         for dof in dofs[~self._turns[dofs]][:1]:
+            places = self.structure.places
+            place = f"degree of freedom {int(dof)}" if places is None else places.name(int(dof))
             raise ValueError(
-                f"{name}: expected both directions across the axis at each node, degree of freedom "
-                f"{int(dof)} has one alone"
+                f"{name}: expected both directions across the axis at each node, {place} is there "
+                "alone; hold both or none at sides, of supports along one of them"
             )
 
     def _set_contacts(self, contacts: Any, **parameters: Any) -> None:

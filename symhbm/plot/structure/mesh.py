@@ -35,6 +35,8 @@ def mesh_picture(model: Structure, sets: Sequence[str] | None, words: str) -> Pi
     free = (model if model.beneath is None else model.beneath).places.nodes
     chosen = {name: mesh.names[name] for name in named}
     held = np.setdiff1d(np.concatenate([*map(np.ravel, mesh.elements.values())]), free)
+    told = getattr(places.program, "held", None)
+    held = held if told is None else np.union1d(held, np.asarray(told)[:, 0])
     view = _view()
     panel = Panel(even="datalim", title=_title(mesh, model), framed=False, legend_at="outside")
     panel.x, panel.y = (Axis(text, ticks=((), None), grid=False) for text in (words, ""))

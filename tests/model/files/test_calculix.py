@@ -278,12 +278,34 @@ PAGE = Path(__file__).parents[3] / "docs" / "guide" / "export" / "calculix.md"
 
 
 @pytest.mark.slow
+def test_the_page_goes_from_decks_to_a_damped_response(tmp_path, monkeypatch, capsys):
+    """In less than 30 lines, of jobs that were run before."""
+    [script] = re.findall(r"^```\n(import subprocess.*?)```$", PAGE.read_text(), re.M | re.S)
+    assert len([line for line in script.splitlines() if line]) < 30
+    for file in (swept_bricks.DATA / "brick8").iterdir():
+        shutil.copy(file, tmp_path)
+    ran = []
+    monkeypatch.setattr("subprocess.run", lambda words, **_: ran.append(words))
+    monkeypatch.chdir(tmp_path)
+    warnings.simplefilter("ignore")
+    exec(script, {})
+    assert ran == [["ccx", "still"], ["ccx", "waves"]]
+    peaks = capsys.readouterr().out.splitlines()[-1]
+    told = re.search(r"the peaks are ([\d., and]+) micrometres", PAGE.read_text())[1]
+    given, expected = ([*map(float, re.findall(r"\d+\.\d*", text))] for text in (peaks, told))
+    assert given == expected
+    assert (tmp_path / "disk.png").stat().st_size > 10_000
+    assert "Mesh: 22 nodes" in (tmp_path / "disk.html").read_text(encoding="utf-8")
+
+
+@pytest.mark.slow
 @pytest.mark.skipif(swept_bricks.PROGRAM is None, reason=swept_bricks.MISSING)
 def test_the_decks_of_the_page_write_what_is_needed(tmp_path, monkeypatch, capsys):
     """And its lines of Python run on them."""
     decks = re.findall(r"^```\n(\*.*?)```$", PAGE.read_text(), re.M | re.S)
     scripts = re.findall(r"^```\n(import.*?)```$", PAGE.read_text(), re.M | re.S)
-    assert (len(decks), len(scripts)) == (3, 2)
+    assert (len(decks), len(scripts)) == (3, 3)
+    damped, joined, disk = scripts
     mesh = swept_bricks.mesh_of(8)
     mesh = re.sub(r"NSET=(left|right)", r"NSET=whole_\1", mesh)
     (tmp_path / "mesh.inp").write_text(mesh.replace("NSET=free_", "NSET="))
@@ -292,7 +314,7 @@ def test_the_decks_of_the_page_write_what_is_needed(tmp_path, monkeypatch, capsy
     for job, deck in zip(("still", "waves", "turning"), decks, strict=True):
         (tmp_path / f"{job}.inp").write_text(deck)
     swept_bricks.run(tmp_path, "still")
-    exec(scripts[0], {})
+    exec(joined, {})
     for job in ("waves", "turning"):
         swept_bricks.run(tmp_path, job)
     jobs = [f"{job}.inp" for job in ("still", "turning", "waves")]
@@ -302,5 +324,6 @@ def test_the_decks_of_the_page_write_what_is_needed(tmp_path, monkeypatch, capsy
     assert "nodal diameters of the program are of the sense here" in account
     assert sector.speeds == pytest.approx((0, 5000))
     sh.save_structure(sector, "sector.nc")
-    exec(scripts[1], {})
+    exec(disk, {})
+    exec(damped, {})
     assert len(capsys.readouterr().out.split()) > 5

@@ -391,3 +391,14 @@ def test_sectors_and_pairs_refuse_what_is_left(folder):
         sh.Sector(model, "right", "left", 6, rotation="z")
     with pytest.warns(UserWarning, match="2 nodes of right are held .*of the area is theirs"):
         sh.contact_pairs(model, "left", "right", n_sectors=6)
+
+
+def test_sides_that_are_held_along_one_direction_are_refused(folder):
+    model, _ = read(folder, STILL)
+    at_sides = np.isin(model.places.node, model.places.nodes_of("left"))
+    at_sides |= np.isin(model.places.node, model.places.nodes_of("right"))
+    kept = np.flatnonzero(~(at_sides & (model.places.direction == "y")))
+    mass, stiffness = (m[kept][:, kept] for m in (model.mass_matrix, model.stiffness_matrix))
+    part = sh.Model(mass, 0 * stiffness, stiffness, places=model.places.of(kept))
+    with pytest.raises(ValueError, match=r"left: .*, \d+:x is there alone; hold both or none"):
+        sh.Sector(part, "left", "right", 6, rotation="z")
