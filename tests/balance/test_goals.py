@@ -36,9 +36,9 @@ def pressed(preload="balanced"):
 
 
 PROBLEMS = {
-    "one harmonic": (ring(3, 1e4, 1, normal_load=1.0), 24.0),
-    "several": (blade((1, 3), normal_load=2.0), 19.0),
-    "opens": (pressed(), 17.0),
+    "one harmonic": lambda: (ring(3, 1e4, 1, normal_load=1.0), 24.0),
+    "several": lambda: (blade((1, 3), normal_load=2.0), 19.0),
+    "opens": lambda: (pressed(), 17.0),
 }
 GOALS = [sh.goals.Dissipation(), sh.goals.SlipDistance("friction", 0), Push()]
 MEANS = [sh.goals.MeanNormalForce("friction", 0), sh.goals.MeanDisplacement(1)]
@@ -48,7 +48,7 @@ CASES += [("opens", goal) for goal in MEANS]
 
 @pytest.mark.parametrize(("name", "goal"), CASES)
 def test_derivatives_are_those_of_differences(name, goal):
-    problem, frequency = PROBLEMS[name]
+    problem, frequency = PROBLEMS[name]()
     unknowns, omega = solve_point(problem, 2 * np.pi * frequency).unknowns, 2 * np.pi * frequency
     load = np.array(problem.parameters["normal_load"])
     order = GoalOrder(goal, problem, SecondOrder(problem, ["normal_load"]))
@@ -78,7 +78,7 @@ def test_derivatives_are_those_of_differences(name, goal):
 
 
 def test_energy_and_path_are_those_of_datasets():
-    problem, frequency = PROBLEMS["one harmonic"]
+    problem, frequency = PROBLEMS["one harmonic"]()
     stored = sh.solve(problem, frequency).dissipation.values
     solution = solve_point(problem, 2 * np.pi * frequency)
     at = problem, solution.unknowns, 2 * np.pi * frequency, solution.evaluation.states

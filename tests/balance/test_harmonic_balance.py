@@ -1,6 +1,4 @@
-"""The balance of Eq. (9): terms, sparse exact derivatives, parameters, pickling."""
-
-import pickle
+"""The balance of Eq. (9): terms, sparse exact derivatives, parameters."""
 
 import numpy as np
 import pytest
@@ -83,15 +81,6 @@ def test_one_compiled_residual_serves_every_parameter_set():
     unknowns = unknowns_of(problem)
     np.testing.assert_array_equal(
         other.evaluate(unknowns, 50.0).residual, fresh.evaluate(unknowns, 50.0).residual
-    )
-
-
-def test_pickle_gives_the_same_equations():
-    problem = ring()
-    copy = pickle.loads(pickle.dumps(problem))
-    unknowns = unknowns_of(problem)
-    np.testing.assert_array_equal(
-        copy.evaluate(unknowns, 10.0).residual, problem.evaluate(unknowns, 10.0).residual
     )
 
 

@@ -471,13 +471,3 @@ def test_builders_take_cubic_stiffness():
     springless = NOMINAL.problem().with_parameters(cubic_stiffness=0.0)
     mixed = sh.frf(springless, BAND, at=[0.19], over={"cubic_stiffness": [0.0, 0.1]}, throw=True)
     assert mixed.n_solutions.values.ravel().tolist() == [1, 3]
-
-
-def test_archives_keep_springs_and_solutions(tmp_path):
-    grid = np.array([1.0, 1.2, 1.5]) / TWO_PI
-    result = sh.frf(NOMINAL.problem(), BAND, at=grid)
-    loaded = sh.load(sh.save(result, tmp_path / "duffing.nc"))
-    assert loaded.identical(result)
-    problem = sh.datasets.rebuild(loaded)
-    assert problem.parameters["cubic_stiffness"].tolist() == [0.1]
-    assert sh.frf(problem, BAND, at=grid).identical(result)

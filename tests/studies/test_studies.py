@@ -82,8 +82,6 @@ QUICK = (
     "fig03_single_blade",
     "fig04_hysteresis_loop",
     "fig07_nodal_diameters",
-    "fig08_engine_orders",
-    "fig10_friction_coefficient",
 )
 """Studies of the page that all runs write; the others are slow tests."""
 
@@ -661,7 +659,7 @@ def test_page_has_every_study_and_needs_nothing_else(outcome, datasets):
     page = Page(text)
     assert page.all("section", "id") == list(QUICK)
     files = [file for name in QUICK for file in pictures_of(name)]
-    assert len(files) == len(QUICK) + 3
+    assert len(files) == len(QUICK) + 2  # two on the axes of the source
     cards, pictures = pictures_in(page)
     assert len(cards) == len(QUICK)
     for small, name in zip(cards, QUICK, strict=True):

@@ -188,15 +188,6 @@ def test_the_given_parameter_is_stored_and_stays(given):
 
 
 @pytest.mark.slow
-def test_archives_keep_and_rebuild_such_contacts(tmp_path):
-    problem = problem_of(3, given="gap")
-    response = sh.frf(problem, (20, 24), at=[21.0], over={"gap": [-5e-4, -3e-4]})
-    loaded = sh.load(sh.save(response, tmp_path / "opening.nc"))
-    np.testing.assert_array_equal(loaded.open_fraction, response.open_fraction)
-    assert sh.datasets.rebuild(loaded).model.groups[0].law == problem.model.groups[0].law
-
-
-@pytest.mark.slow
 def test_load_stiffness_and_friction_are_designed_together():
     problem, names = problem_of(3), ["normal_load", "friction_coefficient", "normal_stiffness"]
     bounds = dict(zip(names, [(1.0, 40.0), (0.1, 0.8), (5e3, 2e4)], strict=False))
