@@ -36,6 +36,8 @@ _STAGNATION = 1e-8
 _MAX_ITERATIONS = 12
 _RADIUS = 0.5
 """Longest step relative to response or frequency; beyond it another peak is likely."""
+_THIRD = 1e-4
+"""Relative step of response and frequency between exact second derivatives."""
 _STILL = 1e-6
 """Slope of the response beside a peak, over the frequency and scaled, that counts as zero."""
 
@@ -117,6 +119,34 @@ class Conditions:
         unit[self._n] = 1.0
         # The system is symmetric: one solution serves all parameters.
         return -self._mixed.T @ self._solve(unit)
+
+    @cached_property
+    def frequency_hessian(self) -> FloatArray:
+        """Second derivative of the frequency [rad/s] by the parameters, (n_parameters, ..).
+
+        It takes the third derivative of the Lagrangian along one direction, which laws do not tell:
+        their exact second derivatives at four points of this direction give it to some 1e-9.
+        """
+        unit = np.zeros(self._system.shape[0])
+        unit[self._n] = 1.0
+        direction = self._solve(unit)
+        length = self.length(direction)
+        if not length:
+            return np.zeros(self._mixed.shape[1:] * 2)
+        step = _THIRD / length
+        near, far = (
+            self.moved(k * step * direction)._along(self.by_parameters)
+            - self.moved(-k * step * direction)._along(self.by_parameters)
+            for k in (1, 2)
+        )
+        return (far - 8 * near) / (12 * step)
+
+    def _along(self, moves: FloatArray) -> FloatArray:
+        """Second derivative of the Lagrangian along moves of all variables with the parameters."""
+        last, n = self._n + 1, moves.shape[1]
+        along = np.vstack([moves[:last], np.eye(n)])
+        crossed = moves[last:].T @ (self.constraints @ along)
+        return along.T @ (self.curvature @ along) - crossed - crossed.T
 
     @property
     def stationarity(self) -> float:

@@ -111,12 +111,13 @@ def solved_at(conditions, change):
 
 
 def differences(conditions, direction, step):
-    """Central differences of amplitude, frequency and gradient in one direction."""
+    """Central differences of amplitude, frequency and both gradients in one direction."""
     low, high = (solved_at(conditions, sign * step * direction) for sign in (-1, 1))
     pairs = (
         (high.maximum.amplitude, low.maximum.amplitude),
         (high.maximum.frequency, low.maximum.frequency),
         (high.gradient, low.gradient),
+        (high.frequency_gradient, low.frequency_gradient),
     )
     return [(above - below) / (2 * step) for above, below in pairs]
 
@@ -152,17 +153,19 @@ def test_derivatives_of_peaks(case):
             conditions.gradient @ direction,
             conditions.frequency_gradient @ direction,
             conditions.hessian @ direction,
+            conditions.frequency_hessian @ direction,
         )
         levels = (
             np.linalg.norm(conditions.gradient * values),
             np.linalg.norm(conditions.frequency_gradient * values),
             np.linalg.norm(conditions.hessian * np.outer(values, values)),
+            np.linalg.norm(conditions.frequency_hessian * np.outer(values, values)),
         )
-        scales = 1.0, 1.0, values
+        scales = 1.0, 1.0, values, values
         # Peaks are solved to some 1e-13 of themselves, which steps of 1e-5 make 1e-8; what the
         # square of the step adds, two steps tell.
         for bound, one, other, true, level, scale in zip(
-            (1e-7, 1e-6, 1e-5), coarse, fine, exact, levels, scales, strict=True
+            (1e-7, 1e-6, 1e-5, 1e-5), coarse, fine, exact, levels, scales, strict=True
         ):
             doubt = np.linalg.norm((one - other) * scale) / level
             assert doubt < 1e-4
@@ -178,6 +181,8 @@ def test_symmetry_and_scaling_of_derivatives(case):
         np.testing.assert_allclose(
             conditions.hessian, conditions.hessian.T, atol=1e-9 * np.abs(conditions.hessian).max()
         )
+        bend = conditions.frequency_hessian
+        np.testing.assert_allclose(bend, bend.T, atol=1e-9 * np.abs(bend).max())
         # Adjoint and direct derivatives of the frequency; the conditions are solved to 1e-9.
         direct = conditions.by_parameters[n]
         np.testing.assert_allclose(
