@@ -44,12 +44,15 @@ def follow_branch(
     max_points: int,
     per_dof: bool,
     guess: FloatArray | None = None,
+    searched: bool = True,
 ) -> Branch:
     """The branch of a curve from the first to the last value of a ``band``.
 
     An unbounded resonance ends a path, and another path starts beyond it. ``per_dof`` asks for the
     peaks of every degree of freedom instead of those of the largest response; ``guess``
-    (n_unknowns,) [m] may be a response close to that at the first value.
+    (n_unknowns,) [m] may be a response close to that at the first value. One that is not
+    ``searched`` has the points of its path alone: no peaks, nothing that steps passed over, and no
+    look at other solutions.
     """
     corrector = corrector_of(curve)
     resting = points_at_rest(curve, band) if curve.at_rest else None
@@ -61,7 +64,7 @@ def follow_branch(
 
     if resting is not None:
         return Branch(corrector, solve_from_scratch, per_dof, resting, [], Status.REACHED_END, 0)
-    return follow_with(corrector, solve_from_scratch, band, max_points, per_dof, guess)
+    return follow_with(corrector, solve_from_scratch, band, max_points, per_dof, guess, searched)
 
 
 def follow_with(
@@ -71,6 +74,7 @@ def follow_with(
     max_points: int,
     per_dof: bool,
     guess: FloatArray | None = None,
+    searched: bool = True,
 ) -> Branch:
     """As `follow_branch`, with a corrector and a way to solve without a neighbouring solution."""
     curve, (start, end) = corrector.curve, band
@@ -94,7 +98,7 @@ def follow_with(
         max_points -= len(path_points)
         follower.rejected += path.rejected
         status = path.status
-        more_points, more_peaks = follower.searched(path_points)
+        more_points, more_peaks = follower.searched(path_points) if searched else (path_points, [])
         points += more_points
         peaks += sorted(more_peaks, key=lambda peak: (per_dof * peak.dof, peak.value))
         if path.status != Status.UNBOUNDED:
@@ -116,7 +120,7 @@ def follow_with(
                 break
     if follower.missed and status == Status.REACHED_END:
         status = Status.PEAK_NOT_LOCATED
-    complete = status == Status.REACHED_END and not curve.single_valued
+    complete = searched and status == Status.REACHED_END and not curve.single_valued
     ends = [points[i] for i in (0, -1)] if complete and curve.driven else []
     if any(solution_beside(corrector, end.value, [end.unknowns]) is not None for end in ends):
         status = Status.OTHER_SOLUTIONS

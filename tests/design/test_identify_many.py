@@ -43,6 +43,31 @@ def test_true_values_of_random_problems(number):
         np.testing.assert_allclose(values[pair].prod(), true[pair].prod(), rtol=1e-8)
 
 
+@pytest.mark.parametrize("side", [-1, 1])
+def test_derivatives_beside_a_corner_are_one_sided(side):
+    """Beside the load that a contact slips at: differences that step away from it agree."""
+    problem = sh.HarmonicBalance(one_blade(damping=2.0), sh.forces.PointForce())
+    stuck = complex_responses(problem.with_parameters(normal_load=1e3), [1.0], [20.0])[0, 0]
+    data = sh.datasets.measured(20.0, 1.1 * stuck, units="m", deviation=1e-7)
+    objective = objective_of(problem, Rows.of(data), ["normal_load", "contact_stiffness"])
+    corner = objective.unknowns.start
+    corner[0] = np.log(1e4 * abs(stuck) / 0.5)
+    assert len(objective.at(corner).on_corners()) == 1
+    point, step = objective.at(corner + 1e-3 * side * np.eye(2)[0]), 2e-5
+    assert np.any(point.jacobian[:, 0]) == (side < 0)
+    weights = np.array([-25, 48, -36, 16, -3]) / 12
+    # Larger loads and smaller stiffnesses stick, the others slip.
+    for j, away in enumerate([side, -side]):
+        moved = [objective.at(point.x + k * away * step * np.eye(2)[j]) for k in range(5)]
+        by_residuals = away * weights @ [one.residuals for one in moved] / step
+        by_gradient = away * weights @ [one.gradient for one in moved] / step
+        for exact, found, digits in (
+            (point.jacobian, by_residuals, 1e-7),
+            (point.hessian, by_gradient, 1e-5),
+        ):
+            np.testing.assert_allclose(exact[:, j], found, atol=digits * np.abs(exact).max())
+
+
 @pytest.mark.parametrize(
     "names", [["normal_load"], ["normal_load", "contact_stiffness", "damping"]]
 )
@@ -61,7 +86,7 @@ def test_differences_lead_to_the_same_optimum_by_more_solutions(names):
     by_differences = least_squares(residuals, other.unknowns.start, bounds=bounds, **tight)
     assert found.point is not None
     np.testing.assert_allclose(found.point.x, by_differences.x, atol=1e-6)
-    share = exact.n_solved / other.n_solved
+    share = exact.work.n_solved / other.work.n_solved
     assert share <= 1.5 / (len(names) + 1)
 
 
@@ -79,7 +104,7 @@ def test_a_solution_takes_few_evaluations(monkeypatch):
 
     monkeypatch.setattr(sh.HarmonicBalance, "evaluate", counted)
     assert descend(objective, objective.unknowns.start).converged
-    assert evaluations[0] < 4 * objective.n_solved
+    assert evaluations[0] < 4 * objective.work.n_solved
 
 
 def swept(problem: Any, frequencies: Any, steps: int = 40) -> Any:

@@ -97,7 +97,7 @@ class Certainty:
     @cached_property
     def exact_covariance(self) -> FloatArray:
         """Of the variables by the exact Hessian; NaN where that is none of a minimum."""
-        if self.loss != "linear" or not np.isfinite(self.point.hessian).all():
+        if self.loss != "linear":
             return np.full((len(self.point.x),) * 2, np.nan)
         return self._inverse(self.point.hessian)
 
@@ -223,8 +223,6 @@ class Certainty:
             elif power < 1:
                 error = f"its standard error is {1 / power:.2g}"
                 told.append(f"Hardly seen: {self._named(direction)} ({error}).")
-        if not np.isfinite(self.point.hessian).all():
-            told.append("Frequencies of peaks have no second derivatives: trust the profiles.")
         simple, exact = map(self.errors, (self.covariance, self.exact_covariance))
         for label, one, other in zip(self._unknowns.labels, simple, exact, strict=True):
             if np.isfinite([one, other]).all() and abs(other / one - 1) > _DIFFERENT:

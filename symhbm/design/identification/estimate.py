@@ -23,8 +23,8 @@ _ROUND_OFF = 1e-13
 """Distance from an optimum, in standard errors, that Newton steps do not make smaller."""
 _ROUGH = 1e-7
 """The same of fits along a profile."""
-_MOST = 100
-"""Points of one descent."""
+_SHORT, _MOST = 30, 100
+"""Points of one descent of several, and of the one that goes on from where the best has ended."""
 _FAR = 1e3
 """Residuals where no response is found, over the largest at the start: such steps are refused."""
 _EXACT = 1e-10
@@ -74,11 +74,12 @@ def descend(
     precise: bool = True,
     keep: Callable[[FloatArray], Any] = lambda x: None,
     scale: float = 1.0,
+    most: int = _MOST,
 ) -> Descent:
     """The optimum that a start leads to; ``free`` are the variables that move, by default all.
 
-    ``keep`` takes each point on the way; a loss counts residuals over a ``scale``. One that is not
-    ``precise`` is as close as sums of squares need to be compared.
+    ``keep`` takes each of at ``most`` so many points on the way; a loss counts residuals over a
+    ``scale``. One that is not ``precise`` is as close as sums of squares need to be compared.
     """
     free = np.arange(len(start)) if free is None else free
     lower, upper = objective.unknowns.bounds
@@ -121,7 +122,7 @@ def descend(
             ftol=tolerance,
             xtol=tolerance,
             gtol=tolerance,
-            max_nfev=_MOST,
+            max_nfev=most,
         )
         x = whole(found.x)
     try:
@@ -150,9 +151,6 @@ def polished(
             break
         moved = free[inner]
         hessian = point.hessian[np.ix_(moved, moved)]
-        if not np.isfinite(hessian).all():
-            columns = point.jacobian[:, moved]
-            hessian = columns.T @ columns
         if np.linalg.eigvalsh(hessian)[0] <= 0:
             break
         x = point.x.copy()
@@ -232,16 +230,16 @@ def search(
     """
     kept = kept or KeptDesigns("")
 
-    def from_start(start: FloatArray, around: bool = False) -> Descent:
+    def from_start(start: FloatArray, around: bool = False, most: int = _SHORT) -> Descent:
         name = "-".join(start.astype(str))
         begin = kept.designs.get(name, start)
         if around and name not in kept.designs:
             # Where far points count little, narrow resonances that pass measured ones block less.
             scale = _size(objective) / _SHARP
-            given: Any = dict(tick=tick, precise=False, scale=scale)
+            given: Any = dict(tick=tick, precise=False, scale=scale, most=_SHORT)
             near = descend(objective, start, "cauchy", **given).point
             begin = start if near is None else near.x
-        found = descend(objective, begin, loss, tick=tick, keep=partial(kept.add, name))
+        found = descend(objective, begin, loss, tick=tick, keep=partial(kept.add, name), most=most)
         return replace(found, start=start)
 
     followed = any(curve.followed for curve in objective.curves)
@@ -254,7 +252,11 @@ def search(
             descents.append(from_start(start, around=not followed))
             if _explains(descents[-1]):
                 break
-    return sorted(descents, key=lambda descent: descent.value)
+    descents.sort(key=lambda descent: descent.value)
+    best = descents[0]
+    if best.point is not None and not best.converged and not _explains(best):
+        descents[0] = from_start(best.start, most=_MOST)
+    return descents
 
 
 def _explains(descent: Descent) -> bool:

@@ -14,8 +14,8 @@ import xarray as xr
 from symhbm.balance import HarmonicBalance, check_mean, check_problem
 from symhbm.continuation import SolveError
 from symhbm.design.identification.certainty import Certainty
-from symhbm.design.identification.curves import curves_of
 from symhbm.design.identification.estimate import LOSSES, descend, search
+from symhbm.design.identification.kinds import Work, curves_of
 from symhbm.design.identification.objective import Objective, Point
 from symhbm.design.identification.observations import Rows
 from symhbm.design.identification.report import report, sentences_of, start_of
@@ -182,7 +182,8 @@ def objective_of(
         problem.derivative(name)  # compiles contacts that do nothing so far
     alike = not any("[" in one.label and one.entries for one in unknowns.each)
     alike &= not unknowns.relations
-    return Objective(unknowns, rows, curves_of(problem, rows, unknowns.names, alike))
+    curves = curves_of(problem, rows, unknowns.names, alike)
+    return Objective(unknowns, rows, curves, Work(unknowns.names))
 
 
 def _started(unknowns: Unknowns, start: Any) -> Unknowns:

@@ -2,22 +2,20 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
-from dataclasses import dataclass, field, replace
-from functools import cached_property, partial
+from collections.abc import Iterator, Sequence
+from dataclasses import dataclass, replace
+from functools import cached_property
 
 import numpy as np
 
-from symhbm.balance import Evaluation, HarmonicBalance, SecondOrder
-from symhbm.continuation import ACCEPTED, FrequencyProblem, follow_branch, newton, solve_point
-from symhbm.design.identification.curves import Curve
+from symhbm.balance import HarmonicBalance
+from symhbm.design.identification.kinds import Curve, Nearby, Reading, Solved, Work
 from symhbm.design.identification.observations import Rows, readings
-from symhbm.design.identification.solutions import Response, Solved, mode_of, peak_of
 from symhbm.design.identification.unknowns import Unknowns
 from symhbm.numerics import RADIANS, FloatArray
 
-_MOST_POINTS = 5000
-"""Points of one path of a response that may jump."""
+_SAME = 1e-7
+"""Difference of sums of squares that is none, relative, and of residuals, over all readings."""
 CORNER = 1e-5
 """Margin of a contact, the logarithm of its motion over its limit, below which it is on it."""
 
@@ -29,12 +27,16 @@ class Objective:
     unknowns: Unknowns
     rows: Rows
     curves: Sequence[Curve]
-    n_solved: int = 0
-    n_iterations: int = 0
-    _orders: dict[int, SecondOrder] = field(default_factory=dict)
+    work: Work
     _near: Point | None = None
     _last: Point | None = None
     _best: Point | None = None
+
+    @cached_property
+    def read(self) -> list[Reading]:
+        """What all rows read of their solutions."""
+        each = {i: one for curve in self.curves for i, one in curve.read.items()}
+        return [each[i] for i in range(self.rows.n)]
 
     def best_words(self) -> str:
         """The best values so far, as `start` of `symhbm.identify` takes them."""
@@ -52,7 +54,8 @@ class Objective:
             solved = []
             for number, curve in enumerate(self.curves):
                 problem = curve.problem.with_parameters(**parameters)
-                solved.append(self._solved(number, curve, problem, x))
+                nearby = self._near.nearby(number, x) if self._near else ()
+                solved.append(curve.solve(problem, nearby, self.work))
             self._last = Point(self, np.array(x), solved)
             if self._best is None or self._last.value < self._best.value:
                 self._best = self._last
@@ -67,91 +70,6 @@ class Objective:
         """The value where no solution is known before: of the highest peaks, of the modes asked."""
         return replace(self, _near=None, _last=None).at(x).value
 
-    def second_order(self, problem: HarmonicBalance) -> SecondOrder:
-        """Derivatives by the parameters of the fit, compiled once for all copies of a problem."""
-        key = id(problem.compiled[0])
-        if key not in self._orders:
-            self._orders[key] = SecondOrder(problem, self.unknowns.names)
-        return self._orders[key]
-
-    def _solved(
-        self, number: int, curve: Curve, problem: HarmonicBalance, x: FloatArray
-    ) -> list[Solved]:
-        """The solutions of one curve."""
-        if curve.kind != "response":
-            return self._of_given(number, curve, problem, x)
-        if curve.followed or not problem.single_valued:
-            return self._followed(curve, problem)
-        solved, starts, missed = list[Solved](), list[FloatArray](), 0.0
-        for k, omega in enumerate(curve.omegas.tolist()):
-            predicted = None if self._near is None else self._near.predicted(number, k, x)
-            if predicted is not None:
-                starts = [predicted + missed, *starts, predicted]
-            solved.append(self._one(problem, omega, starts))
-            # What a prediction misses changes little from one frequency to the next.
-            starts = [solved[-1].state]
-            missed = 0.0 if predicted is None else starts[0] - predicted
-        return solved
-
-    def _of_given(
-        self, number: int, curve: Curve, problem: HarmonicBalance, x: FloatArray
-    ) -> list[Solved]:
-        """Peaks in given bands, or modes of given amplitudes."""
-        order, near, solved = self.second_order(problem), self._near, list[Solved]()
-        for k, given in enumerate(curve.given):
-            self.n_solved += 1
-            if curve.kind == "peak":
-                beside = None if near is None else near.solved[number][k]
-                solved.append(peak_of(order, problem, given, beside))
-            else:
-                predicted = None if near is None else near.predicted(number, k, x)
-                if near is None and solved and np.isfinite(given):
-                    # Motions of all amplitudes are nearly alike.
-                    before = solved[-1].state
-                    ratio = given / curve.given[k - 1]
-                    predicted = np.append(ratio * before[:-2], before[-2:])
-                solved.append(mode_of(order, problem, curve.mode, given, predicted))
-        return solved
-
-    def _response(
-        self, problem: HarmonicBalance, omega: float, unknowns: FloatArray, at: Evaluation
-    ) -> Solved:
-        return Response(self.second_order(problem), problem, omega, unknowns, at)
-
-    def _one(self, problem: HarmonicBalance, omega: float, starts: list[FloatArray]) -> Solved:
-        """The one solution at a frequency, from the first start that leads to it."""
-        self.n_solved += 1
-        for start in starts:
-            result = newton(partial(problem.evaluate, frequency=omega), start, damped=False)
-            self.n_iterations += result.iterations
-            if result.converged:
-                return self._response(problem, omega, result.unknowns, result.evaluation)
-        result = solve_point(problem, omega)
-        self.n_iterations += result.iterations
-        if not result.converged:
-            raise ArithmeticError(f"no response was found at {omega / RADIANS:g} Hz")
-        return self._response(problem, omega, result.unknowns, result.evaluation)
-
-    def _followed(self, curve: Curve, problem: HarmonicBalance) -> list[Solved]:
-        """The response as a sweep follows it: the first on the path that reaches a frequency."""
-        ends = float(curve.omegas[0]), float(curve.omegas[-1])
-        if len(curve.omegas) == 1:
-            return [self._one(problem, ends[0], [])]
-        branch = follow_branch(FrequencyProblem(problem), ends, _MOST_POINTS, False)
-        self.n_iterations += branch.corrector.solves
-        solved = []
-        for omega in curve.omegas.tolist():
-            found, solves = branch.at(omega)[0]
-            self.n_solved, self.n_iterations = self.n_solved + 1, self.n_iterations + solves
-            if found is None:
-                raise ArithmeticError(f"no response was found at {omega / RADIANS:g} Hz")
-            unknowns = found.state[:-1]
-            evaluation = problem.evaluate(unknowns, omega)
-            if evaluation.norm > ACCEPTED:
-                raise ArithmeticError(f"no response was found at {omega / RADIANS:g} Hz")
-            solved.append(self._response(problem, omega, unknowns, evaluation))
-        return solved
-
 
 @dataclass(frozen=True, eq=False)
 class Point:
@@ -161,31 +79,40 @@ class Point:
     x: FloatArray
     solved: list[list[Solved]]
 
-    def predicted(self, number: int, k: int, x: FloatArray) -> FloatArray:
-        """Unknowns where variables are others, next to a solution, to first order."""
-        return self.solved[number][k].state + self._moves[number][k] @ (x - self.x)
+    def nearby(self, number: int, x: FloatArray) -> Nearby:
+        """The solutions of a curve, and states where variables are others, to first order."""
+        both = zip(self.solved[number], self._moves[number], strict=True)
+        return [(one, one.state + move @ (x - self.x)) for one, move in both]
+
+    @property
+    def _each(self) -> Iterator[tuple[int, Solved]]:
+        """All rows, each with the solution that it is of."""
+        for curve, solved in zip(self.objective.curves, self.solved, strict=True):
+            for rows, one in zip(curve.rows, solved, strict=True):
+                yield from ((i, one) for i in rows.tolist())
 
     @cached_property
     def _sensors(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Values (n_rows, 3) of the sensors of all rows, first and second derivatives."""
-        by_place = {
-            place: self.objective.unknowns.of_sensor(place, self.x)
-            for place in self.objective.rows.sensors
-        }
-        each = [by_place[place] for place in self.objective.rows.place.tolist()]
+        unknowns, rows = self.objective.unknowns, self.objective.rows
+        by_place = {place: unknowns.of_sensor(place, self.x) for place in rows.sensors}
+        none = unknowns.of_sensor("", self.x)
+        each = [
+            by_place[place] if read.by_sensor else none
+            for place, read in zip(rows.place.tolist(), self.objective.read, strict=True)
+        ]
         values, slopes, curvatures = zip(*each, strict=True)
         return np.array(values), np.array(slopes), np.array(curvatures)
 
     @cached_property
     def _read(self) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Readings (n_rows,) with derivatives by cosine, sine, gain, phase and delay."""
-        parts = np.zeros((self.objective.rows.n, 2))
-        for curve, solved in zip(self.objective.curves, self.solved, strict=True):
-            for rows, one in zip(curve.rows, solved, strict=True):
-                for i in rows.tolist():
-                    parts[i] = curve.seen[i] @ one.state
-        rows = self.objective.rows
-        return readings(rows, parts, self._sensors[0])
+        rows, read = self.objective.rows, self.objective.read
+        parts = np.zeros((rows.n, 2))
+        for i, one in self._each:
+            parts[i] = read[i].seen @ one.state
+        power, form = np.array([one.power for one in read]), np.array([one.part for one in read])
+        return readings(parts, self._sensors[0], rows.harmonic * rows.omega, power, form)
 
     @property
     def readings(self) -> FloatArray:
@@ -211,6 +138,16 @@ class Point:
     def value(self) -> float:
         """Half the sum of their squares."""
         return float(self.residuals @ self.residuals) / 2
+
+    @cached_property
+    def afresh(self) -> float:
+        """The value where no solution is known before: of paths, highest peaks, modes asked."""
+        return self.objective.afresh(self.x)
+
+    @property
+    def is_found_again(self) -> bool:
+        """Whether that is the same value, to round-off."""
+        return abs(self.afresh - self.value) <= _SAME * self.value + (_SAME * self.size) ** 2
 
     @cached_property
     def _moves(self) -> list[list[FloatArray]]:
@@ -242,7 +179,7 @@ class Point:
         for curve, moves in zip(self.objective.curves, self._moves, strict=True):
             for rows, move in zip(curve.rows, moves, strict=True):
                 for i in rows.tolist():
-                    inner[i, :2] = curve.seen[i] @ move
+                    inner[i, :2] = curve.read[i].seen @ move
         return inner
 
     @cached_property
@@ -273,19 +210,18 @@ class Point:
             problem = solved[0].problem
             own, bend = self._balanced_slopes(problem), balanced(problem, bends, (n, n))
             for at, one in zip(curve.rows, solved, strict=True):
-                pull = sum(first[i, :2] @ curve.seen[i] for i in at.tolist())
+                pull = sum(first[i, :2] @ curve.read[i].seen for i in at.tolist())
                 result += one.bend(np.asarray(pull), own, bend)
         return result
 
     @property
     def size(self) -> float:
         """Norm over all measurements of what a sensor might see at most, over their scales."""
-        rows, total = self.objective.rows, 0.0
-        for curve, solved in zip(self.objective.curves, self.solved, strict=True):
-            for at, one in zip(curve.rows, solved, strict=True):
-                chosen = at[rows.kept[at]]
-                total += float(np.sum((rows.reach(chosen, one.size) / rows.scales[chosen]) ** 2))
-        return float(np.sqrt(total))
+        rows, reach = self.objective.rows, np.zeros(self.objective.rows.n)
+        for i, one in self._each:
+            read = self.objective.read[i]
+            reach[i] = read.reach * (np.abs(one.motion).max() if read.of_motion else 1.0)
+        return float(np.linalg.norm((reach / rows.scales)[rows.kept]))
 
     def on_corners(self) -> list[tuple[float, int]]:
         """Frequencies [Hz] and contacts that are on a limit there."""

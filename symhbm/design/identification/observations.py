@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-from collections.abc import Sequence
 from dataclasses import dataclass
 from functools import cache, cached_property
 from typing import Any
@@ -16,12 +15,6 @@ from symhbm.balance import HarmonicBalance
 from symhbm.numerics import RADIANS, Compiled, FloatArray, check
 from symhbm.results.reading import MEASURED
 
-POWERS = {"displacement": 0, "velocity": 1, "acceleration": 2}
-"""Powers of ``i harmonic omega`` that make a quantity of displacements."""
-OF_PEAKS, OF_MODES = ("peak_frequency", "peak_amplitude"), ("mode_frequency", "mode_damping")
-"""Forms of what peaks, and nonlinear modes, are told by."""
-_BY_ITSELF = "peak_frequency", *OF_MODES
-"""Forms that no sensor changes."""
 KNOWN = "measured_at_"
 """Beginning of the names of parameters that were set in the test."""
 
@@ -110,36 +103,6 @@ class Rows:
         size = float(np.sqrt(np.mean(self.value[self.kept] ** 2)))
         return np.full(self.n, size or 1.0)
 
-    def reach(self, chosen: NDArray[np.intp], size: float) -> FloatArray:
-        """What sensors read of a motion [m] as large as ``size``, of phases one radian."""
-        turning = self.harmonic[chosen] * self.omega[chosen]
-        reach = size * turning ** self.powers(chosen, ("peak_frequency", *OF_MODES))
-        reach[np.isin(self.form[chosen], ("phase", "mode_damping"))] = 1.0
-        of_frequency = np.isin(self.form[chosen], ("peak_frequency", "mode_frequency"))
-        return np.where(of_frequency, self.frequency[chosen], reach)
-
-    def powers(self, chosen: NDArray[np.intp], but: Sequence[str]) -> NDArray[np.intp]:
-        """Powers of the frequency that make what is read of displacements, 0 of some forms."""
-        powers = np.array([POWERS.get(quantity, 0) for quantity in self.quantity[chosen]])
-        return np.where(np.isin(self.form[chosen], but), 0, powers)
-
-    def kind(self, i: int) -> tuple[Any, ...]:
-        """What a row is of: a response, the peaks of a sensor, or a mode and its amplitudes."""
-        if self.form[i] in OF_PEAKS:
-            sensor = self.place[i], self.quantity[i], int(self.harmonic[i]), str(self.units[i])
-            return "peak", sensor
-        if self.form[i] not in OF_MODES:
-            return ("response",)
-        nodal_diameter = self.nodal_diameter[i]
-        wave = None if np.isnan(nodal_diameter) else int(nodal_diameter)
-        return "mode", int(self.mode[i]), self.place[i], wave
-
-    def given(self, i: int) -> Any:
-        """What a solution is asked for at: a frequency [rad/s], a band [Hz], or an amplitude."""
-        if self.form[i] in OF_PEAKS:
-            return float(self.lowest[i]), float(self.highest[i])
-        return float(self.amplitude[i] if self.form[i] in OF_MODES else self.omega[i])
-
     def settings(self, problem: HarmonicBalance) -> list[dict[str, Any]]:
         """Parameters that were set in the test, row by row; raises for what is none."""
         columns = {}
@@ -178,25 +141,22 @@ def _reading() -> Compiled:
 
 
 def readings(
-    rows: Rows, parts: FloatArray, sensors: FloatArray
+    parts: FloatArray, sensors: FloatArray, turning: FloatArray, power: FloatArray, form: np.ndarray
 ) -> tuple[FloatArray, FloatArray, FloatArray]:
     """Values (n_rows,) that rows should have, with first (.., 5) and second derivatives (.., 5, 5).
 
     By cosine and sine of the motion, ``parts`` (n_rows, 2), and gain, phase and delay, ``sensors``
-    (n_rows, 3). A motion of 0 has neither a phase nor a slope of its magnitude: they are 0.
+    (n_rows, 3); ``turning`` [rad/s] is the angular frequency of its harmonic, ``power`` how many
+    derivatives by the time are read. A motion of 0 has neither a phase nor a slope of its
+    magnitude: they are 0.
     """
-    n, every = rows.n, np.arange(rows.n)
-    itself = np.isin(rows.form, _BY_ITSELF)
-    sensors = np.where(itself[:, None], [1.0, 0.0, 0.0], sensors)
-    turning = rows.harmonic * rows.omega
-    by, power = np.column_stack([parts, sensors]), rows.powers(every, (*OF_PEAKS, *OF_MODES))
+    n, every = len(parts), np.arange(len(parts))
+    by = np.column_stack([parts, sensors])
     found = _reading().at_points(n, by, turning[:, None], power[:, None])
-    named = dict.fromkeys(_BY_ITSELF, "real") | {"peak_amplitude": "magnitude"}
-    which = np.array([_FORMS.index(named.get(one, one)) for one in rows.form.tolist()])
+    which = np.array([_FORMS.index(one) for one in form.tolist()])
     shapes = (n, 4), (n, 4, 5), (n, 4, 5, 5)
     values, first, second = (
         np.nan_to_num(part.reshape(shape)[every, which])
         for part, shape in zip(found, shapes, strict=True)
     )
-    first[itself, 2:], second[itself] = 0.0, 0.0
     return values, first, second

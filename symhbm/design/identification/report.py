@@ -10,19 +10,17 @@ import xarray as xr
 
 from symhbm.balance import HarmonicBalance
 from symhbm.design.identification.certainty import Certainty, Remains, probability_of, remains
-from symhbm.design.identification.curves import at_place
 from symhbm.design.identification.estimate import Descent
+from symhbm.design.identification.kinds import Curve
 from symhbm.design.identification.observations import Rows
 from symhbm.numerics import RADIANS, FloatArray
 from symhbm.response import frf, nonlinear_modes
 from symhbm.results.reading import with_curve_status
 
 _BESIDE = 0.1
-"""How far beside a single frequency, or peaks, relative, the response is followed."""
+"""How far beside a single frequency, relative, the response is followed."""
 _UNLIKELY = 1e-3
 """Probability below which residuals are told to be more than noise."""
-_SAME = 1e-7
-"""Difference of sums of squares that is none, relative, and of residuals, over all readings."""
 FOUND = "the optimum was found"
 _MEANINGS = {
     "unknown": ("1", "name of an unknown of the fit"),
@@ -65,7 +63,7 @@ def report(
     """The responses of the problem with its estimates under all settings, and all of the fit."""
     point, unknowns = certainty.point, certainty.point.objective.unknowns
     best = problem.with_parameters(**unknowns.parameters(point.x))
-    result = responses(best, rows, point.objective.curves)
+    result = responses(best, point.objective.curves)
     left = remains(point, certainty.noise)
     ended = [one.point for one in descents if one.point is not None]
     errors = certainty.errors
@@ -111,14 +109,15 @@ def _about(name: str) -> dict[str, str]:
     return {"units": units, "long_name": meaning}
 
 
-def responses(problem: HarmonicBalance, rows: Rows, curves: Sequence[Any]) -> xr.Dataset:
+def responses(problem: HarmonicBalance, curves: Sequence[Curve]) -> xr.Dataset:
     """Responses of a problem over the frequencies of all measurements, under all settings."""
-    if all(curve.kind == "mode" for curve in curves):
-        return _modes(problem, rows)
-    low, high = float(rows.frequency.min()), float(rows.frequency.max())
-    if low == high or any(curve.kind == "peak" for curve in curves):
+    bands = [curve.band for curve in curves if curve.band is not None]
+    if not bands:
+        return nonlinear_modes(problem, **curves[0].alone, progress=False)
+    low, high = float(np.min(bands)), float(np.max(bands))
+    if low == high:
         low, high = (1 - _BESIDE) * low, (1 + _BESIDE) * high
-    settings = [curve.setting for curve in curves if curve.kind != "mode"]
+    settings = [curve.setting for curve in curves if curve.band is not None]
     different = [one for i, one in enumerate(settings) if one not in settings[:i]]
     names = list(different[0])
     over: dict[str, Any] = {}
@@ -131,15 +130,6 @@ def responses(problem: HarmonicBalance, rows: Rows, curves: Sequence[Any]) -> xr
     down = all(curve.sweep == "down" for curve in curves)
     band = (high, low) if down else (low, high)
     return frf(problem, band, over=over or None, progress=False)
-
-
-def _modes(problem: HarmonicBalance, rows: Rows) -> xr.Dataset:
-    """The first measured mode over its amplitude, a little beyond all measured ones."""
-    _, mode, place, wave = rows.kind(0)
-    known = rows.amplitude[np.isfinite(rows.amplitude)]
-    band = (known.min() / 2, 2 * known.max()) if known.size else None
-    asked: Any = dict(mode=mode, nodal_diameter=wave, place=at_place(place), progress=False)
-    return nonlinear_modes(problem, band=band, **asked)
 
 
 def sentences_of(
@@ -163,12 +153,12 @@ def sentences_of(
             f"the search ended {best.distance:.1e} standard errors from an optimum; begin it there "
             "(start=), or with narrower bounds"
         )
-    again = point.objective.afresh(point.x)
-    if abs(again - point.value) > _SAME * point.value + (_SAME * point.size) ** 2:
+    if not point.is_found_again:
         good = False
         status += (
-            ", but other peaks or modes are found from scratch, with a sum of squares "
-            f"{2 * again:.6g}: begin it at other values (start=), or with narrower bands of peaks"
+            ", but other solutions are found from scratch, with a sum of squares "
+            f"{2 * point.afresh:.6g}: begin it at other values (start=), or with narrower bands "
+            "of peaks"
         )
     if unseen:
         good = False
