@@ -237,22 +237,6 @@ def test_claims_are_not_taken_on_trust():
     assert unmet_statements([finding]) == ["It is round: NOT FOUND: to 1 %"]
 
 
-@pytest.mark.parametrize("name", each_of([n for n in STUDIES if n.startswith("fig")]))
-def test_problem_of_a_figure_comes_back_from_its_archive(name, datasets):
-    if "problem" in datasets[name].attrs:
-        problem = sh.datasets.rebuild(datasets[name])
-        assert problem.model.n_dof == datasets[name].sizes["dof"]
-
-
-def test_published_peaks_of_figure_3(datasets):
-    """Peaks in dB re 1 m of the source's Fig. 3; 0.5, 1, 2, 3, 5, 18 N (data/reference)."""
-    published = {0.5: -37.3008, 1: -42.6733, 2: -67.3431, 3: -70.2151, 5: -68.8598, 18: -60.1788}
-    for load, level in published.items():
-        peak = datasets["fig03_single_blade"].sel(normal_load=load).peak_amplitude
-        # Digits as given.
-        assert float(20 * np.log10(peak[0])) == pytest.approx(level, abs=5e-5)
-
-
 @pytest.mark.slow
 def test_laws_and_solvers(datasets):
     """Laws that are exact agree; the sampled one errs as it says, to second order."""
@@ -363,21 +347,6 @@ def test_stuck_ring_has_the_natural_frequencies_of_the_reference():
         found = ring.natural_frequencies()
         # The reference has 17 digits.
         np.testing.assert_allclose(found, np.array(published, dtype=float), rtol=1e-14)
-
-
-@pytest.mark.slow
-def test_point_force_has_seven_resonances(datasets):
-    """Each within its half-power width of a natural frequency of the reference."""
-    stuck = datasets["fig06_point_force"].sel(normal_load=1e5)
-    assert not (stuck.contact_state == 1).any()
-    tops = fig06_point_force.resonances(stuck)
-    natural = np.array(EXACT["ring_natural_hz"]["1000000"], dtype=float)
-    assert tops.sizes["peak"] == 7
-    width = 0.5 / (2 * np.pi)
-    np.testing.assert_allclose(tops.peak_frequency, natural, rtol=0, atol=width / 2)
-    # At the source's load every contact but the opposite one slips at some resonance.
-    slips = datasets["fig06_point_force"].sel(normal_load=100).contact_state == 1
-    assert slips.any("frequency").values.tolist() == [j != 6 for j in range(13)]
 
 
 @pytest.mark.parametrize("order", range(7))
@@ -698,7 +667,7 @@ def test_page_shows_every_landmark_and_the_parameters(outcome, datasets):
         assert claim.words in shown
     count = sum(map(len, marks.values())) + len(claims)
     assert page.all("td", "data-label").count("verdict") == count
-    for value in ("0.2, 0.4, 0.6, 0.8", "10 to 350 Hz", "0, 1, 2, 4"):
+    for value in ("0.01, 0.5, 1, 1.5, 2, 3, 5, 10, 18, 50, 100, 500 N", "10 to 30 Hz"):
         assert value in page.text
 
 
