@@ -163,11 +163,16 @@ def _some(stiffness: Any, mass: Any, count: int, shift: float) -> tuple[FloatArr
     """Modes next to a shift, and whether there are none below it."""
     shifted = (stiffness - shift * mass).tocsc()
     held = definite(shifted)
-    factors = factorised(shifted) if held is None else held
+    # SciPy keeps the operator of a complex pair in a circle of references, until Python looks for
+    # those: without the factors, which are gigabytes over many speeds.
+    factors = [factorised(shifted) if held is None else held]
     dtype = shifted.dtype
-    inverse: Any = LinearOperator(shifted.shape, matvec=factors.solve, dtype=dtype)  # type: ignore
+    inverse: Any = LinearOperator(shifted.shape, lambda x: factors[0].solve(x), dtype=dtype)  # type: ignore
     start = np.random.default_rng(0).normal(size=mass.shape[0]).astype(dtype)
-    squares, shapes = eigsh(stiffness, count, mass, sigma=shift, OPinv=inverse, v0=start)
+    try:
+        squares, shapes = eigsh(stiffness, count, mass, sigma=shift, OPinv=inverse, v0=start)
+    finally:
+        factors.clear()
     # Where many are close, those found are orthogonal to round-off of the iteration only.
     small = [shapes.conj().T @ (matrix @ shapes) for matrix in (stiffness, mass)]
     squares, turned = eigh(*map(hermitian, small))

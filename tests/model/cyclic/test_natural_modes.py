@@ -1,5 +1,8 @@
 """Natural frequencies and modes of structures and of the waves of disks."""
 
+import gc
+import weakref
+
 import numpy as np
 import pytest
 import scipy.sparse as sp
@@ -81,6 +84,31 @@ def test_modes_are_of_unit_mass_and_sparse_ones_those_of_dense_matrices(monkeypa
     assert np.allclose(abs(products), np.eye(4), atol=1e-7)
     turned = disk.interfaces.rotation[sector.left] @ shapes[0] * np.exp(-2j * np.pi * 5 / 24)
     assert abs(shapes[0][sector.right] - turned).max() < 1e-12 * abs(turned).max()
+
+
+def test_factors_of_a_wave_are_let_go_at_once(monkeypatch):
+    """Not when Python looks for circles: over many speeds they are gigabytes."""
+    kept, definite = [], eigenmodes.definite
+
+    class Kept:
+        def __init__(self, matrix):
+            kept.append(weakref.ref(self))
+            self.factors = definite(matrix)
+
+        def solve(self, right):
+            return self.factors.solve(right)
+
+    monkeypatch.setattr(eigenmodes, "definite", Kept)
+    monkeypatch.setattr(eigenmodes, "DENSE_LIMIT", 10)
+    stiffness = sp.diags_array(np.arange(1.0, 41)).tocsc().astype(complex)
+    gc.disable()
+    try:
+        squares, _ = eigenmodes.lowest_modes(stiffness, sp.eye_array(40, dtype=complex), 2)
+        np.testing.assert_allclose(squares, [1, 2], rtol=1e-9)
+        [factors] = kept
+        assert factors() is None
+    finally:
+        gc.enable()
 
 
 def test_models_and_stuck_contacts():
