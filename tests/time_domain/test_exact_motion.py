@@ -230,26 +230,6 @@ def test_neutral_multipliers_are_ones_of_the_whole_derivative():
     np.testing.assert_allclose(whole[whole > 0.1], named[named > 0.1], rtol=1e-9)
 
 
-@pytest.mark.parametrize("name", ["ring, order 1", "13 blades", "all harmonics, slip", "together"])
-def test_derivative_of_the_march(name):
-    """Central differences: 1e-6 of a state, error its square times higher derivatives."""
-    problem, motion = solved(name)
-    linear = LinearMotion(problem, motion.frequency)
-    n = 2 * problem.model.n_dof
-    rng = np.random.default_rng(3)
-    size = np.concatenate([np.full(n, np.abs(motion.state[:n]).max()), linear.friction])
-    state = motion.state + 0.05 * size * rng.uniform(-1, 1, len(size))
-    state[n:] = np.clip(state[n:], -0.9 * linear.friction, 0.9 * linear.friction)
-    run = march(linear, state, np.pi)
-    assert len(run.event_angle)
-    for _ in range(5):
-        step = 1e-6 * size * rng.uniform(-1, 1, len(size))
-        ends = [march(linear, state + s * step, np.pi).end for s in (1, -1)]
-        np.testing.assert_allclose(
-            (ends[0] - ends[1]) / 2 / size, run.jacobian @ step / size, rtol=0, atol=1e-10
-        )
-
-
 def test_against_a_general_integrator():
     """One period of a smooth stretch, tolerance 1e-12: contacts that slip but do not turn."""
     problem, motion = solved("gyroscopic")

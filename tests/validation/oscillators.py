@@ -18,10 +18,10 @@ from tests.published_cases import (
     swept,
 )
 from tests.reference import CASES
-from tests.sampled_balance import SampledBalance
 from tests.time_domain.test_stability_changes import CHANGES, changes_of, state_of
 from tests.time_domain.test_stiff_stop import stop_in_time
 from tests.validation.comparison import Comparison, compared
+from tests.validation.sampled_balance import SampledBalance
 
 INDEPENDENT = "sampled balance in NumPy, not of this repository"
 SAMPLED = "sampled balance of the repository, 4096 samples"
