@@ -233,7 +233,7 @@ def _sides(
 
 def _compare(model: Model, sides: Sides | None, modes: Modes, account: list[str]) -> Modes:
     """Modes of the program in these matrices, and in the sense of nodal diameters here."""
-    if modes.shape is None:
+    if modes.shape is None or not np.isin(model.places.direction, _WAYS).all():
         account.append(f"{len(modes.frequency)} frequencies of the program are not compared")
         return modes
     places = model.places

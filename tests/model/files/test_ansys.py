@@ -1,5 +1,6 @@
 """Files of Ansys that come with ansys-mapdl-reader, where it is installed."""
 
+import os
 import shutil
 import sys
 from pathlib import Path
@@ -9,6 +10,7 @@ import pytest
 
 import symhbm as sh
 from symhbm.model.files.programs import ansys
+from symhbm.model.mesh import Mesh
 
 PUBLISHED = 1283.2004, 1283.2004, 5781.9749, 6919.3989
 """Natural frequencies of ``file.full`` [Hz], by the manual of the reader."""
@@ -108,4 +110,64 @@ def test_rotated_nodes_are_refused(examples, tmp_path):
         nnum, node_angles = archive.nnum, angles
 
     with pytest.raises(ValueError, match=r"1 nodes have directions of their own .*4\); turn them"):
-        ansys._mesh(Turned, [])
+        ansys._check_turned(Turned, {"mass": 1})
+    ansys._check_turned(Turned, {})
+
+
+class Cyclic:
+    """Results of a sector as ansys-mapdl-reader gives them, whose wave goes from node to node."""
+
+    n_sector, version, materials = 6, 18.2, {}
+    harmonic_indices, time_values = [0, 1, -1], [10.0, 20.0, 20.0]
+    _resultheader = {"kan": 2}  # noqa: RUF012
+
+    def nodal_solution(self, number, as_complex=False):
+        assert as_complex
+        wave = np.exp(1j * self.harmonic_indices[number] * np.arange(4.0))
+        return np.array([4, 3, 2, 1]), np.outer(wave, [1.0, 2.0, 3.0])[::-1]
+
+
+def test_waves_of_cyclic_results_are_modes_with_senses():
+    corners = [[0, 0, 0], [1, 0, 0], [0, 1, 0], [0, 0, 1]]
+    edges = {"CYCLIC_M01H": [1, 2], "CYCLIC_M01L": [3, 4], "CYCLIC": [1]}
+    mesh = Mesh([1, 2, 3, 4], corners, {"tetra": [[1, 2, 3, 4]]}, edges)
+    program = ansys._program(Cyclic(), mesh, {})
+    assert (program.n_sectors, program.sides) == (6, ("CYCLIC_M01L", "CYCLIC_M01H"))
+    frequency, waves, shape = program.modes
+    assert frequency.tolist() == [10.0, 20.0, 20.0]
+    assert waves.tolist() == [0, 1, -1]
+    assert np.all(shape[0] == [1.0, 2.0, 3.0])
+    np.testing.assert_allclose(shape[1], np.outer(np.exp(1j * np.arange(4.0)), [1, 2, 3]))
+    np.testing.assert_allclose(shape[2], shape[1].conj())
+    # Of several pairs of edges none is taken.
+    more = mesh.with_sets({"CYCLIC_M02H": [1], "CYCLIC_M02L": [3]})
+    assert ansys._program(Cyclic(), more, {}).sides is None
+
+
+WAVES = os.environ.get("SYMHBM_ANSYS_CYCLIC", "")
+"""``file_cyclic.rst`` of the package ansys-dpf-core 0.3 to 0.9: a ring of 8 sectors."""
+
+
+@pytest.mark.skipif(not WAVES, reason="SYMHBM_ANSYS_CYCLIC names no file_cyclic.rst")
+def test_waves_of_a_file_of_ansys_go_all_around_in_one_sense(examples, tmp_path):
+    shutil.copy(WAVES, tmp_path / "ring.rst")
+    contents = ansys.read({"": tmp_path / "ring.rst"}, {})
+    mesh, program = contents.mesh, contents.program
+    assert {kind: len(each) for kind, each in mesh.elements.items()} == {"hexahedron20": 4}
+    frequency, waves, shape = program.modes
+    assert np.bincount(abs(waves)).tolist() == [6, 6, 6, 6, 6]
+    np.testing.assert_allclose(frequency[[0, 6, 7]], [670386.3252, 679667.3932, 679667.3932])
+    low, high = (mesh.sets[side] for side in program.sides)
+    c = np.sqrt(0.5)
+    turn = np.array([[c, 0, c], [0, 1, 0], [-c, 0, c]])  # about y, the axis of this ring
+    apart = np.linalg.norm((mesh.points(low) @ turn.T)[:, None] - mesh.points(high), axis=2)
+    pairs = mesh.at(low), mesh.at(high[apart.argmin(axis=1)])
+    ahead = shape[:, pairs[0]] @ turn.T
+    senses = set()
+    for wave, one, other in zip(waves, ahead, shape[:, pairs[1]], strict=True):
+        left = [np.linalg.norm(other - np.exp(s * 1j * np.pi / 4 * wave) * one) for s in (-1, 1)]
+        assert min(left) < 1e-6 * np.linalg.norm(other)
+        if wave % 4:
+            assert max(left) > 0.1 * np.linalg.norm(other)
+            senses.add(int(np.argmin(left)))
+    assert len(senses) == 1

@@ -6,8 +6,10 @@ import warnings
 from pathlib import Path
 
 import numpy as np
+import pandas as pd
 import pytest
 import rods
+from scipy.linalg import eigh
 
 import symhbm as sh
 
@@ -69,6 +71,9 @@ def test_a_superelement_with_its_punched_bulk_data(superelements):
     with pytest.warns(UserWarning, match=words):
         model = sh.read_structure(superelements / "inboard.op4")
     assert model.places.name(31) == "2995008:x"
+    # Of inboard.op2: the modes with the boundary held, of two grids alone.
+    np.testing.assert_allclose(model.places.program.modes.frequency, PUBLISHED, rtol=2e-7)
+    assert "3 frequencies of the program are not compared" in model.places.program.account
     modes = [model.number_of(f"{2995001 + k}:x") for k in range(3)]
     stiffness = model.stiffness_matrix.toarray()[np.ix_(modes, modes)]
     found = np.sqrt(np.linalg.eigvalsh(stiffness)) / (2 * np.pi)
@@ -130,6 +135,46 @@ def test_bulk_data_tells_places_sets_and_elements(tmp_path):
     assert mesh.weighed({"hexahedron20": [1.0]})[0].sum() == pytest.approx(1)
     materials = {"3": dict(density=7850.0, modulus=2e11, poisson=0.3)}
     assert model.places.program.materials == materials
+
+
+@pytest.mark.parametrize("spoilt", [False, True])
+def test_modes_of_results_stand_beside_those_of_the_matrices(tmp_path, monkeypatch, spoilt):
+    """By a table as pyYeti makes it of .op2, of a cube whose rotations have no rows."""
+    path = bulk(tmp_path)
+    rng = np.random.default_rng(1)
+    root, mass = rng.normal(size=(60, 60)), np.diag(rng.uniform(1.0, 2.0, 60))
+    stiffness = 1e8 * (root @ root.T + 1e3 * np.eye(60))
+    rows = np.arange(120).reshape(20, 6)[:, :3].ravel()
+    whole = {name: np.zeros((120, 120)) for name in ("mgg", "kgg")}
+    whole["mgg"][np.ix_(rows, rows)], whole["kgg"][np.ix_(rows, rows)] = mass, stiffness
+    writer().write(str(path), whole)
+    squares, shapes = eigh(stiffness, mass, subset_by_index=[0, 3])
+    table = np.zeros((120, 4))
+    table[rows] = shapes[::-1] if spoilt else shapes
+    index = pd.MultiIndex.from_product([range(1, 21), range(1, 7)], names=["Node", "DOF"])
+    columns = [range(1, 5), np.sqrt(squares) / (2 * np.pi)]
+    frame = pd.DataFrame(table.astype(np.float32), index, pd.MultiIndex.from_arrays(columns))
+
+    class Results:
+        def __init__(self, _):
+            pass
+
+        def __enter__(self):
+            return self
+
+        def __exit__(self, *_):
+            pass
+
+        def rdparampost(self, **_):
+            return {"ougv1": frame}
+
+    monkeypatch.setattr("pyyeti.nastran.op2.OP2", Results)
+    (tmp_path / "cube.op2").write_bytes(b"")
+    with pytest.warns(UserWarning, match="another speed" if spoilt else "60 zero rows dropped"):
+        program = sh.read_structure(path).places.program
+    np.testing.assert_allclose(program.modes.frequency, columns[1], rtol=1e-12)
+    assert any("its shapes have the same here to" in line for line in program.account)
+    assert any("another speed, mesh, material" in line for line in program.account) == spoilt
 
 
 def test_materials_of_elements_tell_masses(tmp_path):

@@ -5,6 +5,7 @@ rows of zeros. Its mesh and components are those of ``sector.cdb`` (``CDWRITE, D
 one, of ``sector.rst``, which has materials and natural modes, too.
 """
 
+import re
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -32,6 +33,8 @@ _WEDGE = {
     "hexahedron20": ("wedge15", (0, 1, 2, 4, 5, 6, 8, 9, 11, 12, 13, 15, 16, 17, 18)),
 }
 """What a brick is whose fourth and eighth corners are its third and seventh."""
+_EDGE = re.compile(r"CYCLIC_M\d+[HL]")
+"""Components of the high and the low edge of a sector; there are more of several pairs of edges."""
 _HEAD = 10
 """Numbers of an element before those of its nodes, among them its material and type."""
 _NAMES = {"DENS": "density", "EX": "modulus", "NUXY": "poisson"}
@@ -67,13 +70,16 @@ def read(files: dict[str, Path], names: Mapping[str, str]) -> Contents:
             _check_whole(beside[".rst"], result._resultheader["ptrEnd8"][0])
     if ".cdb" in there:
         with told(beside[".cdb"], "archive of CDWRITE"):
-            mesh = _mesh(reader.Archive(str(beside[".cdb"])), notes)
+            archive = reader.Archive(str(beside[".cdb"]))
+            _check_turned(archive, matrices)
+            mesh = _mesh(archive, notes)
     if result is not None:
         with told(beside[".rst"], "results of Ansys"):
             materials = {
                 str(int(number)): {_NAMES[k]: float(v) for k, v in each.items() if k in _NAMES}
                 for number, each in result.materials.items()
             }
+            _check_turned(result.mesh, matrices)
             own = _mesh(result.mesh, notes, result.node_components)
             mesh = own if mesh is None else mesh
             program = _program(result, own, materials)
@@ -110,14 +116,18 @@ def _matrices(full: Any) -> tuple[dict[str, Any], Places]:
     return {"mass": mass, "stiffness": stiffness}, Places(node, np.array(DIRECTIONS[:6])[way])
 
 
-def _mesh(held: Any, notes: list[str], components: Any = None) -> Mesh:
-    """The mesh of an archive or a result."""
+def _check_turned(held: Any, matrices: dict[str, Any]) -> None:
+    """Raise ValueError for matrices along directions of nodes; shapes of results are turned."""
     turned = np.flatnonzero(np.any(held.node_angles != 0, axis=1))
-    if turned.size:
+    if turned.size and matrices:
         raise ValueError(
             f"{turned.size} nodes have directions of their own (the first: "
             f"{held.nnum[turned[0]]}); turn them back by NROTAT before the matrices are written"
         )
+
+
+def _mesh(held: Any, notes: list[str], components: Any = None) -> Mesh:
+    """The mesh of an archive or a result."""
     types = {int(number): int(kind) for number, kind in held.ekey}
     parts: dict[str, list[Any]] = {}
     materials: dict[str, list[str]] = {}
@@ -158,20 +168,18 @@ def _program(result: Any, mesh: Mesh, materials: dict[str, Any]) -> Program:
     """Materials and natural modes of a result."""
     told_of: dict[str, Any] = dict(materials=materials)
     if result._resultheader["kan"] == 2:  # natural modes
-        frequency, shape, waves = np.array(result.time_values), [], None
-        for number in range(len(frequency)):
-            node, values = result.nodal_solution(number)
-            each = np.full((len(mesh.node), 3), np.nan)
-            each[mesh.at(node)] = np.asarray(values)[:, :3]
-            shape.append(each)
-        n_sectors = int(result.n_sector or 1)
-        if n_sectors > 1:
+        frequency, waves, how = np.array(result.time_values), None, {}
+        if (n_sectors := int(result.n_sector or 1)) > 1:
+            # Two modes of one frequency are the parts of a wave, and of the one that goes back.
+            waves, how = np.array(result.harmonic_indices, dtype=np.int64), {"as_complex": True}
             told_of["n_sectors"] = n_sectors
-            waves = np.array(result.harmonic_indices, dtype=np.int64)
-            shape = None  # the reader gives those of the whole disk
-        elif np.isnan(shape).any():
-            shape = None
-        told_of["modes"] = Modes(frequency, waves, None if shape is None else np.array(shape))
+            edges = sorted(name for name in mesh.sets if _EDGE.fullmatch(name))
+            told_of["sides"] = (edges[1], edges[0]) if len(edges) == 2 else None
+        shape = np.full((len(frequency), len(mesh.node), 3), np.nan, complex if how else float)
+        for number in range(len(frequency)):
+            node, values = result.nodal_solution(number, **how)
+            shape[number, mesh.at(node)] = np.asarray(values)[:, :3]
+        told_of["modes"] = Modes(frequency, waves, None if np.isnan(shape).any() else shape)
     return Program(f"Ansys {result.version:g}", **told_of)
 
 

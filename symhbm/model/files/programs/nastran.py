@@ -6,7 +6,9 @@ data, ``sector.bdf``, ``.dat``, ``.nas`` or the ``.pch`` of ``EXTSEOUT``, tells 
 """
 
 import re
+import warnings
 from collections.abc import Mapping
+from dataclasses import replace
 from pathlib import Path
 from typing import Any
 
@@ -15,7 +17,7 @@ import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from symhbm.model.files.contents import Contents, contents_of, told
-from symhbm.model.mesh import Mesh, Program
+from symhbm.model.mesh import Mesh, Modes, Program
 from symhbm.model.places import DIRECTIONS, Places
 
 _BULK = ".pch", ".bdf", ".dat", ".nas"
@@ -32,6 +34,8 @@ _ORDER = {
 }
 """Nodes of elements whose upright edges Nastran has before the upper ones."""
 _RECTANGULAR = 1
+_TURNED = "grids turned to the basic system"
+"""What is said of matrices, whose modes are along other directions then."""
 _CASE = re.compile(r"^[ \t]*SPC[ \t]*=[ \t]*(\d+)", re.MULTILINE | re.IGNORECASE)
 """The set of supports that the case control chooses."""
 
@@ -59,8 +63,37 @@ def read(files: dict[str, Path], names: Mapping[str, str]) -> Contents:
     beside = [path.with_suffix(suffix) for suffix in _BULK]
     for deck in own or [file for file in beside if file.is_file()][:1]:
         with told(deck, "bulk data of Nastran"):
-            return _with_bulk(contents, bulk, str(deck))
-    return contents
+            contents = _with_bulk(contents, bulk, str(deck))
+    results = path.with_suffix(".op2")
+    return _with_modes(contents, op2, results) if results.is_file() else contents
+
+
+def _with_modes(contents: Contents, op2: Any, path: Path) -> Contents:
+    """What files hold, with the natural modes of a file of results, where it has them."""
+    mesh, program = contents.mesh, contents.program
+    if mesh is None:
+        return contents
+    try:
+        with warnings.catch_warnings(), op2.OP2(str(path)) as file:
+            warnings.simplefilter("ignore")
+            every = file.rdparampost(get_ougs=True, get_mats=False, get_dr_tables=False)
+    except Exception as error:  # of results the reader knows few kinds
+        notes = (*contents.notes, f"{path.name}: no modes are read ({error})".split("\n")[0])
+        return contents._replace(notes=notes)
+    table = next((each for name, each in every.items() if name.startswith("oug")), None)
+    if table is None:
+        return contents
+    frequency = table.columns.get_level_values(1).to_numpy(dtype=float)
+    node, way = (table.index.get_level_values(k).to_numpy(dtype=np.int64) for k in (0, 1))
+    shape = np.full((len(frequency), len(mesh.node), 3), np.nan)
+    inside = np.isin(node, mesh.node)
+    shape[:, mesh.at(node[inside & (way == 0)])] = 0.0  # scalar points move along one direction
+    for k in range(3):
+        rows = inside & (np.maximum(way, 1) == k + 1)
+        shape[:, mesh.at(node[rows]), k] = table.to_numpy()[rows].T
+    whole = not np.isnan(shape).any() and _TURNED not in "".join(contents.notes)
+    modes = Modes(frequency, None, shape if whole else None)
+    return contents._replace(program=replace(program, modes=modes))
 
 
 def _with_bulk(contents: Contents, bulk: Any, deck: str) -> Contents:
@@ -174,7 +207,7 @@ def _turned(
         turned += 1
     if not turned:
         return matrices
-    notes.append(f"directions of {turned} grids turned to the basic system")
+    notes.append(f"directions of {turned} {_TURNED}")
     return {k: sp.csc_array(turn.T @ m @ turn) for k, m in matrices.items()}
 
 
