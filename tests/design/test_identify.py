@@ -278,6 +278,8 @@ def test_a_fit_is_a_dataset_like_others(fitted, tmp_path):
         assert loaded.certificate.item() == fitted.certificate.item()
         problem = sh.datasets.rebuild(loaded)
         np.testing.assert_allclose(problem.parameters["normal_load"], fitted.estimate[0])
+        with pytest.raises(KeyError, match="'normal_load' is no unknown"):
+            sh.identify(problem, fitted, "mass", start=loaded, progress=False)
         again = sh.identify(
             problem, fitted, [*TRUE], start=loaded, n_starts=1, profiles=False, progress=False
         )
@@ -330,6 +332,7 @@ def test_an_archive_keeps_what_an_interrupt_leaves(exact, tmp_path, monkeypatch)
 BAD = [
     (dict(unknown="normal_lode"), KeyError, "did you mean 'normal_load'"),
     (dict(unknown={}), TypeError, "names of parameters"),
+    (dict(unknown=[{"normal_load": (1, 2)}]), TypeError, "unknown={'normal_load': (1, 2)}"),
     (dict(unknown={"normal_load": (3, 1)}), ValueError, "low < high"),
     (dict(unknown={"normal_load": {"bound": (1, 3)}}), ValueError, "'bound' is none"),
     (dict(unknown={"normal_load": {"vary": "some"}}), ValueError, "vary"),
@@ -359,7 +362,7 @@ def test_bad_fits_are_refused(exact, change, kind, words):
 @pytest.mark.parametrize(
     ("change", "kind", "words"),
     [
-        (dict(place="nowhere"), (KeyError, ValueError, TypeError), "nowhere"),
+        (dict(place="nowhere"), KeyError, "'nowhere' is no place, the structure has none"),
         (dict(place=4), (KeyError, ValueError, IndexError), "4"),
         (dict(harmonic=3), ValueError, "harmonic=3"),
         (dict(quantity="strain", units="1"), KeyError, "'strain' is no output"),

@@ -128,6 +128,14 @@ def test_a_fit_of_modes_has_the_mode_over_its_amplitude():
     np.testing.assert_allclose((upper - lower) / fit.standard_error / 2, 1.96, rtol=0.05)
 
 
+def test_the_end_of_a_band_is_no_peak():
+    """Where the response rises towards an end alone, no value of damping has a peak in the band."""
+    known: Any = dict(deviation=1e-6, frequency_deviation=0.1, force_amplitude=[1.0, 2.0])
+    data = sh.datasets.measured([60.0, 61.0], [1e-5, 2e-5], units="m", form="peak", **known)
+    with pytest.raises(sh.SolveError, match="no peak was found from 30 to 120 Hz"):
+        sh.identify(blade(), data, "damping", n_starts=2, progress=False)
+
+
 def test_other_peaks_than_those_followed_are_told(monkeypatch):
     monkeypatch.setattr(Objective, "afresh", lambda self, x: self.at(x).value + 1.0)
     with pytest.warns(RuntimeWarning, match="other solutions are found from scratch"):

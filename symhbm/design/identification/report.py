@@ -160,9 +160,6 @@ def sentences_of(
             f"{2 * point.afresh:.6g}: begin it at other values (start=), or with narrower bands "
             "of peaks"
         )
-    if unseen:
-        good = False
-        status += f", but measurements do not see all of it. {' '.join(unseen)}"
     square, degrees = 2 * point.value, certainty.degrees
     text = [f"{len(point.residuals)} residuals, {len(point.x)} unknowns, the sum of squares "]
     text[0] += f"is {square:.6g}; {len(same)} of {len(descents)} starts led there."
@@ -181,6 +178,9 @@ def sentences_of(
         text.append(f"The noise was estimated: {level:.4g} in SI units.")
     else:
         text.append("There are no more residuals than unknowns: nothing tells the noise.")
+    if unseen:
+        good = False
+        status += f", but measurements do not see all of it. {' '.join(unseen)}"
     text += _alike(remains(point, certainty.noise), point.objective.curves)
     if certainty.loss != "linear":
         text.append(f"With the loss {certainty.loss!r} errors are those of the Jacobian alone.")
@@ -207,7 +207,8 @@ def _alike(left: Sequence[Remains], curves: Sequence[Any]) -> list[str]:
 def start_of(result: Any, labels: Sequence[str]) -> Mapping[str, float]:
     """Values to start from, of a fit or a mapping from names of unknowns."""
     if isinstance(result, xr.Dataset) and "estimate" in result.variables:
-        return dict(zip(result["unknown"].values.tolist(), result["estimate"].values, strict=True))
+        values = result["estimate"].values.tolist()
+        result = dict(zip(result["unknown"].values.tolist(), values, strict=True))
     if not isinstance(result, Mapping) or isinstance(result, xr.Dataset):
         raise TypeError("start: expected a result of identify, or values by names of unknowns")
     for name in result:

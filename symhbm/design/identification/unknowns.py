@@ -210,7 +210,7 @@ def read_unknowns(problem: HarmonicBalance, unknown: Any, sensors: Sequence[str]
     if isinstance(unknown, str):
         unknown = [unknown]
     if isinstance(unknown, Sequence):
-        unknown = dict.fromkeys(unknown)
+        unknown = dict.fromkeys(check.text("unknown", one) for one in unknown)
     if not isinstance(unknown, Mapping) or not unknown:
         raise TypeError(
             f"unknown={check.shown(unknown)}: expected names of parameters, or a mapping of them"

@@ -76,7 +76,7 @@ def measured(
         Which degree of freedom, by number or name as ``"tip:y"``; of an output which row.
     form
         ``"complex"``, ``"magnitude"`` (no less than 0, half of peak to peak) or ``"phase"``;
-        ``"peak"``, the frequency and magnitude of the highest response in a ``band``; ``"mode"``,
+        ``"peak"``, the frequency and magnitude of the highest peak in a ``band``; ``"mode"``,
         the frequency and damping ratio of a free motion of some ``amplitude``, as tests in phase
         resonance and decays tell them.
     quantity

@@ -209,6 +209,7 @@ class Sensor(NamedTuple):
                 f"{problem.harmonics}"
             )
         if self.quantity in _POWERS:
+            model.number_of(at)  # tells of places that are not there
             return model.with_outputs({"sensor": {at: 1.0}}, "m").outputs["sensor"].rows
         check.known(self.quantity, model.outputs, "output of the model (quantity)")
         output = model.outputs[self.quantity]

@@ -22,7 +22,7 @@ from symhbm.design.identification.kinds.curve import (
 )
 from symhbm.design.identification.observations import Rows
 from symhbm.numerics import RADIANS, FloatArray
-from symhbm.peaks import Conditions, survey
+from symhbm.peaks import Conditions, MaximumKind, survey
 from symhbm.peaks.tracking import advanced, verified
 
 _BESIDE = 0.1
@@ -114,8 +114,10 @@ def _peak(
         if step is not None and band[0] <= step[0].maximum.frequency / RADIANS <= band[1]:
             return Peak.of(step[0])
     surveyed = survey(problem, [band])
-    if np.isfinite(surveyed.height):
-        solved = verified(work.order(problem), surveyed.maxima[0])
+    # A response that is highest at an end of the band has no peak there.
+    maxima = [one for one in surveyed.maxima if one.kind != MaximumKind.EDGE]
+    if np.isfinite(surveyed.height) and maxima:
+        solved = verified(work.order(problem), maxima[0])
         if solved is not None:
             return Peak.of(solved)
     raise ArithmeticError(f"no peak was found from {band[0]:g} to {band[1]:g} Hz")
