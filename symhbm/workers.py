@@ -234,30 +234,34 @@ class Reached(Watcher):
 
     def reached(self, value: float, n_maxima: int) -> None:
         """Tell where a path is."""
-        if self._ends is not None:
-            first, last = self._ends
+        if self._ends is None:
+            return
+        first, last = self._ends
+
+        def text() -> str:
             band = f"of {self._shown(first):g} to {self._shown(last):g} {self._units}".rstrip()
             peaks = f", {n_maxima} peak{'' if n_maxima == 1 else 's'}" if n_maxima else ""
-            text = f"{self._shown(value):.6g} {band}{peaks}"
-            self._tell("path", text, (value - first) / (last - first))
+            return f"{self._shown(value):.6g} {band}{peaks}"
+
+        self._tell("path", text, (value - first) / (last - first))
 
     def done(self, number: int, total: int | None, what: str) -> None:
         """Tell how much of what follows a path is done."""
         of = f" of {total}" if total else ""
-        self._tell(what, f"{what}: {number}{of}", number / total if total else 0.0)
+        self._tell(what, lambda: f"{what}: {number}{of}", number / total if total else 0.0)
 
-    def _tell(self, stage: str, text: str, share: float) -> None:
-        """Tell, and how long the rest of this stage takes at the pace up to here."""
+    def _tell(self, stage: str, text: Callable[[], str], share: float) -> None:
+        """Tell, if it is time to, and how long the rest of this stage takes at the pace so far."""
         now = time.monotonic()
         if stage != self._stage:
             self._stage, self._begin = stage, (now, share)
         if now - self._told < _REACHED:
             return
-        self._told = now
+        self._told, told = now, text()
         start, before = self._begin
         if before < share < 1:
-            text += f", about {span((now - start) * (1 - share) / (share - before))} left"
-        self._bar.set_postfix_str(text)
+            told += f", about {span((now - start) * (1 - share) / (share - before))} left"
+        self._bar.set_postfix_str(told)
 
 
 def amount(n_bytes: float) -> str:

@@ -27,7 +27,7 @@ from symhbm.continuation.point import EventKind, PathPoint
 from symhbm.continuation.problem import ContinuationProblem
 from symhbm.continuation.start import linear_response, points_at_rest, solve_point
 from symhbm.continuation.status import Status
-from symhbm.numerics import FloatArray, on_one_thread, watching
+from symhbm.numerics import FloatArray, length_of, on_one_thread, watching
 
 _RESTARTS = (1, 10, 100, 1000)
 """Distances beyond a pole at which a new path starts, over that of the last point before it."""
@@ -133,7 +133,7 @@ def _told(path: Path) -> Iterator[PathPoint]:
     """The points of a path, told as they come with how many maxima lie before them."""
     watcher, maxima, rises, before = watching(), 0, False, np.inf
     for point in path:
-        size = np.linalg.norm(point.unknowns)
+        size = length_of(point.unknowns)
         maxima += bool(rises and size < before)
         rises, before = size > before, size
         watcher.reached(point.value, maxima)

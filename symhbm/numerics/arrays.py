@@ -31,7 +31,7 @@ _DGETRF, _DGETRS, _DSYTRF = get_lapack_funcs(("getrf", "getrs", "sytrf"), dtype=
 DENSE_LIMIT = 500
 """Largest number of unknowns for which LAPACK on a full matrix is faster than SuperLU."""
 
-_ALWAYS_FULL = 150
+_ALWAYS_FULL = 200
 """Unknowns up to which that holds whatever the entries."""
 _FILLED = 0.08
 """Share of entries from which on it holds up to that limit."""

@@ -10,6 +10,7 @@ import symhbm as sh
 from studies import fig03_single_blade as fig03
 from symhbm import workers
 from symhbm.response import ensemble
+from symhbm.results.request import Request
 
 LOADS = {"normal_load": [1.0 + 0.1 * i for i in range(20)]}
 
@@ -136,6 +137,14 @@ def test_a_long_curve_tells_where_it_is(slow, stream):
     assert {bool(passed) for value, passed, _ in told if float(value) < peak} == {False}
     left = [int(seconds) for *_, seconds in told]
     assert left[-1] < left[0] <= 300
+
+
+def test_words_that_nobody_reads_are_not_made(monkeypatch):
+    """A path is told at each of its points, and shown twice a second at most."""
+    asked, shown = [], Request.shown
+    monkeypatch.setattr(Request, "shown", lambda *given: asked.append(1) or shown(*given))
+    curve = sh.frf(fig03.problem(), (15, 30), progress=False)
+    assert len(asked) < int(curve.n_points) / 2
 
 
 def test_what_follows_a_path_is_told(slow):

@@ -128,9 +128,9 @@ def _band_function(
     angle = ca.acos(ca.fmin(ca.fmax(position, -1), 1))
     inside = ca.if_else(ca.fabs(position) <= 1 + OUTSIDE, 1, np.nan)
     weights = inside * ca.cos(ca.DM(np.arange(len(function.terms))) * angle)
-    of_terms = ca.mtimes(ca.DM(function.terms.T), weights)
-    # Stored by rows, real and imaginary parts side by side, the derivative after the value.
-    parts = ca.reshape(of_terms, 2, -1)
+    of_both = ca.horzcat(weights, ca.mtimes(ca.DM(function.derivative.T), weights))
+    # Stored by rows, real and imaginary parts side by side.
+    parts = ca.reshape(ca.mtimes(ca.DM(function.terms.T), of_both), 2, -1)
     count = shape[0] * shape[1]
     of_terms = [
         ca.reshape(parts[k, d * count : (d + 1) * count], shape[1], shape[0]).T

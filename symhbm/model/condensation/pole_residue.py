@@ -84,9 +84,10 @@ class PoleResidueFunction:
     ----------
     middle, half
         Of the band [rad/s].
-    terms : (n_terms, 4 n_rows n_columns)
-        Chebyshev polynomial of the value, then of the derivative: by rows, real and imaginary
-        parts side by side.
+    terms : (n_terms, 2 n_rows n_columns)
+        Chebyshev polynomial of the value, by rows, real and imaginary parts side by side.
+    derivative : (n_terms, n_terms)
+        What makes the terms of the derivative of those of the value [s/rad].
     poles : (n_poles,)
         Those near the band [rad/s].
     left, right : (n_rows, n_poles), (n_poles, n_columns)
@@ -119,13 +120,10 @@ class PoleResidueFunction:
         size = np.abs(terms).max(axis=(1, 2))
         n_terms = 2 + int(np.flatnonzero(size > _ROUND_OFF * size.max())[-1])
         terms = terms[: max(n_terms, 2)]
-        slopes = np.zeros_like(terms)
-        slopes[:-1] = chebyshev.chebder(terms) / self.half
         # Real and imaginary parts side by side: the weights of the terms are real.
-        both = np.stack([terms, slopes], axis=1).reshape(len(terms), -1)
-        self.terms = both.view(float)
-        self._bends = np.zeros_like(terms)
-        self._bends[:-2] = chebyshev.chebder(terms, 2) / self.half**2
+        self.terms = np.ascontiguousarray(terms).reshape(len(terms), -1).view(float)
+        self.derivative = np.zeros((len(terms),) * 2)
+        self.derivative[:-1] = chebyshev.chebder(np.eye(len(terms))) / self.half
         self._last: tuple[float, tuple[ComplexArray, ComplexArray]] | None = None
 
     def __call__(self, s: float) -> tuple[ComplexArray, ComplexArray]:
@@ -137,7 +135,8 @@ class PoleResidueFunction:
         if last is not None and last[0] == s:
             return last[1]
         weights, inverse = self._weights(s)
-        value, slope = (weights @ self.terms).view(complex).reshape(2, *self.shape)
+        both = np.array([weights, weights @ self.derivative])
+        value, slope = (both @ self.terms).view(complex).reshape(2, *self.shape)
         factors = np.stack([inverse, -1j * inverse**2])
         near = (self.left * factors[:, None]).reshape(2 * self.shape[0], len(inverse)) @ self.right
         value += near[: self.shape[0]]
@@ -149,7 +148,8 @@ class PoleResidueFunction:
     def curvature(self, s: float) -> ComplexArray:
         """Second derivative by ``s`` [rad/s], (n_rows, n_columns); raises as a value does."""
         weights, inverse = self._weights(s)
-        smooth = np.tensordot(weights, self._bends, 1)
+        bends = weights @ self.derivative @ self.derivative @ self.terms
+        smooth = bends.view(complex).reshape(self.shape)
         return smooth - 2 * (self.left * inverse**3) @ self.right
 
     def _weights(self, s: float) -> tuple[FloatArray, ComplexArray]:
