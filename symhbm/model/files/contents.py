@@ -3,6 +3,7 @@
 from collections.abc import Callable, Iterator, Mapping
 from contextlib import contextmanager
 from dataclasses import replace
+from importlib import import_module
 from pathlib import Path
 from typing import Any, NamedTuple
 
@@ -61,6 +62,20 @@ def told(path: Path, what: str) -> Iterator[None]:
         raise ValueError(
             f"path={str(path)!r}: truncated, damaged, or no {what} ({first})"
         ) from error
+
+
+def optional(module: str, what: str, extra: str) -> Any:
+    """A module that reads some files; ImportError that tells the extra where it is missing."""
+    try:
+        return import_module(module)
+    except ImportError:
+        raise ImportError(f"reading {what} needs more: pip install symhbm[{extra}]") from None
+
+
+def not_of_mesh(count: Mapping[str, int]) -> list[str]:
+    """What is said of elements by type that a mesh leaves out, nothing of none."""
+    types = ", ".join(f"{number} {kind}" for kind, number in count.items())
+    return [f"no part of the mesh: {types}, which are no solids"] * bool(count)
 
 
 def by_kind(path: Path, held: Mapping[str, Any], names: Mapping[str, str]) -> dict[str, Any]:

@@ -14,7 +14,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.model.files.contents import Contents, told
+from symhbm.model.files.contents import Contents, not_of_mesh, optional, told
 from symhbm.model.mesh import Mesh, Modes, Program
 from symhbm.model.places import DIRECTIONS, Places
 
@@ -42,16 +42,9 @@ _NAMES = {"DENS": "density", "EX": "modulus", "NUXY": "poisson"}
 
 def read(files: dict[str, Path], names: Mapping[str, str]) -> Contents:
     """The files of a job by one of them; ImportError without ansys-mapdl-reader."""
-    try:
-        from ansys.mapdl import reader  # type: ignore[import-not-found]
-    except ImportError:
-        raise ImportError(
-            "reading files of Ansys needs ansys-mapdl-reader: pip install symhbm[ansys]"
-        ) from None
-    binary: Any = reader.read_binary
+    reader = optional("ansys.mapdl.reader", "files of Ansys", "ansys")
+    binary = reader.read_binary
     [path] = files.values()
-    if not path.exists():
-        raise FileNotFoundError(f"path={str(path)!r}: no such file")
     beside = {suffix: path.with_suffix(suffix) for suffix in (".full", ".cdb", ".rst")}
     there = {suffix for suffix, file in beside.items() if file.is_file()}
     matrices, places, mesh, held = {}, None, None, None
@@ -142,9 +135,7 @@ def _mesh(held: Any, notes: list[str], components: Any = None) -> Mesh:
             continue
         parts.setdefault(kind, []).append(chosen)
         materials.setdefault(kind, []).append(str(int(element[0])))
-    if dropped:
-        told_of = ", ".join(f"{count} of {kind}" for kind, count in dropped.items())
-        notes.append(f"elements that are no part of the mesh: {told_of}")
+    notes += not_of_mesh(dropped)
     sets = held.node_components if components is None else components
     sets = {str(name): np.asarray(nodes) for name, nodes in sets.items()}
     known = {name: nodes[np.isin(nodes, held.nnum)] for name, nodes in sets.items()}

@@ -9,7 +9,7 @@ from pathlib import Path
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.model.files.contents import LOOK
+from symhbm.model.files.contents import LOOK, not_of_mesh
 from symhbm.model.files.programs.cards import Card, cards
 from symhbm.model.mesh import Mesh, element
 from symhbm.numerics import FloatArray
@@ -59,9 +59,7 @@ class Deck:
                 dropped[family] = dropped.get(family, 0) + len(card.lines)
             else:
                 tables[card] = card.numbers(1 + len(element(kind).points))
-        if dropped:
-            types = ", ".join(f"{count} {kind}" for kind, count in dropped.items())
-            self.notes.append(f"no part of the mesh: {types}, which are no solids")
+        self.notes += not_of_mesh(dropped)
         return tables
 
     @cached_property

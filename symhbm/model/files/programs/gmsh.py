@@ -9,7 +9,7 @@ from typing import Any
 
 import numpy as np
 
-from symhbm.model.files.contents import told
+from symhbm.model.files.contents import optional, told
 from symhbm.model.mesh import Mesh, element, kinds
 from symhbm.model.places import DIRECTIONS, Places
 
@@ -29,10 +29,7 @@ def places_of(path: Path, n_dof: int) -> Places:
 
 def read(path: Path) -> Mesh:
     """The mesh of a file; ImportError without meshio."""
-    try:
-        import meshio  # type: ignore[import-not-found]
-    except ImportError:
-        raise ImportError("reading .msh needs meshio: pip install symhbm[gmsh]") from None
+    meshio = optional("meshio", ".msh", "gmsh")
     with told(path, "mesh of gmsh"):
         held = meshio.read(path)
         node = np.arange(1, len(held.points) + 1)

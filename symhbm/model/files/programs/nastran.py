@@ -16,7 +16,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from symhbm.model.files.contents import Contents, contents_of, told
+from symhbm.model.files.contents import Contents, contents_of, optional, told
 from symhbm.model.mesh import Mesh, Modes, Program
 from symhbm.model.places import DIRECTIONS, Places
 
@@ -42,18 +42,16 @@ _CASE = re.compile(r"^[ \t]*SPC[ \t]*=[ \t]*(\d+)", re.MULTILINE | re.IGNORECASE
 
 def read(files: dict[str, Path], names: Mapping[str, str]) -> Contents:
     """The matrices of one file with its bulk data; ImportError without pyYeti."""
-    try:
-        with np.printoptions():  # which pyYeti changes for all
-            from pyyeti.nastran import bulk, op2, op4  # type: ignore[import-not-found]
-    except ImportError:
-        raise ImportError("reading Nastran needs pyYeti: pip install symhbm[nastran]") from None
+    with np.printoptions():  # which pyYeti changes for all
+        bulk, op2, op4 = (
+            optional(f"pyyeti.nastran.{name}", "files of Nastran", "nastran")
+            for name in ("bulk", "op2", "op4")
+        )
     [path] = files.values()
-    if not path.exists():
-        raise FileNotFoundError(f"path={str(path)!r}: no such file")
     held: dict[str, Any] = {}
     if path.suffix.lower() == ".op4":
         with told(path, "OP4 file"):
-            held = dict(op4.read(str(path), into="dct", sparse=True))  # type: ignore[arg-type]
+            held = dict(op4.read(str(path), into="dct", sparse=True))
     elif path.suffix.lower() == ".op2":
         with told(path, "OP2 file"):
             held = dict(op2.rdmats(str(path), lower=True))
