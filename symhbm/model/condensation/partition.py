@@ -238,6 +238,8 @@ def in_displacements(
         coordinates = RelativeCoordinates.of(structure.directions_of(1), held)
         return structure.along_contacts(coordinates), coordinates
     coordinates = RelativeCoordinates.of(structure.directions, watched)
+    if not len(coordinates.rows):  # what is watched tells all displacements
+        return structure, coordinates
     change = coordinates.change(structure.directions)
     rows = sp.csr_array(structure.directions @ change)
     rows.data[np.abs(rows.data) < 1e-14 * np.abs(rows.data).max(initial=0.0)] = 0.0
