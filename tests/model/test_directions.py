@@ -1,6 +1,5 @@
 """Directions of contacts: pairs of places, weights, arrays, and what reads them."""
 
-import json
 import warnings
 from typing import ClassVar
 
@@ -13,7 +12,6 @@ import symhbm as sh
 from symhbm.balance import is_held
 from symhbm.model import find_symmetry
 from symhbm.model.contacts import Weights
-from symhbm.results.telling import as_text as describe
 from tests.loops import loops_of
 from tests.problems import Coupled, rub
 
@@ -264,26 +262,6 @@ def test_condensed_structures_keep_what_weights_touch():
     recovered = sh.datasets.recover(condensed, point)
     np.testing.assert_allclose(recovered.coefficient, expected, rtol=0, atol=1e-8 * level)
     assert recovered.residual_norm < 1e-9
-
-
-def test_archives_keep_weights(tmp_path):
-    groups = {
-        "rub": sh.Contacts(sh.laws.Coulomb(), [{0: 0.1, 1: -1 / 3}, (2, 3)], **FRICTION),
-        "corner": sh.Contacts(Coupled(), {0: 2.5}, (3,), hardening=1e8),
-    }
-    short = sh.Model(*matrices(4), contacts=[{0: 0.1, 1: -1 / 3}, (2, 3)], **FRICTION)
-    force = sh.forces.PointForce(place=1, amplitude=3.0)
-    for name, model in {"named": sh.Model(*matrices(4), contacts=groups), "short": short}.items():
-        problem = sh.HarmonicBalance(model, force, (1, 3))
-        response = sh.frf(problem, (10, 16), at=[11, 13, 15], progress=False)
-        path = sh.save(response, tmp_path / f"{name}.nc")
-        loaded = sh.load(path)
-        again = sh.datasets.rebuild(loaded, laws=[Coupled()])
-        assert again.model.contacts == model.contacts
-        np.testing.assert_array_equal(again.model.directions.toarray(), model.directions.toarray())
-        report = json.loads(sh.verify(loaded, laws=[Coupled()], exact="none").verification)
-        assert report["passed"], report
-        assert "2 contacts between" in describe(loaded) or "3 contacts" in describe(loaded)
 
 
 def test_loops_are_of_the_weighted_displacement():

@@ -1,7 +1,5 @@
 """Sums of forces, static loads and what they do to responses."""
 
-import json
-
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
@@ -10,7 +8,6 @@ import symhbm as sh
 from symhbm.balance import HarmonicBalance
 from symhbm.model import find_symmetry, force_coefficients
 from symhbm.numerics.fourier import FourierBasis
-from symhbm.results.telling import as_text as describe
 
 BASIS = FourierBasis((0, 1, 2, 3))
 VALUES = dict(mass=1.0, stiffness=1e4, damping=0.5, contact_stiffness=5e3, friction_coefficient=0.5)
@@ -279,25 +276,6 @@ def test_sectors_that_a_static_load_leaves_alike(load, n_sectors):
 
 
 # Archives, pictures, workers
-
-
-@pytest.mark.slow
-def test_archives_keep_sums(tmp_path):
-    force = (
-        WAVE + sh.forces.StaticLoad({0: 20.0, 4: -3.0}) + sh.forces.PointForce(2, 0.1, harmonic=3)
-    )
-    problem = sh.HarmonicBalance(RING, force, (0, 1, 3))
-    sweep = {"engine_order": [1, 2], "force_amplitude": [0.5, 2.0]}
-    response = sh.frf(problem, (12, 20), at=[14, 16.5], over=sweep, progress=False)
-    loaded = sh.load(sh.save(response, tmp_path / "sum.nc"))
-    assert sh.datasets.rebuild(loaded).excitation == force
-    chosen = sh.datasets.rebuild(loaded.isel(engine_order=0, force_amplitude=1)).excitation
-    expected = force.with_parameters(engine_order=1, force_amplitude=2.0)
-    assert chosen == expected
-    report = json.loads(sh.verify(loaded, exact=1, progress=False).verification)
-    assert report["passed"], report
-    text = " ".join(describe(loaded).split())
-    assert "a travelling wave over the blades and static load and point force on blade 2" in text
 
 
 def test_pictures_name_every_force():

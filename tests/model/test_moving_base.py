@@ -160,30 +160,6 @@ def test_reduced_structures_take_the_force_made_with_the_whole_one():
     np.testing.assert_allclose(found.amplitude[:, 0], exact.amplitude[:, watched], rtol=1e-6)
 
 
-@pytest.mark.slow
-def test_archives_of_moving_bases_come_back(tmp_path):
-    whole = chain(6, **FRICTION)
-    base = sh.forces.BaseMotion(velocity=1e-2j, motion="absolute")
-    condensed = sh.condense(whole, base, (4, 14), places=[2], progress=False)
-    reduced = sh.craig_bampton(whole, 3, (4, 14))
-    for i, problem in enumerate(
-        [
-            sh.HarmonicBalance(whole, base + sh.forces.PointForce(amplitude=0.2, phase=1.0)),
-            sh.HarmonicBalance(condensed, base),
-            sh.HarmonicBalance(reduced, base.on(whole)),
-        ]
-    ):
-        response = sh.frf(problem, (5, 12), at=[6, 9], progress=False)
-        assert response.force_amplitude.attrs["units"] == "m s-1"
-        sh.save(response, tmp_path / f"{i}.nc")
-        stored = sh.load(tmp_path / f"{i}.nc")
-        again = sh.frf(sh.datasets.rebuild(stored), (5, 12), at=[6, 9], progress=False)
-        np.testing.assert_allclose(again.coefficient, response.coefficient, rtol=1e-12)
-        both = [sh.datasets.seen_from(each, "base").amplitude for each in (response, stored, again)]
-        np.testing.assert_allclose(both[1], both[0], rtol=1e-14)
-        np.testing.assert_allclose(both[2], both[0], rtol=1e-12)
-
-
 def test_masses_of_samples_move_with_their_base():
     problem = ring(3, 1e4).with_excitation(sh.forces.BaseMotion(acceleration=1.0))
     heavy = problem.with_parameters(mass=[1, 2, 3])
@@ -236,19 +212,6 @@ def test_fields_are_forces_by_any_way_to_tell_them():
     forces = [sh.HarmonicBalance(model, force).force(1.0) for force in each]
     for force in forces:
         np.testing.assert_array_equal(force, np.column_stack([row.real, -row.imag]))
-
-
-def test_fields_come_back_from_archives(tmp_path):
-    problem = sh.HarmonicBalance(
-        chain(places=PLACES), sh.forces.FieldForce({2: {"tip:y": 1.5j}}), (1, 2)
-    )
-    other = sh.HarmonicBalance(
-        chain(places=PLACES), sh.forces.HarmonicForce({1: {"tip:y": 2.0}}), (1, 2)
-    )
-    for i, each in enumerate((problem, other)):
-        sh.save(sh.solve(each, 5.0), tmp_path / f"{i}.nc")
-        again = sh.datasets.rebuild(sh.load(tmp_path / f"{i}.nc"))
-        np.testing.assert_array_equal(again.force(1.0), each.force(1.0))
 
 
 @pytest.mark.parametrize(

@@ -61,15 +61,6 @@ def test_slopes_by_the_frequency_and_the_load_are_differences(kind):
     assert np.abs(by_load).max() > 1
 
 
-def test_archives_keep_the_engine_order(tmp_path):
-    turning = problem_of(slider(centrifugal_load=4e-3, engine_order=ORDER), (1,))
-    response = sh.frf(turning, (12, 24), progress=False)
-    sh.save(response, tmp_path / "turning.nc")
-    rebuilt = sh.datasets.rebuild(sh.load(tmp_path / "turning.nc"))
-    assert rebuilt.model.groups[0].law == turning.model.groups[0].law
-    assert rebuilt.model.groups[0].law.engine_order == ORDER
-
-
 def test_one_without_the_other_is_refused():
     with pytest.raises(ValueError, match=r"centrifugal_load=0\.1, engine_order=None"):
         slider(centrifugal_load=0.1)

@@ -430,21 +430,6 @@ def test_archives_of_condensed_rings_are_those_of_the_ring(tmp_path):
         np.testing.assert_allclose(slopes.values, own.values, rtol=1e-6, atol=1e-12)
 
 
-def test_archives_of_rings_with_a_loss_factor_are_rebuilt(tmp_path):
-    air = sh.Influence({1: 1.0}, {-1: 100 - 20j, 0: 300 + 60j}, 40.0)
-    sector = shrouded(sh.StructuralDamping(0.02), [air])
-    ring = sh.mistuned_ring(sector, stiffness_deviation=0.02 * np.arange(5))
-    problem = sh.HarmonicBalance(ring, sh.forces.EngineOrder(2, pattern={1: 5.0}))
-    sh.frf(problem, (15, 60), archive=tmp_path / "ring.nc", progress=False)
-    rebuilt = sh.datasets.rebuild(sh.load(tmp_path / "ring.nc"))
-    expected = sh.solve(problem, 35.0).amplitude.values
-    np.testing.assert_allclose(sh.solve(rebuilt, 35.0).amplitude.values, expected, rtol=1e-12)
-    other = problem.with_parameters(mass_deviation=0.01)
-    expected = sh.solve(other, 35.0).amplitude.values
-    found = sh.solve(rebuilt.with_parameters(mass_deviation=0.01), 35.0).amplitude.values
-    np.testing.assert_allclose(found, expected, rtol=1e-12)
-
-
 def test_a_ring_with_a_loss_factor_of_a_part_is_not_condensed():
     sector = shrouded(sh.StructuralDamping(0.02))
     force = sh.forces.EngineOrder(2, pattern={1: 5.0})

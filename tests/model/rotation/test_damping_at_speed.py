@@ -121,19 +121,6 @@ def test_reduced_structures_at_a_speed_keep_coriolis_forces(rule):
         np.testing.assert_allclose(found, exact, rtol=1e-9)
 
 
-def test_archive_of_a_structure_at_a_speed_is_rebuilt(tmp_path):
-    loads = dict(centrifugal_load=2e-5, engine_order=2)
-    rotor = disk(RULES[2]).structure.at(SPEED)
-    damper = sh.Friction(
-        tangential=(1,), contact_stiffness=1e4, friction_coefficient=0.5, normal_load=1.0, **loads
-    )
-    problem = sh.HarmonicBalance(rotor.with_contacts(damper=damper), sh.forces.PointForce(1, 5.0))
-    sh.frf(problem, (20, 60), archive=tmp_path / "a.nc", progress=False)
-    again = sh.datasets.rebuild(sh.load(tmp_path / "a.nc"))
-    expected = sh.solve(problem, 40.0).amplitude.values
-    np.testing.assert_allclose(sh.solve(again, 40.0).amplitude.values, expected, rtol=1e-13)
-
-
 def test_loads_at_a_speed_are_those_of_the_speed():
     """Whatever the frequency of the excitation, and at rest."""
     load = 1.0 + 2e-5 * OMEGA**2
