@@ -1,11 +1,42 @@
-"""Calls that write archives, stopped after some of their sets; archives to the bit; commands."""
+"""Problems for archives, calls that are stopped after some sets, archives to the bit; commands."""
 
+import numpy as np
 import pytest
 import xarray as xr
 from click.testing import CliRunner
 
+import symhbm as sh
 from symhbm.cli import main
 from symhbm.response import ensemble
+
+
+def two_masses(back=-5.0):
+    """Contacts between both and to the ground, forces of several harmonics and a static one.
+
+    Springs whose force ``back`` is another one do work around a cycle.
+    """
+    model = sh.Model(
+        [[2.0, 0.1], [0.1, 1.0]],
+        [[0.2, -0.1], [-0.1, 0.3]],
+        [[20.0, -5.0], [back, 10.0]],
+        contacts=[(0, 1), (1,)],
+        contact_stiffness=[3.0, 5.0],
+        friction_coefficient=0.3,
+        normal_load=[1.0, 2.0],
+    )
+    cosine = {0: [0.2, 0.0], 1: [1.0, 0.5]}
+    force = sh.forces.HarmonicForce(cosine=cosine, sine={2: [0.0, 0.3]}, amplitude=1.5)
+    return sh.HarmonicBalance(model, force, harmonics=(0, 1, 2))
+
+
+def three_rings():
+    """Loads and stiffnesses of three blades each, as what to sweep."""
+    rng = np.random.default_rng(2013)
+    loads = xr.DataArray(
+        rng.uniform(2, 4, (3, 3)), dims=("sample", "contact"), coords={"sample": [4, 5, 6]}
+    )
+    stiffness = xr.DataArray(rng.uniform(0.9e4, 1.1e4, (3, 3)), dims=("sample", "dof"))
+    return {"normal_load": loads, "stiffness": stiffness}
 
 
 def counted(patch, stop=None):

@@ -39,11 +39,11 @@ def ring(n_blades=13, contact_stiffness=1e6, engine_order=3, harmonics=(1,), **p
     return sh.HarmonicBalance(model, sh.forces.EngineOrder(engine_order, amplitude=1.0), harmonics)
 
 
-def mistuned(n_blades, order):
-    """A ring whose contacts differ."""
+def mistuned(n_blades=13, order=3, seed=2013, **spreads):
+    """A ring whose contacts differ, by shares of their friction and stiffness and of more."""
     problem = ring(n_blades, engine_order=order)
-    spreads = dict(friction_coefficient=0.4, contact_stiffness=0.2)
-    draws = sh.mistuning.uniform(problem.model, n_samples=1, seed=2013, **spreads)
+    spreads = dict(friction_coefficient=0.4, contact_stiffness=0.2) | spreads
+    draws = sh.mistuning.uniform(problem.model, n_samples=1, seed=seed, **spreads)
     return problem.with_parameters(**{name: draws[name].values[0] for name in spreads})
 
 

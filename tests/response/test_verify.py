@@ -11,6 +11,7 @@ import symhbm as sh
 from studies import fig03_single_blade as fig03
 from studies import fig08_engine_orders as fig08
 from symhbm.response.verification.verify import FIGURES, summary, verify
+from tests.archives import three_rings, two_masses
 from tests.pressed_contact import two_way
 from tests.problems import duffing, ring_of_blades
 from tests.quick import quick_first
@@ -23,31 +24,7 @@ RING = sh.HarmonicBalance(
     harmonics=(1, 3),
 )
 DUFFING = duffing()
-GENERAL = sh.HarmonicBalance(
-    sh.Model(
-        [[2.0, 0.1], [0.1, 1.0]],
-        [[0.2, -0.1], [-0.1, 0.3]],
-        # Not symmetric: the springs do work around a cycle.
-        [[20.0, -5.0], [-4.0, 10.0]],
-        contacts=[(0, 1), (1,)],
-        contact_stiffness=[3.0, 5.0],
-        friction_coefficient=0.3,
-        normal_load=[1.0, 2.0],
-    ),
-    sh.forces.HarmonicForce(
-        cosine={0: [0.2, 0.0], 1: [1.0, 0.5]}, sine={2: [0.0, 0.3]}, amplitude=1.5
-    ),
-    harmonics=(0, 1, 2),
-)
-
-
-def draws():
-    rng = np.random.default_rng(2013)
-    loads = xr.DataArray(
-        rng.uniform(2, 4, (3, 3)), dims=("sample", "contact"), coords={"sample": [4, 5, 6]}
-    )
-    stiffness = xr.DataArray(rng.uniform(0.9e4, 1.1e4, (3, 3)), dims=("sample", "dof"))
-    return {"normal_load": loads, "stiffness": stiffness}
+GENERAL = two_masses(back=-4.0)
 
 
 def general():
@@ -72,7 +49,7 @@ CASES = {
     "cubic stiffness": lambda: sh.follow(
         BLADE, "cubic_stiffness", (1e8, 1e9), frequency=19.5, max_points=50
     ),
-    "ensemble": lambda: sh.frf(RING, (26, 36), at=np.linspace(26, 36, 6), over=draws()),
+    "ensemble": lambda: sh.frf(RING, (26, 36), at=np.linspace(26, 36, 6), over=three_rings()),
     "engine orders": lambda: sh.frf(RING, (28, 32), at=[29, 31], over={"engine_order": [0, 1, 4]}),
     "general": general,
     "sampled": lambda: sh.frf(

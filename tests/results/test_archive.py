@@ -8,41 +8,17 @@ import pytest
 import xarray as xr
 
 import symhbm as sh
+from tests.archives import three_rings, two_masses
 from tests.problems import BLADE as VALUES
 
 BLADE = sh.HarmonicBalance(sh.single_blade(**VALUES), sh.forces.PointForce(phase=0.2))
 RING = sh.HarmonicBalance(sh.bladed_disk(3, **VALUES), sh.forces.EngineOrder(1), harmonics=(1, 3))
-GENERAL = sh.HarmonicBalance(
-    sh.Model(
-        [[2.0, 0.1], [0.1, 1.0]],
-        [[0.2, -0.1], [-0.1, 0.3]],
-        [[20.0, -5.0], [-5.0, 10.0]],
-        contacts=[(0, 1), (1,)],
-        contact_stiffness=[3.0, 5.0],
-        friction_coefficient=0.3,
-        normal_load=[1.0, 2.0],
-    ),
-    sh.forces.HarmonicForce(
-        cosine={0: [0.2, 0.0], 1: [1.0, 0.5]}, sine={2: [0.0, 0.3]}, amplitude=1.5
-    ),
-    harmonics=(0, 1, 2),
-)
-
-
-def draws():
-    rng = np.random.default_rng(2013)
-    return {
-        "normal_load": xr.DataArray(
-            rng.uniform(2, 4, (3, 3)), dims=("sample", "contact"), coords={"sample": [4, 5, 6]}
-        ),
-        "stiffness": xr.DataArray(rng.uniform(0.9e4, 1.1e4, (3, 3)), dims=("sample", "dof")),
-    }
-
+GENERAL = two_masses()
 
 CASES = {
     "path": lambda: sh.frf(BLADE, (10, 30), over={"normal_load": [0.5, 3.0, 500.0]}),
     "grid": lambda: sh.frf(BLADE, (15, 25), at=np.linspace(15, 25, 11)),
-    "ensemble": lambda: sh.frf(RING, (14, 24), over=draws()),
+    "ensemble": lambda: sh.frf(RING, (14, 24), over=three_rings()),
     "engine orders": lambda: sh.frf(RING, (14, 18), at=[15, 17], over={"engine_order": [0, 1, 4]}),
     "blades": lambda: sh.frf(
         sh.HarmonicBalance(RING.model, sh.forces.EngineOrder(1, places=(2, 0, 1))), (14, 16)
