@@ -107,24 +107,34 @@ def halves(modulus, density):
     )
 
 
-def one_side_depends(folder):
-    """Rows of a node of the right side left out, as equations leave them out."""
+def without_rows(folder, of):
+    """Matrices without the rows of a node or of node.direction, as of what depends on others."""
     rows = (folder / "still.dof").read_text().split()
-    node = next(
-        node for node in re.findall(r"NSET=free_right\n(\d+),", (folder / "mesh.inp").read_text())
-    )
-    gone = {k for k, row in enumerate(rows, 1) if row.split(".")[0] == node}
-    number = {
-        k: at for at, k in enumerate((k for k in range(1, len(rows) + 1) if k not in gone), 1)
-    }
-    (folder / "still.dof").write_text("\n".join(rows[k - 1] for k in number) + "\n")
+    gone = {k for k, row in enumerate(rows, 1) if of in (row, row.split(".")[0])}
+    kept = [k for k in range(1, len(rows) + 1) if k not in gone]
+    number = {k: at for at, k in enumerate(kept, 1)}
+    (folder / "still.dof").write_text("\n".join(rows[k - 1] for k in kept) + "\n")
     for suffix in ("sti", "mas"):
         entries = [line.split() for line in (folder / f"still.{suffix}").read_text().splitlines()]
         (folder / f"still.{suffix}").write_text("".join(
             f"{number[int(i)]} {number[int(j)]} {value}\n"
             for i, j, value in entries if not {int(i), int(j)} & gone
         ))  # fmt: skip
+
+
+def one_side_depends(folder):
+    """Equations of a node of the right side alone."""
+    node = re.search(r"NSET=free_right\n(\d+),", (folder / "mesh.inp").read_text())[1]
+    without_rows(folder, node)
     edited(r"^\*STEP", f"*EQUATION\n2\n{node},1,1., 1,1,-1.\n*STEP", "still.inp")(folder)
+
+
+def held_along_axes_of_its_own(folder):
+    """A node that is held along its radius, for which one of x and y is no row."""
+    node = re.search(r"NSET=tip\n(\d+),", (folder / "mesh.inp").read_text())[1]
+    without_rows(folder, f"{node}.1")
+    cards = "*TRANSFORM, NSET=tip, TYPE=C\n0,0,0, 0,0,1\n*BOUNDARY\n"
+    edited(r"^\*BOUNDARY", f"{cards}{node},1,1")(folder)
 
 
 def quadratic_beside(folder):
@@ -207,6 +217,9 @@ NOT_REFUSED = {
     "equations of one side": (
         one_side_depends, "1 pairs of the sides are not free alike .*equations of one side"
     ),
+    "supports along axes of nodes": (
+        held_along_axes_of_its_own, "1 nodes are held along axes of their own, by .TRANSFORM"
+    ),
     "supports that the matrices do not have": (
         edited(r"^\*BOUNDARY", "*BOUNDARY\ntip, 3, 3"), "directions of supports are free"
     ),
@@ -287,6 +300,9 @@ REFUSED = {
         edited(r"^\*MATERIAL", "*ELEMENT, TYPE=C3D4, ELSET=b\n3,1,2,4,9\n*MATERIAL"),
         ValueError,
         "element 3 comes twice",
+    ),
+    "rows of nodes that the program made": (
+        edited(r"^22\.1", "99.1", "still.dof"), ValueError, "node 99 .* shells, beams and rigid"
     ),
     "a section of a material that is not there": (
         edited("MATERIAL=steel$", "MATERIAL=stele"), ValueError, "unknown material stele"

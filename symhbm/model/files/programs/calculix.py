@@ -16,7 +16,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from symhbm.model.cyclic import PER_MINUTE
-from symhbm.model.files.contents import Contents, told
+from symhbm.model.files.contents import LOOK, Contents, told
 from symhbm.model.files.programs.cards import Card
 from symhbm.model.files.programs.deck import Deck
 from symhbm.model.files.programs.frd import read_results, version_of
@@ -160,6 +160,11 @@ def _speed(deck: Deck, notes: list[str]) -> float | None:
 def _held(deck: Deck, places: Places) -> tuple[Any, list[str]]:
     """Supports (n, 2), node and direction, and in words what is no row of the matrices."""
     mesh = deck.mesh
+    if (others := np.setdiff1d(places.node, mesh.node)).size:
+        raise ValueError(
+            f"node {others[0]} of the matrices is none of *NODE: shells, beams and rigid bodies "
+            "have nodes of their own, which are not read"
+        )
     missing, fixed, lasting = np.zeros((3, len(mesh.node), 3), dtype=bool)
     for block in mesh.elements.values():
         missing[mesh.at(block)] = True
@@ -181,6 +186,12 @@ def _held(deck: Deck, places: Places) -> tuple[Any, list[str]]:
     ]
     # Of nodes with axes of their own, one direction of a support is none of x, y and z.
     turned = deck.members([[card.options["NSET"]] for card in deck.of("TRANSFORM")], deck.sets)
+    partly = np.isin(mesh.node, turned) & missing.any(axis=1) & ~missing.all(axis=1)
+    if partly.any():
+        words.append(
+            f"{LOOK}{partly.sum()} nodes are held along axes of their own, by *TRANSFORM: a motion "
+            f"along one of x, y and z moves them along others (the first: {mesh.node[partly][0]})"
+        )
     # Those before all steps hold in each: where the matrices have them free, the deck was changed.
     held = (held | lasting) & ~np.isin(mesh.node, turned)[:, None] | held.all(axis=1, keepdims=True)
     at, way = np.nonzero(held)
