@@ -3,8 +3,10 @@
 import math
 import pickle
 import re
+from collections.abc import Callable, Iterable
 from concurrent.futures import ThreadPoolExecutor
 from contextlib import contextmanager
+from functools import partial
 from pathlib import Path
 from typing import Any
 
@@ -62,52 +64,95 @@ def labelled(values, *dims, **coords):
     return xr.DataArray(values, dims=dims, coords=coords)
 
 
-def short(value):
-    """Name of a test."""
-    if isinstance(value, xr.DataArray):
-        return f"{value.values.tolist()} along {' '.join(map(str, value.dims))}"
-    return value if isinstance(value, str) else repr(value)
+# Values that are bad by themselves: the message shows them behind the name of the argument
+
+MATRICES = ("mass_matrix", "damping_matrix", "stiffness_matrix")
+CONTACT = dict(contact_stiffness=1.0, friction_coefficient=1.0, normal_load=1.0)
+PAIR = dict(contacts=[(0, 1), (0,)], **CONTACT)
 
 
-# Models
+def each(name: str, *values: Any) -> list[tuple[str, Any]]:
+    return [(name, value) for value in values]
+
+
+def of_each(names: Iterable[str], *values: Any) -> list[tuple[str, Any]]:
+    return [pair for name in names for pair in each(name, *values)]
+
+
+OF_CURVES = [
+    *each("band", (10, 10), (0, 10), (-5, 10), (-10, -5), (NAN, 10), (10, NAN), (10, INF)),
+    *each("band", (), (10,), 10, (10, 11, 12), [[10, 11]]),
+    *each("band", ("10", "11"), "10-11", (10, None), None, (10, 11j)),
+    *each("at", [9.9, 10.5], [10.5, 11.1], [10.5, 10.2], [10.2, 10.2], [-10.5], [0, 10.5]),
+    *each("at", [], 10.5, [[10.2, 10.5]], [[10.2], [10.3, 10.4]]),
+    *each("at", [10.5, NAN], [10.5, INF], ["10.5"], "10.5", [None], [10.5j]),
+    *each("max_points", 1, 0, -5, 2.5, *NOT_NUMBERS, [10]),
+]
+OF_PROBLEMS = [
+    *BAD_VALUES,
+    *of_each(PARAMETERS, [1.0, 2.0]),
+    ("mass", 0.0),
+    *each("force_amplitude", *NOT_NUMBERS, [1.0]),
+    *each("engine_order", *NOT_NUMBERS, 1.5, [1]),
+]
+OF_POINT_FORCES = [
+    *each("place", -1, 0.5, *NOT_NUMBERS, [0]),
+    *each("harmonic", 0, -1, 1.5, *NOT_NUMBERS, [1]),
+    *of_each(["amplitude", "phase"], *NOT_NUMBERS, [1.0]),
+]
+OF_WAVES = [
+    *each("harmonic", 0, -1, 1.5, "1", None, NAN),
+    *each("amplitude", *NOT_NUMBERS, [1.0]),
+]
+OF_BASES = each(
+    "harmonics", (), (0,), (-1, 1), (1.5,), (1, 1), (1, NAN), (None,), ("1",), (1j,), "1", "", 1,
+    [[1]],
+)  # fmt: skip
+PATHS = each("path", None, 5, 1.5)
+GIVEN_TO: dict[str, tuple[Callable[..., Any], list[tuple[str, Any]]]] = {
+    "blade": (
+        lambda **bad: sh.single_blade(**PARAMETERS | bad),
+        BAD_VALUES + of_each(PARAMETERS, [1.0, 1.0]),
+    ),
+    "ring": (
+        lambda **bad: sh.bladed_disk(3, **PARAMETERS | bad),
+        [(name, [1.0, value, 1.0]) for name, value in BAD_VALUES],
+    ),
+    "number of blades": (
+        lambda **bad: sh.bladed_disk(**PARAMETERS | bad),
+        each("n_blades", 2, 1, 0, -3, 3.5, *NOT_NUMBERS, "3", [3], True),
+    ),
+    "contact": (
+        lambda **bad: sh.Model(*[np.eye(2)] * 3, **PAIR | bad),
+        of_each(CONTACT, *NOT_NUMBERS, -1.0, [1.0], [1.0] * 3)
+        + each("cubic_stiffness", NAN, INF, "1", 1j, [1.0], [1.0] * 3),
+    ),
+    "problem": (PROBLEM.with_parameters, OF_PROBLEMS),
+    "point force": (sh.forces.PointForce, OF_POINT_FORCES),
+    "order": (sh.forces.EngineOrder, each("order", 1.5, -0.5, *NOT_NUMBERS, [1], True)),
+    "wave": (lambda **bad: sh.forces.EngineOrder(1, **bad), OF_WAVES),
+    "basis": (lambda **bad: sh.HarmonicBalance(RING, sh.forces.EngineOrder(1), **bad), OF_BASES),
+    "point": (
+        lambda **bad: sh.solve(PROBLEM, **bad),
+        each("frequency", 0, -1.0, *NOT_NUMBERS, [10.0], [10.0, 20.0], []),
+    ),
+    "curve": (frf, OF_CURVES),
+    "saving": (lambda path: sh.save(sh.solve(PROBLEM, 10.0), path), PATHS),
+    "loading": (sh.load, PATHS),
+}
 
 
 @pytest.mark.parametrize(
-    ("name", "value"), [*BAD_VALUES, *((name, [1.0, 1.0]) for name in PARAMETERS)], ids=repr
+    ("to", "name", "value"),
+    [(to, *pair) for to, (_, pairs) in GIVEN_TO.items() for pair in pairs],
+    ids=repr,
 )
-def test_parameter_of_the_blade(name, value):
+def test_bad_values_are_shown(to, name, value):
     with refused(f"{name}={value!r}"):
-        sh.single_blade(**PARAMETERS | {name: value})
+        GIVEN_TO[to][0](**{name: value})
 
 
-@pytest.mark.parametrize(("name", "value"), BAD_VALUES, ids=repr)
-def test_one_parameter_of_the_ring(name, value):
-    values = [1.0, value, 1.0]
-    with refused(f"{name}={values!r}"):
-        sh.bladed_disk(3, **PARAMETERS | {name: values})
-
-
-@pytest.mark.parametrize("name", PARAMETERS)
-@pytest.mark.parametrize("value", [[], [1.0], [1.0] * 2, [1.0] * 4, [[1.0] * 3]], ids=repr)
-def test_number_of_values(name, value):
-    with refused(f"{name}={value!r}", "3"):
-        sh.bladed_disk(3, **PARAMETERS | {name: value})
-
-
-def test_zero_mass():
-    with refused("mass=0", "> 0"):
-        sh.single_blade(**PARAMETERS | {"mass": 0})
-    with refused("mass=[1, 0, 1]", "> 0"):
-        sh.bladed_disk(3, **PARAMETERS | {"mass": [1, 0, 1]})
-
-
-@pytest.mark.parametrize("value", [2, 1, 0, -3, 3.5, *NOT_NUMBERS, "3", [3], True], ids=repr)
-def test_number_of_blades(value):
-    with refused(f"n_blades={value!r}"):
-        sh.bladed_disk(value, **PARAMETERS)
-
-
-MATRICES = ("mass_matrix", "damping_matrix", "stiffness_matrix")
+# What does not go together, or is another thing: words that the message has
 
 
 def model_with(name, matrix):
@@ -115,94 +160,236 @@ def model_with(name, matrix):
     return sh.Model(**matrices | {name: matrix})
 
 
-@pytest.mark.parametrize("name", MATRICES)
-@pytest.mark.parametrize(
-    ("matrix", "word"),
-    [
-        (np.ones((2, 3)), "(2, 3)"),
-        (np.zeros((0, 0)), "(0, 0)"),
-        ([1.0, 1.0], "(2,)"),
-        (1.0, "()"),
-        (np.ones((1, 2, 2)), "(1, 2, 2)"),
-        (sp.csr_array(np.ones((2, 3))), "(2, 3)"),
-        ([[1.0, NAN], [NAN, 1.0]], "nan"),
-        (sp.csr_array([[INF, 0.0], [0.0, 1.0]]), "inf"),
-        ([["1", "0"], ["0", "1"]], "'1'"),
-        ([[1.0, 1j], [-1j, 1.0]], "1j"),
-        (sp.csc_array([[1.0, 1j], [-1j, 1.0]]), "_matrix"),
-        ([[1.0, 0.0], [0.0]], "[0.0]"),
-        (None, "None"),
-        ("matrix", "'matrix'"),
-    ],
-    ids=lambda value: value if isinstance(value, str) else type(value).__name__,
+BAD_MATRICES = [
+    (np.ones((2, 3)), "(2, 3)"),
+    (np.zeros((0, 0)), "(0, 0)"),
+    ([1.0, 1.0], "(2,)"),
+    (1.0, "()"),
+    (np.ones((1, 2, 2)), "(1, 2, 2)"),
+    (sp.csr_array(np.ones((2, 3))), "(2, 3)"),
+    ([[1.0, NAN], [NAN, 1.0]], "nan"),
+    (sp.csr_array([[INF, 0.0], [0.0, 1.0]]), "inf"),
+    ([["1", "0"], ["0", "1"]], "'1'"),
+    ([[1.0, 1j], [-1j, 1.0]], "1j"),
+    (sp.csc_array([[1.0, 1j], [-1j, 1.0]]), "_matrix"),
+    ([[1.0, 0.0], [0.0]], "[0.0]"),
+    (None, "None"),
+    ("matrix", "'matrix'"),
+]
+BAD_CONTACTS = [
+    ([(0, 1), (1, 2)], "contacts[1]=2"),
+    ([(-1, 0)], "contacts[0]=-1"),
+    ([(2,)], "contacts[0]=2"),
+    ([2], "contacts[0]=2"),
+    ([0, 1], "contacts[0]=0: expected (first, second)"),
+    ((0, 1), "contacts[0]=0: expected (first, second)"),
+    ([(0, 0)], "contacts[0]=(0, 0)"),
+    ([(1, 0), (1, 1.0)], "contacts[1]=(1, 1.0)"),
+    ([(0, 1, 2)], "contacts[0]=(0, 1, 2)"),
+    ([()], "contacts[0]=()"),
+    ([(0, 0.5)], "contacts[0]=0.5"),
+    ([(0, NAN)], "contacts[0]=nan"),
+    ([(0, None)], "contacts[0]=None"),
+    ([(0, 1j)], "contacts[0]=1j"),
+    (["01"], "contacts[0]='0"),
+    ("01", "contacts='01'"),
+    (None, "contacts=None"),
+    (1, "contacts=1"),
+]
+BAD_PLACES = [
+    ([], "[]"), ([0, 1, 0], "[0, 1, 0]"), ([0, -1], "-1"), ([0, 0.5], "0.5"), ([0, NAN], "nan"),
+    ([0, None], "None"), ("012", "'0"), (5, "5"),
+]  # fmt: skip
+BAD_FORCES = [
+    (dict(), ["cosine={}", "sine={}"]),
+    (dict(cosine=[1.0]), ["cosine=[1.0]", "mapping"]),
+    (dict(sine=None), ["sine=None", "mapping"]),
+    (dict(cosine={-1: [1.0]}), ["cosine", "-1"]),
+    (dict(cosine={1.5: [1.0]}), ["cosine", "1.5"]),
+    (dict(cosine={"1": [1.0]}), ["cosine", "'1'"]),
+    (dict(sine={0: [1.0]}), ["sine", "0"]),
+    (dict(cosine={1: [NAN]}), ["cosine[1]=[nan]"]),
+    (dict(sine={1: ["1"]}), ["sine[1]=['1']"]),
+    (dict(sine={1: None}), ["sine[1]=None"]),
+    (dict(cosine={1: [1j]}), ["cosine[1]=[1j]"]),
+    (dict(cosine={1: [[1.0, 2.0]]}), ["cosine[1]=[[1.0, 2.0]]"]),
+    (dict(cosine={1: [1.0]}, amplitude=INF), ["amplitude=inf"]),
+]
+NOT_OF_A_RING = [
+    (sh.forces.PointForce(place=3), ["place=3", "0 to 2"]),
+    (sh.forces.EngineOrder(1, places=(0, 1, 3)), ["places=3", "0 to 2"]),
+    (sh.forces.HarmonicForce(cosine={1: [1.0, 2.0]}), ["cosine[1]", "3", "2"]),
+    (sh.forces.HarmonicForce(sine={1: [1.0] * 4}), ["sine[1]", "3", "4"]),
+    (sh.forces.PointForce(harmonic=3), ["harmonics=(1, 2)", "3"]),
+    (sh.forces.EngineOrder(1, harmonic=3), ["harmonics=(1, 2)", "3"]),
+    (sh.forces.HarmonicForce(cosine={0: [1.0] * 3}), ["harmonics=(1, 2)", "0"]),
+    (sh.forces.HarmonicForce(sine={1: [1.0] * 3, 4: [1.0] * 3}), ["harmonics=(1, 2)", "4"]),
+]
+MISSPELT = [
+    ("normal_lod", "normal_load"),
+    ("stifness", "stiffness"),
+    ("friction", "friction_coeff"),
+]
+OTHER_NAMES = [("normal_lod", "normal_load"), ("amplitude", "force_amplitude"), ("Mass", "mass")]
+EVERYTHING = [*PARAMETERS, "force_amplitude", "engine_order"]
+BAD_SWEEPS = [
+    *each("normal_load", *([1.0, value] for value in (-1.0, *NOT_NUMBERS))),
+    *each("normal_load", "1", None, 1j, NAN, -1.0, {1: 2.0}),
+    *[("mass", [1.0, 0.0]), ("stiffness", [-1.0]), ("force_amplitude", [NAN])],
+    *each("engine_order", [1.0, 1.5], 0.5, [1, NAN], ["1"], labelled([1.5], "sample")),
+    *each("normal_load", [[1.0, 2.0, 3.0]], [[1.0], [2.0, 3.0]], []),
+    *each("normal_load", *(labelled(v, "sample") for v in ([1, -1], [1, NAN], ["1", "2"], [2j]))),
+    ("normal_load", labelled([], "sample")),
+]
+BAD_DIMENSIONS = [
+    ("normal_load", labelled([1.0, 2.0], "contact"), ["3", "2", "contact"]),
+    ("stiffness", labelled(np.ones((2, 4)), "sample", "dof"), ["3", "4", "dof"]),
+    ("normal_load", labelled([1.0] * 3, "dof"), ["dof"]),
+    ("mass", labelled([1.0] * 3, "contact"), ["contact"]),
+    ("force_amplitude", labelled([1.0] * 3, "dof"), ["dof"]),
+    ("engine_order", labelled([1] * 3, "contact"), ["contact"]),
+    ("normal_load", labelled([1.0] * 3, "contact", contact=[2, 1, 0]), ["contact"]),
+    # Names that the result needs for something else.
+    *(
+        ("normal_load", labelled([1.0, 2.0], name), [name])
+        for name in ("point", "frequency", "harmonic", "peak", "amplitude", "engine_order", "mass")
+    ),
+    ("normal_load", labelled([1.0], "s", amplitude=("s", [7.0])), ["amplitude"]),
+]
+SHORTER, LONGER = labelled([1.0, 2.0], "sample"), labelled([1e4, 2e4, 3e4], "sample")
+ONE_ORDER, OTHER_ORDER = (
+    labelled([1e4, 2e4], "sample", sample=order) for order in ([0, 1], [1, 0])
 )
-def test_matrix(name, matrix, word):
-    with refused(name, word):
-        model_with(name, matrix)
+"""Pairing by position would pair what the labels say does not belong together."""
+FORCE = sh.forces.PointForce()
 
-
-@pytest.mark.parametrize("name", ["mass_matrix", "stiffness_matrix"])
-def test_matrix_with_a_negative_diagonal(name):
-    with refused(name, "-1"):
-        model_with(name, [[-1.0, 0.0], [0.0, 1.0]])
-
-
-@pytest.mark.parametrize("name", MATRICES)
-def test_matrices_that_do_not_match(name):
-    with refused("_matrix", "(2, 2)", "(3, 3)"):
-        model_with(name, np.eye(3))
-
-
-def test_mass_matrix_is_positive_and_symmetric():
-    with refused("mass_matrix", "symmetric", "0.5"):
-        model_with("mass_matrix", [[1.0, 0.5], [0.0, 1.0]])
-
-
-@pytest.mark.parametrize(
-    ("contacts", "word"),
-    [
-        ([(0, 1), (1, 2)], "contacts[1]=2"),
-        ([(-1, 0)], "contacts[0]=-1"),
-        ([(2,)], "contacts[0]=2"),
-        ([2], "contacts[0]=2"),
-        ([0, 1], "contacts[0]=0: expected (first, second)"),
-        ((0, 1), "contacts[0]=0: expected (first, second)"),
-        ([(0, 0)], "contacts[0]=(0, 0)"),
-        ([(1, 0), (1, 1.0)], "contacts[1]=(1, 1.0)"),
-        ([(0, 1, 2)], "contacts[0]=(0, 1, 2)"),
-        ([()], "contacts[0]=()"),
-        ([(0, 0.5)], "contacts[0]=0.5"),
-        ([(0, NAN)], "contacts[0]=nan"),
-        ([(0, None)], "contacts[0]=None"),
-        ([(0, 1j)], "contacts[0]=1j"),
-        (["01"], "contacts[0]='0"),
-        ("01", "contacts='01'"),
-        (None, "contacts=None"),
-        (1, "contacts=1"),
-    ],
-    ids=str,
-)
-def test_contacts(contacts, word):
-    with refused(word, allowed="expected|joins two different DOFs"):
-        sh.Model(np.eye(2), np.eye(2), np.eye(2), contacts=contacts)
-
-
-CONTACT = dict(contact_stiffness=1.0, friction_coefficient=1.0, normal_load=1.0)
-
-
-@pytest.mark.parametrize(
-    ("name", "value"),
-    [
-        *((name, value) for name in CONTACT for value in (*NOT_NUMBERS, -1.0, [1.0], [1.0] * 3)),
-        *(("cubic_stiffness", value) for value in (NAN, INF, "1", 1j, [1.0], [1.0] * 3)),
-    ],
-    ids=repr,
-)
-def test_contact_parameter_of_a_model(name, value):
-    with refused(f"{name}={value!r}"):
-        sh.Model(
-            np.eye(2), np.eye(2), np.eye(2), contacts=[(0, 1), (0,)], **CONTACT | {name: value}
+Case = tuple[Callable[[], Any], list[str]]
+UNFIT: list[Case] = [
+    *(
+        (partial(sh.bladed_disk, 3, **PARAMETERS | {name: value}), [f"{name}={value!r}", "3"])
+        for name, value in of_each(PARAMETERS, [], [1.0], [1.0] * 2, [1.0] * 4, [[1.0] * 3])
+    ),
+    (lambda: sh.single_blade(**PARAMETERS | {"mass": 0}), ["mass=0", "> 0"]),
+    (lambda: sh.bladed_disk(3, **PARAMETERS | {"mass": [1, 0, 1]}), ["mass=[1, 0, 1]", "> 0"]),
+    *(
+        (partial(model_with, name, matrix), [name, word])
+        for name in MATRICES
+        for matrix, word in BAD_MATRICES
+    ),
+    *(
+        (partial(model_with, name, np.diag([-1.0, 1.0])), [name, "-1"])
+        for name in ("mass_matrix", "stiffness_matrix")
+    ),
+    *((partial(model_with, name, np.eye(3)), ["_matrix", "(2, 2)", "(3, 3)"]) for name in MATRICES),
+    (
+        lambda: model_with("mass_matrix", [[1.0, 0.5], [0.0, 1.0]]),
+        ["mass_matrix", "symmetric", "0.5"],
+    ),
+    *(
+        (partial(sh.forces.EngineOrder, 1, places=places), [f"places={word}"])
+        for places, word in BAD_PLACES
+    ),
+    *((partial(sh.forces.HarmonicForce, **given), words) for given, words in BAD_FORCES),
+    *((partial(sh.HarmonicBalance, RING, force, (1, 2)), words) for force, words in NOT_OF_A_RING),
+    *(
+        (partial(sh.HarmonicBalance, value, FORCE), ["model=", "Model"])
+        for value in (None, "ring", 1, PROBLEM, np.eye(3))
+    ),
+    *(
+        (partial(sh.HarmonicBalance, RING, value), ["excitation=", "excitation"])
+        for value in ("force", 1.0, np.ones(3), RING, sh.forces.PointForce)
+    ),
+    *(
+        (partial(verb, value, at), ["problem=", "HarmonicBalance"])
+        for verb, at in ((sh.solve, 10.0), (sh.frf, BAND))
+        for value in (None, "problem", RING, xr.Dataset())
+    ),
+    *((partial(frf, over={name: value}), [name]) for name, value in BAD_SWEEPS),
+]
+UNKNOWN: list[Case] = [
+    *(
+        (
+            partial(thing.with_parameters, **{name: 1.0}),
+            [name, *PARAMETERS, f"did you mean '{nearest}"],
         )
+        for thing in (RING, PROBLEM)
+        for name, nearest in MISSPELT
+    ),
+    (
+        lambda: sh.forces.EngineOrder(1).with_parameters(engine_ordr=2),
+        ["engine_ordr", "force_amplitude", "did you mean 'engine_order'"],
+    ),
+    (lambda: FORCE.with_parameters(engine_order=2), ["engine_order", "force_amplitude"]),
+    (
+        lambda: model_with("mass_matrix", np.eye(2)).with_parameters(mass=1.0),
+        ["mass", "contact_stiffness"],
+    ),
+    *(
+        (partial(frf, over={name: [1.0]}), [name, *EVERYTHING, f"did you mean '{nearest}'"])
+        for name, nearest in OTHER_NAMES
+    ),
+    *(
+        (
+            partial(
+                frf, over=xr.Dataset({one: ("sample", [1.0]) for one in ("normal_load", name)})
+            ),
+            [name, *EVERYTHING],
+        )
+        for name, _ in OTHER_NAMES
+    ),
+    (lambda: frf(over={1: [1.0]}), ["1", *EVERYTHING]),
+]
+OF_ANOTHER_KIND: list[Case] = [
+    *(
+        (partial(frf, over=value), ["over=", "mapping"])
+        for value in ("normal_load", 5, ["normal_load"], [("normal_load", [1.0])], SHORTER)
+    ),
+    *(
+        (partial(frf, executor=value), ["executor=", "Executor"])
+        for value in ("pool", 4, [], ThreadPoolExecutor)
+    ),
+    (lambda: frf(executer=2), ["executer=2", "did you mean 'executor'"]),
+    (lambda: sh.nonlinear_modes(PROBLEM, verifiable=True), ["verifiable=True", "progress"]),
+]
+CASES = [
+    *((*one, {}) for one in UNFIT),
+    *((*one, dict(kind=KeyError)) for one in UNKNOWN),
+    *((*one, dict(kind=TypeError)) for one in OF_ANOTHER_KIND),
+    *(
+        (
+            partial(sh.Model, *[np.eye(2)] * 3, contacts=contacts),
+            [word],
+            dict(allowed="expected|joins two different DOFs"),
+        )
+        for contacts, word in BAD_CONTACTS
+    ),
+    *(
+        (
+            partial(frf, over={name: value}),
+            ["over", name, *words],
+            dict(allowed="expected|has no value per|one of the result's own"),
+        )
+        for name, value, words in BAD_DIMENSIONS
+    ),
+    (
+        lambda: frf(over={"normal_load": SHORTER, "contact_stiffness": LONGER}),
+        ["over", "contact_stiffness", "sample", "2", "3"],
+        dict(allowed="elsewhere it has 2"),
+    ),
+    (
+        lambda: frf(over={"normal_load": ONE_ORDER, "contact_stiffness": OTHER_ORDER}),
+        ["over", "contact_stiffness", "sample"],
+        dict(allowed="elsewhere|expected"),
+    ),
+]
+
+
+@pytest.mark.parametrize(
+    ("call", "words", "options"), CASES, ids=[words[0] for _, words, _ in CASES]
+)
+def test_what_does_not_fit_is_named(call, words, options):
+    with refused(*words, **options):
+        call()
 
 
 @pytest.mark.parametrize("name", [*MATRICES, "contacts", "normal_load", "lumped", "anything"])
@@ -223,338 +410,6 @@ def test_parameter_arrays_cannot_be_written(name):
 def test_matrices_cannot_be_written(name):
     with pytest.raises(ValueError, match="read-only"):
         getattr(RING, name)[0, 0] = 2.0
-
-
-# Unknown parameters and bad values by name
-
-
-@pytest.mark.parametrize("thing", [RING, PROBLEM], ids=["model", "problem"])
-@pytest.mark.parametrize(
-    ("name", "nearest"),
-    [("normal_lod", "normal_load"), ("stifness", "stiffness"), ("friction", "friction_coeff")],
-)
-def test_unknown_parameter(thing, name, nearest):
-    with refused(name, *PARAMETERS, f"did you mean '{nearest}", kind=KeyError):
-        thing.with_parameters(**{name: 1.0})
-
-
-def test_unknown_parameter_of_an_excitation():
-    with refused("engine_ordr", "force_amplitude", "did you mean 'engine_order'", kind=KeyError):
-        sh.forces.EngineOrder(1).with_parameters(engine_ordr=2)
-    with refused("engine_order", "force_amplitude", kind=KeyError):
-        sh.forces.PointForce().with_parameters(engine_order=2)
-
-
-def test_a_general_model_has_no_blades():
-    with refused("mass", "contact_stiffness", kind=KeyError):
-        model_with("mass_matrix", np.eye(2)).with_parameters(mass=1.0)
-
-
-@pytest.mark.parametrize(
-    ("name", "value"),
-    [
-        *BAD_VALUES,
-        *[(name, [1.0, 2.0]) for name in PARAMETERS],
-        ("mass", 0.0),
-        *[("force_amplitude", value) for value in (*NOT_NUMBERS, [1.0])],
-        *[("engine_order", value) for value in (*NOT_NUMBERS, 1.5, [1])],
-    ],
-    ids=short,
-)
-def test_bad_value_of_a_named_parameter(name, value):
-    with refused(f"{name}={value!r}"):
-        PROBLEM.with_parameters(**{name: value})
-
-
-# Excitations
-
-
-@pytest.mark.parametrize(
-    ("name", "values"),
-    [
-        ("place", [-1, 0.5, *NOT_NUMBERS, [0]]),
-        ("harmonic", [0, -1, 1.5, *NOT_NUMBERS, [1]]),
-        ("amplitude", [*NOT_NUMBERS, [1.0]]),
-        ("phase", [*NOT_NUMBERS, [1.0]]),
-    ],
-)
-def test_point_force(name, values):
-    for value in values:
-        with refused(f"{name}={value!r}"):
-            sh.forces.PointForce(**{name: value})
-
-
-@pytest.mark.parametrize("value", [1.5, -0.5, *NOT_NUMBERS, [1], True], ids=repr)
-def test_engine_order(value):
-    with refused(f"order={value!r}"):
-        sh.forces.EngineOrder(value)
-
-
-@pytest.mark.parametrize(
-    ("name", "values"),
-    [("harmonic", [0, -1, 1.5, "1", None, NAN]), ("amplitude", [*NOT_NUMBERS, [1.0]])],
-)
-def test_number_of_an_engine_order(name, values):
-    for value in values:
-        with refused(f"{name}={value!r}"):
-            sh.forces.EngineOrder(1, **{name: value})
-
-
-@pytest.mark.parametrize(
-    ("blades", "word"),
-    [
-        ([], "[]"),
-        ([0, 1, 0], "[0, 1, 0]"),
-        ([0, -1], "-1"),
-        ([0, 0.5], "0.5"),
-        ([0, NAN], "nan"),
-        ([0, None], "None"),
-        ("012", "'0"),
-        (5, "5"),
-    ],
-    ids=str,
-)
-def test_blades_of_an_engine_order(blades, word):
-    with refused(f"places={word}"):
-        sh.forces.EngineOrder(1, places=blades)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        (dict(), ["cosine={}", "sine={}"]),
-        (dict(cosine=[1.0]), ["cosine=[1.0]", "mapping"]),
-        (dict(sine=None), ["sine=None", "mapping"]),
-        (dict(cosine={-1: [1.0]}), ["cosine", "-1"]),
-        (dict(cosine={1.5: [1.0]}), ["cosine", "1.5"]),
-        (dict(cosine={"1": [1.0]}), ["cosine", "'1'"]),
-        (dict(sine={0: [1.0]}), ["sine", "0"]),
-        (dict(cosine={1: [NAN]}), ["cosine[1]=[nan]"]),
-        (dict(sine={1: ["1"]}), ["sine[1]=['1']"]),
-        (dict(sine={1: None}), ["sine[1]=None"]),
-        (dict(cosine={1: [1j]}), ["cosine[1]=[1j]"]),
-        (dict(cosine={1: [[1.0, 2.0]]}), ["cosine[1]=[[1.0, 2.0]]"]),
-        (dict(cosine={1: [1.0]}, amplitude=INF), ["amplitude=inf"]),
-    ],
-    ids=str,
-)
-def test_harmonic_force(arguments, words):
-    with refused(*words):
-        sh.forces.HarmonicForce(**arguments)
-
-
-@pytest.mark.parametrize(
-    ("excitation", "words"),
-    [
-        (sh.forces.PointForce(place=3), ["place=3", "0 to 2"]),
-        (sh.forces.EngineOrder(1, places=(0, 1, 3)), ["places=3", "0 to 2"]),
-        (sh.forces.HarmonicForce(cosine={1: [1.0, 2.0]}), ["cosine[1]", "3", "2"]),
-        (sh.forces.HarmonicForce(sine={1: [1.0] * 4}), ["sine[1]", "3", "4"]),
-        (sh.forces.PointForce(harmonic=3), ["harmonics=(1, 2)", "3"]),
-        (sh.forces.EngineOrder(1, harmonic=3), ["harmonics=(1, 2)", "3"]),
-        (sh.forces.HarmonicForce(cosine={0: [1.0] * 3}), ["harmonics=(1, 2)", "0"]),
-        (sh.forces.HarmonicForce(sine={1: [1.0] * 3, 4: [1.0] * 3}), ["harmonics=(1, 2)", "4"]),
-    ],
-    ids=str,
-)
-def test_excitation_that_does_not_fit(excitation, words):
-    with refused(*words):
-        sh.HarmonicBalance(RING, excitation, harmonics=(1, 2))
-
-
-# Problems
-
-
-@pytest.mark.parametrize(
-    "value",
-    [(), (0,), (-1, 1), (1.5,), (1, 1), (1, NAN), (None,), ("1",), (1j,), "1", "", 1, [[1]]],
-    ids=repr,
-)
-def test_harmonics(value):
-    with refused(f"harmonics={value!r}"):
-        sh.HarmonicBalance(RING, sh.forces.EngineOrder(1), harmonics=value)
-
-
-@pytest.mark.parametrize("value", [None, "ring", 1, PROBLEM, np.eye(3)], ids=lambda v: type(v))
-def test_model_of_the_wrong_type(value):
-    with refused("model=", "Model"):
-        sh.HarmonicBalance(value, sh.forces.PointForce())
-
-
-@pytest.mark.parametrize(
-    "value", ["force", 1.0, np.ones(3), RING, sh.forces.PointForce], ids=lambda v: type(v)
-)
-def test_excitation_of_the_wrong_type(value):
-    with refused("excitation=", "excitation"):
-        sh.HarmonicBalance(RING, value)
-
-
-@pytest.mark.parametrize("value", [None, "problem", RING, xr.Dataset()], ids=lambda v: type(v))
-def test_problem_of_the_wrong_type(value):
-    with refused("problem=", "HarmonicBalance"):
-        sh.solve(value, 10.0)
-    with refused("problem=", "HarmonicBalance"):
-        sh.frf(value, BAND)
-
-
-# One point and the response curve
-
-
-@pytest.mark.parametrize("value", [0, -1.0, *NOT_NUMBERS, [10.0], [10.0, 20.0], []], ids=repr)
-def test_frequency_of_a_point(value):
-    with refused(f"frequency={value!r}"):
-        sh.solve(PROBLEM, value)
-
-
-@pytest.mark.parametrize(
-    "value",
-    [
-        *[(10, 10), (0, 10), (-5, 10), (-10, -5), (NAN, 10), (10, NAN), (10, INF)],
-        *[(), (10,), 10, (10, 11, 12), [[10, 11]]],
-        *[("10", "11"), "10-11", (10, None), None, (10, 11j)],
-    ],
-    ids=repr,
-)
-def test_band(value):
-    with refused(f"band={value!r}"):
-        frf(band=value)
-
-
-@pytest.mark.parametrize(
-    "value",
-    [
-        *[[9.9, 10.5], [10.5, 11.1], [10.5, 10.2], [10.2, 10.2], [-10.5], [0, 10.5]],
-        *[[], 10.5, [[10.2, 10.5]], [[10.2], [10.3, 10.4]]],
-        *[[10.5, NAN], [10.5, INF], ["10.5"], "10.5", [None], [10.5j]],
-    ],
-    ids=repr,
-)
-def test_grid(value):
-    with refused(f"at={value!r}"):
-        frf(at=value)
-
-
-@pytest.mark.parametrize("value", [1, 0, -5, 2.5, *NOT_NUMBERS, [10]], ids=repr)
-def test_max_points(value):
-    with refused(f"max_points={value!r}"):
-        frf(max_points=value)
-
-
-def test_unexpected_arguments():
-    with refused("executer=2", "did you mean 'executor'", kind=TypeError):
-        frf(executer=2)
-    with refused("verifiable=True", "progress", kind=TypeError):
-        sh.nonlinear_modes(PROBLEM, verifiable=True)  # its peaks are no peaks of responses
-
-
-@pytest.mark.parametrize("value", ["pool", 4, [], ThreadPoolExecutor], ids=repr)
-def test_executor(value):
-    with refused("executor=", "Executor", kind=TypeError):
-        frf(executor=value)
-
-
-# What to sweep
-
-
-@pytest.mark.parametrize(
-    "value",
-    ["normal_load", 5, ["normal_load"], [("normal_load", [1.0])], labelled([1.0], "normal_load")],
-    ids=lambda v: type(v),
-)
-def test_over_is_a_mapping(value):
-    with refused("over=", "mapping", kind=TypeError):
-        frf(over=value)
-
-
-@pytest.mark.parametrize(
-    ("name", "nearest"),
-    [("normal_lod", "normal_load"), ("amplitude", "force_amplitude"), ("Mass", "mass")],
-)
-def test_over_an_unknown_parameter(name, nearest):
-    everything = [*PARAMETERS, "force_amplitude", "engine_order"]
-    with refused(name, *everything, f"did you mean '{nearest}'", kind=KeyError):
-        frf(over={name: [1.0]})
-    with refused(name, *everything, kind=KeyError):
-        frf(over=xr.Dataset({"normal_load": ("sample", [1.0]), name: ("sample", [1.0])}))
-    with refused("1", *everything, kind=KeyError):
-        frf(over={1: [1.0]})
-
-
-@pytest.mark.parametrize(
-    ("name", "value"),
-    [
-        *[("normal_load", [1.0, value]) for value in (-1.0, *NOT_NUMBERS)],
-        *[("normal_load", value) for value in ("1", None, 1j, NAN, -1.0, {1: 2.0})],
-        ("mass", [1.0, 0.0]),
-        ("stiffness", [-1.0]),
-        ("force_amplitude", [NAN]),
-        ("engine_order", [1.0, 1.5]),
-        ("engine_order", 0.5),
-        ("engine_order", [1, NAN]),
-        ("engine_order", ["1"]),
-        ("normal_load", [[1.0, 2.0, 3.0]]),
-        ("normal_load", [[1.0], [2.0, 3.0]]),
-        ("normal_load", []),
-        ("normal_load", labelled([1.0, -1.0], "sample")),
-        ("normal_load", labelled([1.0, NAN], "sample")),
-        ("normal_load", labelled(["1", "2"], "sample")),
-        ("normal_load", labelled([1.0, 2j], "sample")),
-        ("normal_load", labelled([], "sample")),
-        ("engine_order", labelled([1.5], "sample")),
-    ],
-    ids=short,
-)
-def test_over_bad_values(name, value):
-    with refused(name):
-        frf(over={name: value})
-
-
-@pytest.mark.parametrize(
-    ("name", "value", "words"),
-    [
-        ("normal_load", labelled([1.0, 2.0], "contact"), ["3", "2", "contact"]),
-        ("stiffness", labelled(np.ones((2, 4)), "sample", "dof"), ["3", "4", "dof"]),
-        ("normal_load", labelled([1.0] * 3, "dof"), ["dof"]),
-        ("mass", labelled([1.0] * 3, "contact"), ["contact"]),
-        ("force_amplitude", labelled([1.0] * 3, "dof"), ["dof"]),
-        ("engine_order", labelled([1] * 3, "contact"), ["contact"]),
-        ("normal_load", labelled([1.0] * 3, "contact", contact=[2, 1, 0]), ["contact"]),
-        ("normal_load", labelled([1.0, 2.0], "point"), ["point"]),
-        ("normal_load", labelled([1.0, 2.0], "frequency"), ["frequency"]),
-        ("normal_load", labelled([1.0, 2.0], "harmonic"), ["harmonic"]),
-        ("normal_load", labelled([1.0, 2.0], "peak"), ["peak"]),
-        # Names that the result needs for something else.
-        ("normal_load", labelled([1.0, 2.0], "amplitude"), ["amplitude"]),
-        ("normal_load", labelled([1.0, 2.0], "engine_order"), ["engine_order"]),
-        ("normal_load", labelled([1.0, 2.0], "mass"), ["mass"]),
-        ("normal_load", labelled([1.0], "s", amplitude=("s", [7.0])), ["amplitude"]),
-    ],
-    ids=short,
-)
-def test_over_dimensions(name, value, words):
-    with refused("over", name, *words, allowed="expected|has no value per|one of the result's own"):
-        frf(over={name: value})
-
-
-def test_over_a_shared_dimension_that_does_not_match():
-    with refused("over", "contact_stiffness", "sample", "2", "3", allowed="elsewhere it has 2"):
-        frf(
-            over={
-                "normal_load": labelled([1.0, 2.0], "sample"),
-                "contact_stiffness": labelled([1e4, 2e4, 3e4], "sample"),
-            }
-        )
-
-
-def test_over_a_shared_dimension_with_other_labels():
-    """Pairing by position would pair what the labels say does not belong together."""
-    with refused("over", "contact_stiffness", "sample", allowed="elsewhere|expected"):
-        frf(
-            over={
-                "normal_load": labelled([1.0, 2.0], "sample", sample=[0, 1]),
-                "contact_stiffness": labelled([1e4, 2e4], "sample", sample=[1, 0]),
-            }
-        )
 
 
 # Files
@@ -604,14 +459,6 @@ def test_path_that_cannot_be_written(folder, dataset, path):
     ):
         sh.save(dataset, path, overwrite=True)
     assert content(folder) == before
-
-
-@pytest.mark.parametrize("path", [None, 5, 1.5], ids=repr)
-def test_path_of_the_wrong_type(dataset, path):
-    with refused(f"path={path!r}"):
-        sh.save(dataset, path)
-    with refused(f"path={path!r}"):
-        sh.load(path)
 
 
 @pytest.mark.parametrize("name", ["new.nc", "archive.nc"])
