@@ -305,7 +305,8 @@ class HarmonicBalance:
     def differentiable(self) -> list[str]:
         """Names of the parameters by which derivatives are known.
 
-        Those of contacts that do something, and none that a moving base changes the force with.
+        Those of contacts that do something, none that a moving base changes the force with, and
+        of blades that deviate none under a loss factor.
         """
         idle = {
             name
@@ -313,9 +314,14 @@ class HarmonicBalance:
             if group.name not in self._active
             for name in group.parameters.values()
         }
-        idle |= self._in_force
+        idle |= self._in_force | self._in_losses
         values = self.parameters.items()
         return [n for n, value in values if not isinstance(value, int) and n not in idle]
+
+    @property
+    def _in_losses(self) -> set[str]:
+        """Parameters of matrices that are not all there is, as under a loss factor."""
+        return set() if self.model.has_matrices else {*self.model.matrix_terms}
 
     @property
     def _in_force(self) -> set[str]:
@@ -534,7 +540,8 @@ class HarmonicBalance:
 
         ``name`` is ``unknowns``, ``frequency`` or a parameter; KeyError lists the names. Those by
         the parameters only for a condensed structure: TypeError for the others. ValueError by a
-        parameter of the matrices with which the force of a moving base changes.
+        parameter of the matrices with which the force of a moving base changes, and by deviations
+        under a loss factor.
         """
         if name in {"unknowns", "frequency"}:
             self._check_compiled(f"derivative({name!r})")
@@ -545,6 +552,11 @@ class HarmonicBalance:
                 f"{name}: expected a parameter that the force of a moving base does not change "
                 f"with, it is made of the {' and '.join(sorted(self.excitation.of_matrices))} "
                 "matrix; sweep it by over=, or give the force as a symhbm.forces.FrequencyForce"
+            )
+        if name in self._in_losses:
+            raise ValueError(
+                f"{name}: expected viscous damping, under a loss factor derivatives by deviations "
+                "are not known; sweep it by over="
             )
         if name in self.model.contact_parameters:
             owner = self.model.group_of(name).name

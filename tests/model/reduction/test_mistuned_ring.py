@@ -430,6 +430,27 @@ def test_archives_of_condensed_rings_are_those_of_the_ring(tmp_path):
         np.testing.assert_allclose(slopes.values, own.values, rtol=1e-6, atol=1e-12)
 
 
+def test_slopes_of_rings_with_a_loss_factor_are_those_that_are_known():
+    """Deviations change a stiffness that the loss factor does not: they can be swept alone."""
+    ring = sh.mistuned_ring(shrouded(sh.StructuralDamping(0.02)), stiffness_deviation=0.01)
+    problem = sh.HarmonicBalance(ring, sh.forces.EngineOrder(2, pattern={1: 5.0}))
+    response = sh.frf(problem, (29.8, 30.2), progress=False)
+    slopes = sh.datasets.sensitivity(response)
+    assert "peak_amplitude_by_stiffness_deviation" not in slopes
+    largest, step = int(np.argmax(response.peak_amplitude.values)), 1e-5
+    by_force = slopes.peak_amplitude_by_force_amplitude.isel(peak=largest).max().item()
+    peaks = [
+        sh.frf(
+            problem.with_parameters(force_amplitude=1 + way * step), (29.8, 30.2), progress=False
+        )
+        for way in (1, -1)
+    ]
+    up, down = (one.peak_amplitude.max().item() for one in peaks)
+    assert by_force == pytest.approx((up - down) / (2 * step), rel=1e-4)
+    with pytest.raises(ValueError, match="under a loss factor derivatives by deviations"):
+        sh.follow(problem, "stiffness_deviation", (0.0, 0.02), frequency=30.0, progress=False)
+
+
 def test_a_ring_with_a_loss_factor_of_a_part_is_not_condensed():
     sector = shrouded(sh.StructuralDamping(0.02))
     force = sh.forces.EngineOrder(2, pattern={1: 5.0})
