@@ -8,6 +8,7 @@ import click
 import symhbm as sh
 from symhbm.cli import terminal
 from symhbm.cli.selection import select
+from symhbm.model.files import is_structure
 
 
 @click.command()
@@ -37,6 +38,8 @@ def view(
     of contacts and shapes of the motion, bands of ensembles, nonlinear modes and limit cycles,
     tables, parameters and provenance. Large archives are thinned, and the page tells to what.
 
+    Of a structure that symhbm import made the page shows the mesh, and what import found.
+
     It needs plotly: pip install 'symhbm[view]'.
 
     \b
@@ -49,6 +52,10 @@ def view(
     names, archive = terminal.names_of(archives, labels), archives[0]
     output = output or archive.with_name(f"{Path(terminal.final_name(archive)).stem}.html")
     terminal.check_place(output)
+    if len(archives) == 1 and is_structure(archive):
+        sh.view(sh.read_structure(archive), output, name=terminal.final_name(archive))
+        terminal.say(output, err=False)
+        return
     with ExitStack() as files:
         parts = [
             selection.limited(selection.dataset)

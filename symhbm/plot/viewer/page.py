@@ -2,6 +2,7 @@
 
 import base64
 import hashlib
+import re
 from html import escape
 from pathlib import Path
 from typing import Any
@@ -11,6 +12,11 @@ from symhbm.plot.viewer.packing import embedded
 _HERE = Path(__file__).parent
 _SCRIPTS = ("data.js", "states.js", "charts.js", "page.js")
 """Our own scripts, which are one in the page."""
+_EMPTY = re.compile(
+    r"<section>(<details><summary>)?<h2>[^<]*</h2>(</summary>)?\s*"
+    r"(</details>|<details><summary>[^<]*</summary>\s*</details>)?</section>\n?"
+)
+"""Sections of which a page has nothing to show."""
 
 
 def plotting_library() -> str:
@@ -33,6 +39,7 @@ def page_of(title: str, sections: list[tuple[str, str]], data: dict[str, Any]) -
     body = (_HERE / "page.html").read_text(encoding="utf-8")
     for name, text in sections:
         body = body.replace(f"<!-- {name} -->", text, 1)
+    body = _EMPTY.sub("", body)
     policy = (
         f"default-src 'none'; script-src {_hash(library)} {_hash(own)}; "
         "style-src 'unsafe-inline'; img-src data: blob:; base-uri 'none'; form-action 'none'"

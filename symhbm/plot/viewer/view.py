@@ -7,10 +7,12 @@ from typing import Any
 
 import xarray as xr
 
+from symhbm.model import Structure
 from symhbm.numerics import check
 from symhbm.plot.viewer.collected import Collected, together
 from symhbm.plot.viewer.packing import plain
 from symhbm.plot.viewer.page import plotting_library
+from symhbm.plot.viewer.structure import structure_page
 from symhbm.results import check_dataset
 from symhbm.results.archive import draft_of
 
@@ -21,7 +23,7 @@ _SUFFIXES = (".html", ".htm")
 
 
 def view(
-    result: xr.Dataset | Mapping[str, xr.Dataset],
+    result: xr.Dataset | Mapping[str, xr.Dataset] | Structure,
     path: str | os.PathLike[str],
     *,
     tuned: xr.Dataset | None = None,
@@ -42,7 +44,8 @@ def view(
     ----------
     result
         A result of symhbm, or of `symhbm.load`, also a lazy one; or several by their names, whose
-        curves are drawn over the same axes.
+        curves are drawn over the same axes; or a structure with a mesh, of which the page shows
+        the picture and the account of its import.
     path
         The file, with a name that ends in ``.html``. One that exists is replaced.
     tuned
@@ -70,6 +73,12 @@ def view(
     >>> sh.view(response, "blade.html").name
     'blade.html'
     """
+    if isinstance(result, Structure):
+        target = _target(path)
+        text = structure_page(result, plain(name or target.stem))
+        with draft_of(target) as draft:
+            draft.write_text(text, encoding="utf-8")
+        return target
     several = isinstance(result, Mapping) and not isinstance(result, xr.Dataset)
     results: dict[str, Any] = dict(result) if several else {"": result}  # type: ignore[arg-type]
     if not results:
@@ -78,15 +87,7 @@ def view(
         check_dataset("result", one, unforced=True)
     if tuned is not None:
         check_dataset("tuned", tuned)
-    try:
-        target = Path(path)
-    except TypeError:
-        raise TypeError(f"path={check.shown(path)}: expected text or a path") from None
-    if target.suffix.lower() not in _SUFFIXES or not target.parent.is_dir():
-        raise ValueError(
-            f"path={str(target)!r}: expected a name ending in .html in an existing directory"
-        )
-    plotting_library()
+    target = _target(path)
     text = b""
     for share in _SHARES:
         pages = [
@@ -103,4 +104,18 @@ def view(
         )
     with draft_of(target) as draft:
         draft.write_bytes(text)
+    return target
+
+
+def _target(path: str | os.PathLike[str]) -> Path:
+    """The file of a page; raises as `view`."""
+    try:
+        target = Path(path)
+    except TypeError:
+        raise TypeError(f"path={check.shown(path)}: expected text or a path") from None
+    if target.suffix.lower() not in _SUFFIXES or not target.parent.is_dir():
+        raise ValueError(
+            f"path={str(target)!r}: expected a name ending in .html in an existing directory"
+        )
+    plotting_library()
     return target

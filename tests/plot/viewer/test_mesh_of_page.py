@@ -10,6 +10,7 @@ import pytest
 import swept_bricks
 
 import symhbm as sh
+from tests.archives import run
 from tests.problems import one_blade
 
 
@@ -57,6 +58,22 @@ def test_a_mesh_that_is_damaged_is_told(archive, tmp_path):
     page = sh.view(dataset, tmp_path / "sector.html").read_text(encoding="utf-8")
     assert "The mesh cannot be shown: " in page
     assert "cube&lt;b&gt;" in page
+
+
+def test_a_structure_has_a_page_of_its_own(tmp_path, opened):
+    job = swept_bricks.DATA / "brick8" / "still.inp"
+    assert run("import", job, "--output", tmp_path / "sector.nc")[0] == 0
+    assert run("view", tmp_path / "sector.nc") == (0, f"{tmp_path / 'sector.html'}\n", "")
+    seen = opened(tmp_path / "sector.html")
+    assert seen.text("h1") == "sector.nc"
+    assert (
+        seen.run("[...document.querySelectorAll('h2')].filter((e) => e.offsetHeight).length") == 1
+    )
+    assert seen.run("document.querySelector('#mesh img').naturalWidth") > 1000
+    assert "supports: 18 directions of 6 nodes" in seen.text("#mesh")
+    assert not seen.wrong
+    with pytest.raises(ValueError, match="expected a structure whose places have a mesh"):
+        sh.view(one_blade(), tmp_path / "blade.html")
 
 
 def test_browsers_draw_it(archive, opened):
