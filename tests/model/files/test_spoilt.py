@@ -4,11 +4,14 @@ import re
 import shutil
 import warnings
 
+import hexahedra
 import numpy as np
 import pytest
 import swept_bricks
 
 import symhbm as sh
+from symhbm.model.files import checks
+from symhbm.model.mesh import Modes
 
 STILL, TURNING, WAVES = "still", "turning", "waves"
 
@@ -418,3 +421,18 @@ def test_sides_that_are_held_along_one_direction_are_refused(folder):
     part = sh.Model(mass, 0 * stiffness, stiffness, places=model.places.of(kept))
     with pytest.raises(ValueError, match=r"left: .*, \d+:x is there alone; hold both or none"):
         sh.Sector(part, "left", "right", 6, rotation="z")
+
+
+@pytest.mark.parametrize(("error", "doubted"), [(0.5e-5, False), (1e-3, True)])
+def test_rigid_modes_are_compared_up_to_their_digits(error, doubted):
+    """A free chain of nodes: the energy of a translation is that of its last digit alone."""
+    mesh, _ = hexahedra.block((2, 2, 2))
+    size = len(mesh.node)
+    near = np.linalg.norm(mesh.coordinates[:, None] - mesh.coordinates, axis=2) < 1.1
+    links = np.kron(np.diag(near.sum(axis=1)) - near, np.eye(3))
+    free = hexahedra.structure(mesh)
+    model = sh.Model(np.eye(3 * size), 0 * links, 1e10 * links, places=free.places)
+    shape = 2.0 + np.random.default_rng(0).uniform(-error, error, (1, size, 3))
+    account = []
+    checks._compare(model, None, Modes(np.zeros(1), None, shape), account)
+    assert any(line.startswith("LOOK") for line in account) == doubted
