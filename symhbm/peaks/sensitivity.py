@@ -14,7 +14,13 @@ import xarray as xr
 from symhbm.balance import HarmonicBalance, SecondOrder
 from symhbm.continuation.between import TIE, Peak, PeakKind
 from symhbm.model.contacts import ContactLaw
-from symhbm.numerics import RADIANS, FloatArray, largest_displacement, unknowns_of
+from symhbm.numerics import (
+    RADIANS,
+    FloatArray,
+    largest_displacement,
+    turning_points,
+    unknowns_of,
+)
 from symhbm.peaks.conditions import (
     Conditions,
     both_sides,
@@ -40,6 +46,10 @@ ONE_SIDED = (
     "one-sided: contact {contact} begins to slip here; derivatives are those towards larger "
     "values, those towards smaller ones are beside them"
 )
+TWO_INSTANTS = (
+    "one-sided: the response is as large at several instants of the period; derivatives are those "
+    "towards larger values, those towards smaller ones are beside them"
+)
 SEVERAL_ON_LIMIT = (
     "none: contacts {contacts} are on their limits together, derivatives by one of them would be "
     "one-sided"
@@ -56,6 +66,8 @@ _SLOPE = 1e-5
 """Scaled slope below which a response as large as that of a peak also peaks there."""
 _REST = 1e-12
 """Motion of a contact, relative to that of the structure, that round-off explains."""
+_PARTED = 1e-6
+"""Relative difference of slopes of instants that are equally large, above which they part."""
 _SIDE = "towards_smaller"
 """End of the names of derivatives towards smaller values, where those differ."""
 _Derivatives = dict[int, tuple[FloatArray, FloatArray]]
@@ -272,16 +284,44 @@ def _derivatives(
             if solved is None or not _is_same(solved.maximum, peak):
                 return NOT_VERIFIED, {}
             sides = both_sides(solved, onset[0]) if onset else None
-            if sides is None:
-                slopes = slopes_of(solved)
-                sides = slopes, slopes
-            else:
+            if sides is not None:
                 contact = problem.contacts.of_switches[onset[0]]
                 status = ONE_SIDED.format(contact=contact)
+            elif (sides := _instants(solved, dof)) is not None:
+                status = TWO_INSTANTS
+            else:
+                slopes = slopes_of(solved)
+                sides = slopes, slopes
             derivatives[dof] = sides
     except ArithmeticError:
         return NOT_VERIFIED, {}
     return status, derivatives
+
+
+def _instants(solved: Conditions, dof: int) -> tuple[FloatArray, FloatArray] | None:
+    """`slopes_of` a maximum at equally large instants, towards larger and smaller parameters.
+
+    None where all of them grow alike, as opposite ones do that odd harmonics alone make. The
+    frequency is known of the instant that the maximum is of, elsewhere it is NaN.
+    """
+    maximum = solved.maximum
+    problem, basis = maximum.problem, maximum.problem.basis
+    if problem.goal is not None or np.all(basis.order % 2):
+        return None
+    points = turning_points(basis, maximum.motion[None])
+    value, angle = points.value[0], points.angle[0]
+    tied = np.flatnonzero(np.abs(value) >= (1 - TIE) * np.abs(value).max())
+    moves = problem.peaking_by_unknowns(dof) @ solved.by_parameters[: problem.n_unknowns]
+    each = np.array([np.sign(value[i]) * (basis.values(angle[i]) @ moves) for i in tied])
+    if np.ptp(each, axis=0).max() <= _PARTED * np.abs(each).max():
+        return None
+    own = 0 if tied[0] == 0 else int(np.searchsorted(tied, np.abs(value).argmax()))
+    frequency, columns = solved.frequency_gradient / RADIANS, np.arange(each.shape[1])
+    larger, smaller = (
+        np.array([each[lead, columns], np.where(lead == own, frequency, np.nan)])
+        for lead in (each.argmax(axis=0), each.argmin(axis=0))
+    )
+    return larger, smaller
 
 
 def _contacts_at_rest(maximum: Maximum) -> list[int]:

@@ -476,3 +476,27 @@ def test_other_datasets_are_refused():
         sh.datasets.sensitivity(frf(RING, (55, 65)).isel(dof=0))
     with pytest.raises(sh.datasets.ArchiveError, match="expected coefficients of sizes"):
         sh.datasets.sensitivity(frf(RING, (55, 65)).isel(harmonic=[]))
+
+
+def test_opposite_instants_part_where_blades_deviate():
+    """Blades that move against each other reach both extremes alike; one that deviates does not."""
+    blade = sh.Model(np.diag([1.0, 0]), np.diag([6.0, 0]), [[1.2e4, -1e3], [-1e3, 1e3]])
+    stop = sh.Gap(normal=(0, sh.next_sector(0)), normal_stiffness=3e3, normal_load=1.0)
+    ring = sh.mistuned_ring(sh.Sector(blade, [0], [1], 4).with_contacts(stop=stop))
+    force = sh.forces.EngineOrder(2, 5.0, pattern={0: 1.0})
+    problem = sh.HarmonicBalance(ring, force, (0, 1, 2, 3))
+    response = sh.frf(problem, (22, 24), progress=False, stability=False)
+    found = sh.datasets.sensitivity(response).isel(peak=0, peaking_dof=0)
+    assert "several instants" in found.sensitivity_status.item()
+    name, step = "peak_amplitude_by_stiffness_deviation", 1e-5
+    slopes = found[name].values, found[f"{name}_towards_smaller"].values
+
+    def amplitude(deviation):
+        changed = problem.with_parameters(stiffness_deviation=deviation)
+        return sh.solve(changed, response.peak_frequency.item()).amplitude.values[0]
+
+    for way, expected in zip((step, -step), slopes, strict=True):
+        each = [amplitude(way * row) - amplitude(0.0) for row in np.eye(4)]
+        np.testing.assert_allclose(np.array(each) / way, expected, atol=1e-5)
+    by_stiffness = found.peak_amplitude_by_normal_stiffness
+    assert np.isfinite(by_stiffness).all()
