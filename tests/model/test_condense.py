@@ -116,6 +116,7 @@ def test_a_band_function_is_the_sum_of_its_poles():
 
     whole = PoleSum(coefficients(3, 4), coefficients(3, 240), coefficients(240, 4), poles)
     fast = PoleResidueFunction(whole, (6.0, 50.0))
+    assert fast.terms.shape[1] == 2 * whole(17.3).size  # read at each frequency: the value's alone
     for s in (6.0, 17.3, 31.0, 50.0):
         value, slope = fast(s)
         np.testing.assert_allclose(value, whole(s), rtol=1e-11)

@@ -13,6 +13,10 @@ import symhbm as sh
 from symhbm.balance import harmonic_balance
 from symhbm.balance.equations import Equations
 from symhbm.continuation.correctors import compiled as compiled_corrector
+from symhbm.continuation.correctors import corrector_of
+from symhbm.continuation.following import solution_beside
+from symhbm.continuation.problem import FrequencyProblem
+from symhbm.continuation.start import solve_point
 from symhbm.numerics import c_library
 from symhbm.numerics.arrays import RADIANS
 from symhbm.response import curve, ensemble
@@ -306,6 +310,17 @@ def test_points_between_others_are_found_in_few_solves():
     response = sh.frf(sh.HarmonicBalance(ring, sh.forces.EngineOrder(3)), (150, 280))
     assert response.n_points.item() > 24
     assert response.linear_solves.item() <= 120
+
+
+def test_a_search_beside_an_end_takes_few_solves():
+    """From two starts; the contact opens, so that there might be another response."""
+    gap = sh.Gap(normal=[(0,)], normal_stiffness=1e4, gap=1e-3)
+    model = sh.Model(np.eye(1), 5 * np.eye(1), 1e4 * np.eye(1), contacts={"stop": gap})
+    problem = sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=20.0), (0, 1, 2))
+    corrector = corrector_of(FrequencyProblem(problem))
+    known = solve_point(problem, 10 * RADIANS).unknowns
+    assert solution_beside(corrector, 10 * RADIANS, [known]) is None
+    assert 0 < corrector.solves <= 80
 
 
 def test_points_are_corrected_where_their_contacts_were_held_alone():
