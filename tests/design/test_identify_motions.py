@@ -14,7 +14,6 @@ from symhbm.design.identification.observations import Rows
 from tests.design.differences import differences
 from tests.measurements import measured_responses
 from tests.problems import one_blade, ring_of_blades
-from tests.quick import quick_first
 
 TRUE = {"normal_load": 3.0, "contact_stiffness": 1e4, "damping": 2.0}
 WRONG = {"normal_load": 7.0, "contact_stiffness": 5e3, "damping": 1.0}
@@ -118,7 +117,8 @@ def test_true_values_are_found(kind):
     np.testing.assert_allclose(fit.estimate, [TRUE[name] for name in unknown], rtol=1e-8)
 
 
-@pytest.mark.parametrize("kind", quick_first(["modes", "peaks"], 1))
+@pytest.mark.slow
+@pytest.mark.parametrize("kind", ["modes", "peaks"])
 def test_differences_take_more_solutions_to_the_same_optimum(kind):
     data: Any = peaks_of(blade()) if kind == "peaks" else modes_of(blade())
     exact, other = (objective_of(blade(**WRONG), Rows.of(data), [*TRUE]) for _ in range(2))
