@@ -235,7 +235,8 @@ def compute(progress: bool = True, known: Case | None = None) -> xr.Dataset:
         "mass": ("mass", MASSES, {"units": "kg"}),
         "share": ("share", [*SHARES], {"units": "1", "long_name": "of the static loads"}),
     }
-    variables |= _curves("wedge", "mass", by_mass) | _curves("shroud", "share", by_share)
+    variables |= _curves("wedge", "mass", by_mass, known.tip)
+    variables |= _curves("shroud", "share", by_share, known.tip)
     attributes = {
         "title": "A bladed sector of CalculiX, with wedges and with shrouds",
         "n_dof": known.disk.n_whole,
@@ -245,13 +246,12 @@ def compute(progress: bool = True, known: Case | None = None) -> xr.Dataset:
     return xr.Dataset(variables, coordinates, attributes)
 
 
-def _curves(name: str, over: str, responses: list[xr.Dataset]) -> dict[str, Any]:
+def _curves(name: str, over: str, responses: list[xr.Dataset], tip: str) -> dict[str, Any]:
     """Responses of the tip, with NaN beyond the end of each, and their highest peaks."""
-    longest = max(one.sizes["point"] for one in responses)
-    values = np.full((2, len(responses), longest), np.nan)
-    for row, one in enumerate(responses):
-        values[0, row, : one.sizes["point"]] = one.frequency
-        values[1, row, : one.sizes["point"]] = one.amplitude.values[:, -1]
+    lines = [np.array(sh.plot.curve(one, place=tip)) for one in responses]
+    values = np.full((2, len(responses), max(line.shape[1] for line in lines)), np.nan)
+    for row, line in enumerate(lines):
+        values[:, row, : line.shape[1]] = line
     dims = over, f"{name}_point"
     highest = [float(one.peak_amplitude.max()) for one in responses]
     words = "largest displacement of the tip along the circumference"
@@ -267,7 +267,8 @@ def draw(dataset: xr.Dataset) -> Figure:
     with sh.plot.panels(1, 3, size=(15.0, 4.8)) as (figure, (speeds, wedges, shrouds)):
         speeds.plot(dataset.speed, dataset.line, "o-")
         speeds.plot(dataset.speed, ORDER * dataset.speed / 60, "k--", label=f"order {ORDER}")
-        speeds.set(xlabel="speed [1/min]", ylabel="frequency [Hz]", ylim=(400, 800))
+        speeds.set(xlabel="speed [1/min]", ylabel="frequency [Hz]")
+        speeds.set_ylim(bottom=0.8 * float(dataset.line.min()))
         speeds.set_title(f"waves of {ORDER} nodal diameters")
         speeds.legend()
         for ax, name, over in ((wedges, "wedge", "mass"), (shrouds, "shroud", "share")):
