@@ -1,6 +1,5 @@
 """The multi-harmonic balance equations, Eq. (9), compiled once for every parameter set."""
 
-import warnings
 from collections.abc import Callable, Collection, Iterable
 from dataclasses import replace
 from functools import cached_property
@@ -750,14 +749,13 @@ def _advise(model: Model) -> None:
     entries = int(model.stiffness_matrix.nnz)
     if entries <= LARGE or not _has_few_contacts(model):
         return
-    warnings.warn(
+    check.warn(
         f"a structure of {model.n_dof:,} degrees of freedom, of which contacts touch "
         f"{len(model.touched)}, "
         f"and {entries:,} entries of its stiffness matrix: it takes about {entries / 2e4:.0f} s to "
         "compile, and every point some factorisations of all its equations; symhbm.condense(model, "
         "excitation, frequency_band, harmonics, places=...) gives the same responses of what "
         "contacts touch and of these places, and each point in milliseconds",
-        stacklevel=3,
     )
 
 
@@ -770,11 +768,10 @@ def advise_condensing(problem: HarmonicBalance, what: str, option: str = "") -> 
     model = problem.model
     if not model.has_matrices or problem.n_unknowns <= MANY or not _has_few_contacts(model):
         return
-    warnings.warn(
+    check.warn(
         f"{what} for {problem.n_unknowns:,} unknowns; those of the {len(model.touched)} degrees of "
         f"freedom that contacts touch are enough: symhbm.condense(model, excitation, "
         f"frequency_band, harmonics, places=...{option})",
-        stacklevel=3,
     )
 
 

@@ -84,9 +84,7 @@ class Task:
         problem.model.check_frequencies("frequency_band", task.hull)
         moving = {*variables.names, *sweep.values}
         driven = "force_amplitude" in problem.parameters
-        warn_of_doubts(
-            problem.model, task.hull, problem.harmonics, moving=moving, driven=driven, depth=4
-        )
+        warn_of_doubts(problem.model, task.hull, problem.harmonics, moving=moving, driven=driven)
         return task
 
     @property

@@ -4,7 +4,6 @@ Nothing here is an error: springs may do work around a cycle, and a band may lie
 resonates. One warning tells what is unusual, with its figures.
 """
 
-import warnings
 from collections.abc import Collection, Sequence
 from weakref import WeakKeyDictionary
 
@@ -33,13 +32,12 @@ def warn_of_doubts(
     *,
     moving: Collection[str] = (),
     driven: bool = True,
-    depth: int = 3,
 ) -> None:
     """Emit one warning if matrices or band [Hz] are hardly what was meant.
 
     Of a band of one frequency it is no matter that it lies below all resonances: responses there
     are static ones. A problem is ``driven`` by a force that oscillates. Parameters that are
-    ``moving`` have other values than those of the model. ``depth`` is that of the user's call.
+    ``moving`` have other values than those of the model.
     Nothing is said of a structure without matrices.
     """
     if not model.has_matrices:
@@ -50,7 +48,7 @@ def warn_of_doubts(
         said = _doubts(model, *call)
         _LAST[model] = call, said
     if said:
-        warnings.warn(f"{DOUBT}? {said}", stacklevel=depth)
+        check.warn(f"{DOUBT}? {said}")
 
 
 _LAST: WeakKeyDictionary[Structure, tuple[tuple, str]] = WeakKeyDictionary()

@@ -1,5 +1,7 @@
 """Input checks at the boundary: each error names the argument, its value and what is allowed."""
 
+import sys
+import warnings
 from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
 from numbers import Integral
@@ -16,6 +18,19 @@ _MANY, _FEW = 8, 3
 """Values that are not shown all, and how many of them are."""
 _MOST_NAMES, _NEAREST = 30, 5
 """Allowed names that are listed all, and how many of more are."""
+
+
+def warn(text: str, category: type[Warning] = UserWarning) -> None:
+    """Warn at the line of the user, who called this package by however many functions."""
+    frame, depth = sys._getframe(1), 2
+    while frame.f_back is not None and _is_inside(frame.f_globals.get("__name__", "")):
+        frame, depth = frame.f_back, depth + 1
+    warnings.warn(text, category, stacklevel=depth)
+
+
+def _is_inside(module: str) -> bool:
+    """Whether it is of this package, or stands between its functions."""
+    return module.partition(".")[0] in (__name__.partition(".")[0], "contextlib")
 
 
 def shown(value: object) -> str:

@@ -242,7 +242,7 @@ def _response(
     hertz = axis.get("frequency")
     band = axis["band"] if hertz is None else (hertz, hertz)
     driven = "force_amplitude" in problem.parameters
-    warn_of_doubts(problem.model, band, problem.harmonics, moving=moving, driven=driven, depth=4)
+    warn_of_doubts(problem.model, band, problem.harmonics, moving=moving, driven=driven)
     of_problem = [name for name in moving if name in problem.parameters]
     values = {name: of.values.ravel().tolist() for name, of in sweep.values.items()}
     values[axis["name"]] = [*axis["band"]]
@@ -264,4 +264,4 @@ def _response(
     )
     computed = sweep if chosen is None else parts.restricted(sweep, chosen)
     request = prepared(problem, computed, request, running.progress)
-    return reported(run_sweep(problem, sweep, request, running), running.throw, depth=4)
+    return reported(run_sweep(problem, sweep, request, running), running.throw)

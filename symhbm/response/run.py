@@ -3,7 +3,6 @@
 import json
 import os
 import sys
-import warnings
 from collections import Counter
 from collections.abc import Callable, Iterable
 from concurrent.futures import Executor
@@ -105,11 +104,8 @@ def _left_out(problem: HarmonicBalance, request: Request, call: DatasetParts) ->
     return [name for name in names if name not in kept]
 
 
-def reported(result: xr.Dataset, throw: bool = False, depth: int = 3) -> xr.Dataset:
-    """The result, with a warning, or SolveError, if curves are incomplete.
-
-    ``depth`` is the number of calls to the user's, where the warning points.
-    """
+def reported(result: xr.Dataset, throw: bool = False) -> xr.Dataset:
+    """The result, with a warning, or SolveError, if curves are incomplete."""
     status = result["status"]
     statuses = list(map(str, status.values.ravel()))
     reasons = Counter(status for status in statuses if status not in COMPLETE)
@@ -123,7 +119,7 @@ def reported(result: xr.Dataset, throw: bool = False, depth: int = 3) -> xr.Data
         text += f" (status has the reason of each; {_incomplete(status)})"
     if throw:
         raise SolveError(text, result)
-    warnings.warn(text, RuntimeWarning, stacklevel=depth)
+    check.warn(text, RuntimeWarning)
     return result
 
 

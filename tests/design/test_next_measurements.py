@@ -79,5 +79,9 @@ def test_bad_candidates_are_refused():
         next_measurements(3, without)  # pyright: ignore[reportArgumentType]
     with pytest.raises(ValueError, match=r"criterion='E': expected one of 'D', 'A'"):
         next_measurements(fit, candidates([1.0]), criterion="E")
-    with pytest.raises(ValueError, match=r"unknown: expected those of the fit"):
+    with pytest.raises(KeyError, match=r"start: 'normal_load' is no unknown; allowed: damping"):
         next_measurements(fit, candidates([1.0]), unknown=["damping"])
+    with pytest.raises(ValueError, match=r"unknown: expected those of the fit"):
+        next_measurements(
+            fit, candidates([1.0]), unknown=["normal_load", "contact_stiffness", "damping"]
+        )

@@ -1,6 +1,5 @@
 """An optimal design, and its derivatives by all parameters, as a labelled dataset."""
 
-import warnings
 from collections.abc import Collection, Mapping, Sequence
 from dataclasses import replace
 from typing import Any
@@ -16,7 +15,7 @@ from symhbm.design.program import ActiveSet, Program
 from symhbm.design.search import Design, SearchResult
 from symhbm.design.variables import DesignVariables
 from symhbm.model import PARAMETERS
-from symhbm.numerics import RADIANS, FloatArray
+from symhbm.numerics import RADIANS, FloatArray, check
 from symhbm.peaks import Conditions
 from symhbm.results import Sweep, meaning, records_of_problem, with_provenance
 from symhbm.results.reading import with_curve_status
@@ -143,7 +142,7 @@ def checked(result: xr.Dataset, good: Collection[Status], throw: bool) -> xr.Dat
         return result
     if throw:
         raise SolveError(status, result)
-    warnings.warn(status, RuntimeWarning, stacklevel=3)
+    check.warn(status, RuntimeWarning)
     return result
 
 
