@@ -38,9 +38,11 @@ def peaks(found):
 
 TWO_INSTANTS = pytest.param("pressed rotor point 0123", marks=pytest.mark.slow)
 """Two peaks beside an onset of slip: the largest displacement passes to another instant there."""
+AT_A_CORNER = "driven reduced order 0123"
+"""A point of the path is a peak where another instant leads: neither side has the other's slope."""
 
 
-@pytest.mark.parametrize("name", [*cases(FEW, cells(), together=1), TWO_INSTANTS])
+@pytest.mark.parametrize("name", [*cases(FEW, cells(), together=1), TWO_INSTANTS, AT_A_CORNER])
 def test_down_as_up(name):
     given = problem(name)
     up, down = (curve(given, band) for band in (BAND, BAND[::-1]))
