@@ -94,7 +94,7 @@ class Line:
     def _turning(self, points: np.ndarray, dofs: list[int]) -> "Line":
         """Without slopes at peaks that are those of the other side, where another instant leads."""
         before, after = self.before.copy(), self.after.copy()
-        at = np.ix_(points, dofs)
+        at = np.ix_(points, np.array(dofs))
         before[at] = np.where(before[at] < 0, np.nan, before[at])
         after[at] = np.where(after[at] > 0, np.nan, after[at])
         return replace(self, before=before, after=after)

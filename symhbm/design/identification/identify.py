@@ -3,7 +3,6 @@
 from __future__ import annotations
 
 import hashlib
-import warnings
 from collections.abc import Sequence
 from dataclasses import replace
 from typing import Any, Unpack
@@ -155,7 +154,7 @@ def identify(
         status = str(result["status"].item())
         if running.throw:
             raise SolveError(status, result)
-        warnings.warn(status, RuntimeWarning, stacklevel=2)
+        check.warn(status, RuntimeWarning)
     return result
 
 

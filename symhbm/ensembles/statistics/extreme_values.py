@@ -2,7 +2,6 @@
 
 from __future__ import annotations
 
-import warnings
 from collections.abc import Sequence
 from typing import Any, Literal
 
@@ -134,7 +133,7 @@ def extreme_value_fit(
                 for name, value in tests.items()
             }
     if status != str(Status.SUCCESS):
-        warnings.warn(f"extreme_value_fit: NaN, {status}", stacklevel=2)
+        check.warn(f"extreme_value_fit: NaN, {status}")
     result = _label(
         dict(
             status=np.array(status, dtype=object),

@@ -57,10 +57,10 @@ def amplification(dataset: xr.Dataset, tuned: xr.Dataset) -> xr.Dataset:
     >>> sh.statistics.amplification(mistuned, tuned).largest_amplification_of_peaks.values.round(3)
     array([1.251, 1.187])
     """
-    return _amplification(dataset, tuned, 4)
+    return _amplification(dataset, tuned)
 
 
-def _amplification(dataset: xr.Dataset, tuned: xr.Dataset, stacklevel: int | None) -> xr.Dataset:
+def _amplification(dataset: xr.Dataset, tuned: xr.Dataset, warns: bool = True) -> xr.Dataset:
     ensemble = Population(dataset)
     peak, curve, tuned_source = _tuned(tuned, ensemble)
     along, used = ensemble.along, xr.DataArray(ensemble.used, dims=ensemble.dim)
@@ -99,7 +99,7 @@ def _amplification(dataset: xr.Dataset, tuned: xr.Dataset, stacklevel: int | Non
             of_blade = value.isel(dof=blade).assign_attrs(attributes)
             result[f"{along}_of_largest_amplification"] = of_blade
     title = "Amplification factors of an ensemble"
-    return ensemble.explained(result, title, per_sample=True, stacklevel=stacklevel)
+    return ensemble.explained(result, title, per_sample=True, warns=warns)
 
 
 def worst(
@@ -139,7 +139,7 @@ def worst(
     >>> sh.statistics.worst(mistuned, tuned).sample.item()
     2
     """
-    factors = _amplification(dataset, tuned, None)  # an error says it
+    factors = _amplification(dataset, tuned, warns=False)  # an error says it
     kinds = [str(name) for name in factors if str(name).startswith("amplification_")]
     check.known(by, kinds, "amplification of these results")
     largest = factors[f"largest_{by}"]

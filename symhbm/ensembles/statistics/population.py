@@ -1,6 +1,5 @@
 """Samples of an ensemble: completeness, reading in blocks, their problem, one number of each."""
 
-import warnings
 from collections.abc import Callable, Collection, Hashable, Iterator
 from functools import cached_property
 from importlib.metadata import version
@@ -155,21 +154,20 @@ class Population:
         return xr.concat(parts, self.dim, **options)
 
     def explained(
-        self, result: xr.Dataset, title: str, per_sample: bool, stacklevel: int | None = 3
+        self, result: xr.Dataset, title: str, per_sample: bool, warns: bool = True
     ) -> xr.Dataset:
         """The result with the number of samples, the parameters, the problem and a title.
 
-        Where no sample is complete it warns at the caller ``stacklevel`` frames up, None for not.
+        Where no sample is complete it ``warns``.
         """
         n_used = int(self.used.sum())
         waiting, others = missing_samples(self.dataset)
         n_waiting = int(waiting.sum())
         n_failed = self.size - n_used - n_waiting
-        if not n_used and stacklevel is not None:
-            warnings.warn(
+        if not n_used and warns:
+            check.warn(
                 f"{title}: NaN, none of {self.size} samples is complete, as their status says; "
                 "symhbm.resume computes those that are waiting, max_points= lets paths go on",
-                stacklevel=stacklevel,
             )
         result = counted(result, n_used, n_failed, n_waiting + others, "complete samples")
         source = origin(self.dataset, () if per_sample else (self.dim,))

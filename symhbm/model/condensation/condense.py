@@ -1,6 +1,5 @@
 """Condensation of large structures with few contacts to the degrees of freedom of the contacts."""
 
-import warnings
 from collections.abc import Iterable, Sequence
 from typing import Any, Literal
 
@@ -237,7 +236,7 @@ def _check_error(certificate: Certificate, tolerance: float | None) -> None:
             "without them, or a structure of less different stiffnesses, has less"
         )
     if tolerance is None and error <= _NOTHING:
-        warnings.warn(f"{told}; {advice}", stacklevel=3)
+        check.warn(f"{told}; {advice}")
         return
     asked = "frequency_band" if tolerance is None else f"tolerance={tolerance:g}"
     raise ValueError(f"{asked}: {told}; {advice}")

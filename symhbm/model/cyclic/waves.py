@@ -4,7 +4,6 @@ In a wave of ``n`` nodal diameters each sector lags the one before by ``n phi``,
 The right interface of a sector is the left one of the next: ``u_R = R u_L exp(-i n phi)``.
 """
 
-import warnings
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -258,11 +257,10 @@ def _tell_cracks(
     if apart.any():
         j = int(np.argmax(apart))
         pair = int(np.atleast_1d(twin)[j])
-        warnings.warn(
+        check.warn(
             f"left, right: {apart.sum()} nodes beside the left interface are left out, and those "
             f"at the same places of the next sector (the first: {nodes[j]} and {nodes[pair]}); "
             "the disk is cracked there",
-            stacklevel=4,
         )
 
 

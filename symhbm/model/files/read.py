@@ -2,7 +2,6 @@
 
 import os
 import re
-import warnings
 from collections.abc import Mapping
 from dataclasses import replace
 from pathlib import Path
@@ -133,7 +132,7 @@ def read_structure(
     options = dict(places=places, labels=labels, units=units, symmetric=symmetric, damping=damping)
     made = [_structure(path, part, **options) for part in parts]
     if told := [note for _, notes in made for note in dict.fromkeys(notes)]:
-        warnings.warn(f"{_shown(path)}: {'; '.join(dict.fromkeys(told))}", stacklevel=2)
+        check.warn(f"{_shown(path)}: {'; '.join(dict.fromkeys(told))}")
     models = [model for model, _ in made]
     if parts[0].rotation is not None:
         return RotatingModel(models[0], *parts[0].rotation)

@@ -1,6 +1,5 @@
 """The two sides of an interface: their nodes, and what is told of those without a partner."""
 
-import warnings
 from typing import Any
 
 import numpy as np
@@ -86,4 +85,4 @@ def tell_unmatched(
     if lost > _ROUND_OFF:
         words.append(f"{lost:.2%} of the area is theirs, and of no pair")
     if words:
-        warnings.warn(f"contact_pairs: {'; '.join(words)}", stacklevel=3)
+        check.warn(f"contact_pairs: {'; '.join(words)}")

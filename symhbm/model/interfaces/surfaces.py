@@ -1,6 +1,5 @@
 """Surfaces of nodes: their areas, by triangles between them, normals, and directions along them."""
 
-import warnings
 from typing import Any
 
 import numpy as np
@@ -70,11 +69,10 @@ def _shares(points: FloatArray, normals: FloatArray, joined: Any) -> FloatArray:
     bridges = _bridges(points, corners[real], neighbours[real], joined)
     share = whole[real][bridges].sum() / whole[real].sum()
     if share > _TOLD:
-        warnings.warn(
+        check.warn(
             f"area=None: {share:.0%} of the area between the nodes is left out, where triangles "
             "are in no element or far larger than those beside them: notches, holes, or several "
             "surfaces; area= gives the areas, or their sum",
-            stacklevel=4,
         )
     corners = corners[real][~bridges]
     result, at = np.zeros(len(points)), points[corners]

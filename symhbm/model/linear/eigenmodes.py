@@ -1,6 +1,5 @@
 """Natural modes of mass and stiffness matrices, of structures by nodal diameter, and their band."""
 
-import warnings
 from collections.abc import Sequence
 from typing import Any
 
@@ -11,7 +10,7 @@ from scipy.linalg import eig, eigh
 from scipy.sparse.linalg import LinearOperator, eigs, eigsh, splu
 
 from symhbm.model.linear.low_rank import LowRankSum, definite, factorised
-from symhbm.numerics import DENSE_LIMIT, RADIANS, ComplexArray, FloatArray
+from symhbm.numerics import DENSE_LIMIT, RADIANS, ComplexArray, FloatArray, check
 
 _BELOW = 1e-9
 """Where modes are looked for, below zero, as a share of the square of a high natural frequency."""
@@ -226,11 +225,10 @@ def natural_band(models: Sequence[Any]) -> tuple[float, float]:
     if models[0].frequency is not None:
         return models[0].frequency
     if models[0].n_dof > DENSE_LIMIT:
-        warnings.warn(
+        check.warn(
             f"frequency=None: a band that holds all of more than {models[0].n_dof:,} resonances "
             "takes long to follow; give a band in Hz, and condense the structure for it by "
             "symhbm.condense",
-            stacklevel=4,
         )
     lowest, highest = zip(*map(_extremes, models), strict=True)
     return float(_LOW * min(lowest)), float(_HIGH * max(highest))

@@ -1,6 +1,5 @@
 """`craig_bampton`: structures and sectors reduced to a few degrees of freedom, with matrices."""
 
-import warnings
 from collections.abc import Iterable
 from typing import Any
 
@@ -183,11 +182,10 @@ def _modes_of_blade(stiffness: Any, mass: Any, count: int) -> tuple[FloatArray, 
             f"blade_modes={count}: expected at most {len(natural)}, the modes of the blade"
         )
     for mode in np.flatnonzero(np.diff(natural) <= _ALIKE * natural[1:])[:1].tolist():
-        warnings.warn(
+        check.warn(
             f"blade_modes={count}: modes {mode} and {mode + 1} of the blade alone have the same "
             f"frequency, {natural[mode]:.6g} Hz, and no shapes of their own; keep both, with the "
             "same deviations",
-            stacklevel=4,
         )
     return natural[:count], shapes[:, :count]
 

@@ -1,7 +1,6 @@
 """`merge`: one archive of the parts of a sweep, equal to that of one job."""
 
 import os
-import warnings
 from collections.abc import Iterable
 from dataclasses import dataclass, field
 from pathlib import Path
@@ -97,7 +96,7 @@ def merge(
         archives, path, overwrite=overwrite, unfinished=unfinished, progress=progress, keep=True
     )
     if summary.missing:
-        warnings.warn(summary.missing, RuntimeWarning, stacklevel=2)
+        check.warn(summary.missing, RuntimeWarning)
     assert summary.dataset is not None
     return summary.dataset
 
