@@ -79,22 +79,22 @@ class Line:
     def through(self, peaks: list[Peak]) -> "Line":
         """An ascending line with a point at each peak that lies between two of its points.
 
-        It rises to peaks and falls behind them. ``dof`` of the peaks are columns of the line.
+        It rises to corners and falls behind them. ``dof`` of the peaks are columns of the line.
         """
         line, finite = self, [peak for peak in peaks if np.isfinite(peak.amplitude)]
         for value, together in groupby(sorted(finite, key=lambda p: p.value), lambda p: p.value):
             i = int(np.searchsorted(line.value, value))
             present = np.flatnonzero(np.abs(line.value - value) <= _SAME * np.abs(value))
             if len(present):
-                line = line._turning(present, [peak.dof for peak in together])
+                line = line._turning(present, [p.dof for p in together if p.kind != "smooth"])
             elif 0 < i < len(line.value):
                 line = line._with(i, value, [*together])
         return line
 
     def _turning(self, points: np.ndarray, dofs: list[int]) -> "Line":
-        """Without slopes at peaks that are those of the other side, where another instant leads."""
+        """Without slopes at corners that are of the other side, where another instant leads."""
         before, after = self.before.copy(), self.after.copy()
-        at = np.ix_(points, np.array(dofs))
+        at = np.ix_(points, np.array(dofs, dtype=int))
         before[at] = np.where(before[at] < 0, np.nan, before[at])
         after[at] = np.where(after[at] > 0, np.nan, after[at])
         return replace(self, before=before, after=after)
