@@ -13,7 +13,7 @@ from numpy.typing import NDArray
 from symhbm.balance.contacts import BalancedContacts, BalancedGroup, balanced_groups
 from symhbm.balance.dynamic_stiffness import DynamicStiffness
 from symhbm.balance.equations import Equations, identifier
-from symhbm.balance.evaluation import ContactStates, Evaluation
+from symhbm.balance.evaluation import ContactStates, Evaluation, UnknownLayout
 from symhbm.balance.goals import Goal
 from symhbm.balance.linear_part import MATRIX_INPUTS, is_symbolic
 from symhbm.model import (
@@ -173,11 +173,13 @@ class HarmonicBalance:
         by_sector = check.flag("by_sector", by_sector)
         given = model, excitation, basis, samples, symmetry, peaks_of, by_sector
         self._set(_Given(*given, shared={}))
+        _ = self.contacts  # what cannot be compiled raises here
 
     def _set(self, given: _Given) -> None:
         """Store all of it."""
         model, excitation, basis, samples, symmetry, peaks_of, by_sector = given[:7]
         self.model, self.excitation, self.basis = model, excitation, basis
+        self.harmonics = basis.harmonics
         self.samples, self.symmetry, self.peaks_of = samples, symmetry, peaks_of
         self.by_sector = by_sector
         self.goal = peaks_of if isinstance(peaks_of, Goal) else None
@@ -188,23 +190,40 @@ class HarmonicBalance:
         )
         self._linear = _Linear.of(model, excitation, basis) if linear is None else linear
         self.structure = self._linear.structure
+        self._given = given._replace(linear=self._linear)
+        if symmetry is not None:
+            _ = self.contacts  # sectors whose contacts differ raise here
+
+    @cached_property
+    def _active(self) -> frozenset[str]:
+        """The groups of contacts that are compiled."""
         # The switches of contacts that do nothing count, too.
         busy = {
             group.name
-            for group in model.groups
-            if group.law.switches or group.law.acts(model.values_of(group)).any()
+            for group in self.model.groups
+            if group.law.switches or group.law.acts(self.model.values_of(group)).any()
         }
-        self._active = given.active | busy
-        self._given = given._replace(linear=self._linear, active=self._active)
-        powers = tuple(self._linear.shapes)
-        self._equations: Equations = self._once(
-            ("equations", self.harmonics, symmetry, samples, powers, *sorted(self._active)),
+        return self._given.active | busy
+
+    @cached_property
+    def _equations(self) -> Equations:
+        """What is compiled, once for all copies of the same."""
+        powers, active = tuple(self._linear.shapes), self._active
+        return self._once(
+            ("equations", self.harmonics, self.symmetry, self.samples, powers, *sorted(active)),
             lambda: Equations(
-                model, basis, [g for g in self.groups if g.name in self._active], symmetry, powers
+                self.model,
+                self.basis,
+                [group for group in self.groups if group.name in active],
+                self.symmetry,
+                powers,
             ),
         )
-        self.layout = self._equations.layout
-        self._set_arguments()
+
+    @cached_property
+    def layout(self) -> UnknownLayout:
+        """What the unknowns are."""
+        return self._equations.layout
 
     def _once(self, key: tuple, make: Callable[[], Any]) -> Any:
         if key not in self._shared:
@@ -214,33 +233,45 @@ class HarmonicBalance:
     def _copy(self, **changes: Any) -> "HarmonicBalance":
         """Copy of what is given but for changes."""
         other = object.__new__(HarmonicBalance)
-        other._set(self._given._replace(**changes))
+        other._set(self._given._replace(**{"active": self._active} | changes))
         return other
 
-    def _set_arguments(self) -> None:
-        model, equations = self.model, self._equations
-        named = equations.linear.values(model)
-        named |= {name: getattr(model, name) for name in model.matrix_terms}
-        values = {}
-        for group in model.groups:
-            values[group.name] = own = model.values_of(group)
-            for of_law, name in group.parameters.items():
-                if self.symmetry is not None:
-                    own[of_law] = self.own(name, own[of_law])
-                named[name] = own[of_law]
-        named["force_amplitude"] = np.array([self.excitation.amplitude])
-        if self.structure is None:
-            shape = np.array([each[equations.dofs] for each in self._linear.shapes.values()])
-            static = self._linear.static[equations.dofs]
-        else:
-            shape = np.zeros((1, self.n_dof, self.basis.n_components))  # it adds the force itself
-            static = np.zeros(self.n_dof)
-        named["force_shape"], named["static_force"] = shape.ravel(), self._at_rest(static)
-        self._arguments = [
-            np.ascontiguousarray(named[name], dtype=float) for name in equations.parameter_names
-        ]
-        self.contacts = BalancedContacts(self.layout, equations.groups, values)
-        self._force = shape.reshape(len(shape), -1), named["static_force"]
+    @cached_property
+    def contacts(self) -> BalancedContacts:
+        """The contacts that do something, with their values."""
+        values = {group.name: self.model.values_of(group) for group in self.model.groups}
+        if self.symmetry is not None:
+            values = {
+                group.name: {
+                    of: self.own(name, values[group.name][of])
+                    for of, name in group.parameters.items()
+                }
+                for group in self.groups
+            }
+        return BalancedContacts(self.layout, self._equations.groups, values)
+
+    @cached_property
+    def _arguments(self) -> list[FloatArray]:
+        """The parameters of the compiled equations, in the order of ``parameter_names``."""
+        model, (shape, static) = self.model, self._force
+        named = self._equations.linear.values(model)
+        named = named | {name: getattr(model, name) for name in model.matrix_terms}
+        for group in self.contacts.groups:
+            own = self.contacts.values_of(group)
+            named |= {name: own[of] for of, name in group.parameters.items()}
+        amplitude = np.array([self.excitation.amplitude])
+        named |= dict(force_amplitude=amplitude, force_shape=shape.ravel(), static_force=static)
+        names = self._equations.parameter_names
+        return [np.ascontiguousarray(named[name], dtype=float) for name in names]
+
+    @cached_property
+    def _force(self) -> tuple[FloatArray, FloatArray]:
+        """Compiled shapes of the force, a row for each power, and its static part."""
+        dofs, linear = self._equations.dofs, self._linear
+        if self.structure is not None:  # it adds the force itself
+            return np.zeros((1, self.n_unknowns)), self._at_rest(np.zeros(self.n_dof))
+        shapes = np.array([each[dofs].ravel() for each in linear.shapes.values()])
+        return shapes, self._at_rest(linear.static[dofs])
 
     def _at_rest(self, static: FloatArray) -> FloatArray:
         """A static force as the balance takes it: nothing where it leaves out harmonic 0."""
@@ -250,11 +281,6 @@ class HarmonicBalance:
     def loaded(self) -> bool:
         """Whether a static force acts."""
         return bool(self.model.static_load(self.excitation).any())
-
-    @property
-    def harmonics(self) -> tuple[int, ...]:
-        """The harmonics of the response."""
-        return self.basis.harmonics
 
     @property
     def n_dof(self) -> int:
@@ -296,7 +322,7 @@ class HarmonicBalance:
         if self.symmetry is None or array.ndim == 0:
             return array
         if name in self.model.contact_parameters:
-            contacts = self.model.group_of(name).contacts
+            contacts = self.model.contact_parameters[name].contacts
             return self.symmetry.own_of_contacts(name, array, contacts)
         return self.symmetry.own_of_dofs(name, array)
 
@@ -344,7 +370,7 @@ class HarmonicBalance:
         if others:
             changes["linear"] = None
         if of_model:
-            changes["model"] = self.model.with_parameters(**of_model)
+            changes["model"] = self.model.with_values(of_model)
         if of_force:
             changes["excitation"] = self.excitation.with_parameters(**of_force)
         if others & {*of_force}:
@@ -512,18 +538,7 @@ class HarmonicBalance:
         ``values`` are those of damping among them.
         """
         gives = min(values, default=0.0) < 0 or not self.model.dissipates(self.harmonics)
-        return gives or bool(self.many_valued_laws(names))
-
-    def many_valued_laws(self, names: Iterable[str] = ()) -> str:
-        """Contact laws that make several responses, whatever the values of some parameters are."""
-        named = {*map(self.parameter_name, names)}
-        return ", ".join(
-            repr(group.law)
-            for group in self.model.groups
-            if group.n
-            and not group.law.monotone(values := self.model.values_of(group))
-            and (named & {*group.parameters.values()} or group.law.acts(values).any())
-        )
+        return gives or self.model.many_valued([*map(self.parameter_name, names)])
 
     @property
     def residual(self) -> ca.Function:
@@ -558,9 +573,11 @@ class HarmonicBalance:
                 "are not known; sweep it by over="
             )
         if name in self.model.contact_parameters:
-            owner = self.model.group_of(name).name
+            owner = self.model.contact_parameters[name].name
             if owner not in self._active:
-                vars(self).update(vars(self._copy(active=self._active | {owner})))
+                other = self._copy(active=self._active | {owner})
+                vars(self).clear()
+                vars(self).update(vars(other))
         return self._equations.derivative(name)
 
     def check_equations(self, balance: ca.Function) -> None:

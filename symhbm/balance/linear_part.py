@@ -23,9 +23,10 @@ MOST = 10_000
 
 
 class OfMatrices:
-    """Of mass, damping and stiffness, the same for all harmonics; ``dofs`` are balanced.
+    """Of mass, damping and stiffness, the same for all harmonics.
 
-    Matrices ``Z_k`` (n_balanced, n_all) of the coefficients, by their powers ``k``.
+    ``dofs``, the first of all, are balanced. Matrices ``Z_k`` (n_balanced, n_all) of the
+    coefficients, by their powers ``k``.
 
     Attributes
     ----------
@@ -38,21 +39,27 @@ class OfMatrices:
     conservative: tuple[int, ...] = (0, 2)
 
     def __init__(self, model: Structure, basis: FourierBasis, dofs: NDArray[np.intp]):
-        self._dofs = dofs if len(dofs) < model.n_dof else None
-        self._rows = {name: self._of(model, name) for name in MATRIX_INPUTS}
+        self._n_balanced = len(dofs)
+        self._rows = self._balanced(model)
         self.counts = {name: rows.nnz for name, rows in self._rows.items()}
         turned = basis.derivative_matrix
         factors = np.eye(basis.n_components), turned, turned @ turned
         self._acting = dict(zip(("stiffness", "damping", "mass"), factors, strict=True))
 
-    def _of(self, model: Structure, name: str) -> Any:
-        """The rows of a matrix that are balanced, by columns."""
-        matrix = model.constant_part(name)
-        return matrix if self._dofs is None else matrix[self._dofs].tocsc()
+    def _balanced(self, model: Structure) -> dict[str, Any]:
+        """The rows of the matrices that are balanced, by columns."""
+
+        def made() -> dict[str, Any]:
+            matrices = {name: model.constant_part(name) for name in MATRIX_INPUTS}
+            if self._n_balanced == model.n_dof:
+                return matrices
+            return {name: each[: self._n_balanced].tocsc() for name, each in matrices.items()}
+
+        return model.of_matrices(("balanced", self._n_balanced), made)
 
     def values(self, model: Structure) -> dict[str, FloatArray]:
         """Stored entries of the matrices."""
-        return {name: self._of(model, name).data for name in MATRIX_INPUTS}
+        return {name: rows.data for name, rows in self._balanced(model).items()}
 
     def matrices(self, entries: dict[str, Any]) -> dict[int, Any]:
         """``K``, ``C`` and ``M``, each acting on components as its factor does."""

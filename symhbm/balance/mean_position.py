@@ -42,7 +42,7 @@ def check_mean(problem: HarmonicBalance, growing: bool = False) -> None:
     exciting = tuple(sorted({*problem.basis.order[acts].astype(int).tolist()}))
     if exciting and 0 in complete_harmonics(exciting, 1):
         why = f"a force of harmonics {exciting}, not odd multiples of one alone,"
-    elif 0 in complete_harmonics(harmonics, 1) and not model.unique:
+    elif 0 in complete_harmonics(harmonics, 1) and model.many_valued():
         why = "a motion of even harmonics"
     else:
         return

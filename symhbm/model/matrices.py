@@ -294,7 +294,7 @@ class Model(PolynomialStructure):
     @property
     def has_matrices(self) -> bool:  # type: ignore[override]
         """Whether they are all there is: structural damping is none of them."""
-        return not self.loss_factor
+        return self.damping is None or not self.damping.loss_factor
 
     def fields(self) -> dict[str, Any]:
         """What makes it again; damping by a rule is the rule."""

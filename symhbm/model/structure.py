@@ -421,24 +421,29 @@ class Structure(Record, ABC):
         return self.records.get(name) or PARAMETERS[name]
 
     @cached_property
-    def contact_parameters(self) -> tuple[str, ...]:
-        """Names of the parameters of the contacts."""
-        return tuple(name for group in self.groups for name in group.parameters.values())
-
-    def group_of(self, name: str) -> Group:
-        """The group that a parameter of the contacts belongs to."""
-        return next(group for group in self.groups if name in group.parameters.values())
+    def contact_parameters(self) -> dict[str, Group]:
+        """The parameters of the contacts by name: the group that each belongs to."""
+        return {name: group for group in self.groups for name in group.parameters.values()}
 
     def values_of(self, group: Group) -> dict[str, FloatArray]:
         """Values of the parameters of a group by the names of its law, (n,) each."""
-        return {own: getattr(self, name) for own, name in group.parameters.items()}
+        return self._values[group.name]
+
+    @cached_property
+    def _values(self) -> dict[str, dict[str, FloatArray]]:
+        """Those of all groups by name."""
+        return {
+            group.name: {own: getattr(self, name) for own, name in group.parameters.items()}
+            for group in self.groups
+        }
 
     def dims_of(self, name: str) -> tuple[str, ...]:
         """Dimensions of one value of a parameter in a dataset."""
-        if name not in self.contact_parameters:
+        group = self.contact_parameters.get(name)
+        if group is None:
             return self.about(name).dims
-        group = self.group_of(name)
-        return ("contact",) if group.n == self.n_contacts else (f"{group.name}_contact",)
+        of_all = len(group.contacts) == len(self.contacts)
+        return ("contact",) if of_all else (f"{group.name}_contact",)
 
     def sliders(self, frequency: float) -> SliderContacts:
         """All contacts that are a spring in series with a slider, at a frequency [rad/s]."""
@@ -467,11 +472,18 @@ class Structure(Record, ABC):
     def _over_groups(self, method: str) -> list[Any]:
         return [getattr(group.law, method)(self.values_of(group)) for group in self.groups]
 
-    @property
-    def unique(self) -> bool:
-        """Whether contacts leave responses unique, if damping dissipates."""
-        active = [group for group in self.groups if group.law.acts(self.values_of(group)).any()]
-        return all(group.law.monotone(self.values_of(group)) for group in active)
+    def many_valued(self, moving: Collection[str] = ()) -> bool:
+        """Whether contacts may make several responses, if damping dissipates.
+
+        Whatever the values of parameters are that are ``moving``.
+        """
+        for group in self.groups:
+            values = self.values_of(group)
+            if group.n and not group.law.monotone(values):
+                moves = not {*moving}.isdisjoint(group.parameters.values())
+                if moves or group.law.acts(values).any():
+                    return True
+        return False
 
     def dissipates(self, harmonics: Sequence[int]) -> bool:
         """Whether damping gives energy to no motion of some harmonics."""
@@ -640,7 +652,10 @@ class Structure(Record, ABC):
 
         Raises KeyError for a name that is no parameter, and as the constructor for bad values.
         """
-        named = {self.parameter_name(name): value for name, value in values.items()}
+        return self.with_values({self.parameter_name(name): v for name, v in values.items()})
+
+    def with_values(self, named: Mapping[str, ArrayLike]) -> Self:
+        """The same of parameters by what they are called here."""
         # What does not change was checked when this structure was made, and copies share it.
         shared = {*_OF_CONTACTS}
         if {*named} <= {*self.contact_parameters}:
@@ -670,7 +685,9 @@ class Structure(Record, ABC):
         all, calling it ``what``.
         """
         allowed = self.parameters if allowed is None else allowed
-        if isinstance(name, str) and name not in allowed:
+        if isinstance(name, str):
+            if name in allowed:
+                return name
             of_groups = [f"{g.name}.{name}" for g in self.groups if name in g.parameters]
             if len(of_groups) > 1:
                 several = f"{name!r} is a parameter of several groups; say "
@@ -692,7 +709,7 @@ class Structure(Record, ABC):
 
     def _each(self, name: str, value: ArrayLike) -> FloatArray:
         """Checked values of a parameter, (n,), one for each contact of its group."""
-        size, bound = self.group_of(name).n, self.records[name].bound
+        size, bound = self.contact_parameters[name].n, self.records[name].bound
         return check.one_or_each(name, value, size, "contact", bound)
 
     @property
@@ -870,7 +887,7 @@ DENSE = "_of_matrices"
 """Where a structure keeps what is made of its matrices."""
 _OF_CONTACTS = {"contact_rows", "directions", "records", "contact_parameters"}
 """Attributes that are computed from the contacts, whatever the values of parameters are."""
-CACHED = {*_OF_CONTACTS, "parameters", DENSE}
+CACHED = {*_OF_CONTACTS, "parameters", "_values", DENSE}
 """Attributes that are computed from the others."""
 _BESIDE = {"contacts", "row_ends", "groups", "outputs"}
 """What archives hold of a structure beside its record."""

@@ -1,5 +1,6 @@
 """A model whose blades deviate from each other, by parameters that its matrices depend on."""
 
+from collections.abc import Mapping
 from dataclasses import replace
 from functools import cached_property
 from typing import Any, NamedTuple, Self
@@ -142,9 +143,9 @@ class DeviatingModel(Model):
         """A matrix without deviations, with places for them."""
         return self._base[name]
 
-    def with_parameters(self, **values: ArrayLike) -> Self:
+    def with_values(self, named: Mapping[str, ArrayLike]) -> Self:
         """As of all structures; ValueError also for deviations that leave no stiffness."""
-        other = super().with_parameters(**values)
+        other = super().with_values(named)
         other._check_together()
         return other
 
