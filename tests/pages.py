@@ -1,4 +1,32 @@
-"""A page of an archive in a browser: what it shows, asks for and complains of."""
+"""A page of an archive: its data and texts, and in a browser what it shows and complains of."""
+
+import base64
+import json
+import re
+from html import unescape
+
+import numpy as np
+
+PACKED = re.compile(r"[fiu]\d:")
+
+
+def data_of(path):
+    """What the scripts of a page draw."""
+    text = path.read_text(encoding="utf-8")
+    held = re.search(r'<script type="application/json" id="data">(.*?)</script>', text, re.DOTALL)
+    return json.loads(held[1])
+
+
+def unpacked(text):
+    return np.frombuffer(base64.b64decode(text[3:]), f"<{text[:2]}")
+
+
+def texts_of(path):
+    """What a page says without scripts, line by line, up to what the archive says of itself."""
+    text = re.sub(r"(?s)<(script|style).*?</\1>", "", path.read_text(encoding="utf-8"))
+    text = text.partition("Provenance:")[0]
+    lines = (" ".join(unescape(line).split()) for line in re.split("<[^>]*>", text))
+    return [line for line in lines if line]
 
 
 class Look:

@@ -142,9 +142,9 @@ class Line:
             last = np.where(np.isnan(last), right * _other_slope(rise, first / left), last)
         result = interpolation.amplitude_between(left, right, (first, last), share[:, None])
         if self.straight.any():
-            with np.errstate(divide="ignore"):
-                level = np.log(left) * (1 - share[:, None]) + np.log(right) * share[:, None]
-            result = np.where(self.straight[segment][:, None], np.exp(level), result)
+            # Powers, whose logarithms are straight, are right where nothing moves, too.
+            straight = left ** (1 - share[:, None]) * right ** share[:, None]
+            result = np.where(self.straight[segment][:, None], straight, result)
         return result
 
     def read(self, value: FloatArray) -> FloatArray:

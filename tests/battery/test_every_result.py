@@ -3,6 +3,7 @@
 from collections.abc import Callable
 from functools import cache
 from pathlib import Path
+from tempfile import TemporaryDirectory
 from typing import Any
 
 import numpy as np
@@ -12,8 +13,12 @@ from click.testing import CliRunner
 
 import symhbm as sh
 from symhbm.cli import main
+from symhbm.results.telling import as_text
 from tests.designs import any_status
+from tests.pages import data_of, texts_of
 from tests.problems import chain, duffing, one_blade, ring_of_blades
+from tests.sectors_to_reduce import chain_sector
+from tests.stored.shown import read, same, told
 
 FORCED = sh.HarmonicBalance(one_blade(), sh.forces.PointForce(phase=0.2), (1, 3))
 FREE = sh.HarmonicBalance(one_blade(), harmonics=(1, 3))
@@ -24,6 +29,7 @@ FORCE += sh.forces.StaticLoad({0: 0.2})
 PRESSED = sh.HarmonicBalance(chain("pressed"), FORCE, (0, 1, 2))
 LOADS, BAND, GRID = {"normal_load": [1.0, 3.0]}, (10, 30), [18.0, 20.0, 24.0]
 ORDERS, HELD = {"engine_order": [0, 1]}, (1e-6, 4e-4)
+FORCES = {"force_amplitude": [1, 2]}
 GUMBEL = np.random.default_rng(3).gumbel(size=40)
 QUIET = dict(progress=False)
 
@@ -48,16 +54,50 @@ def front() -> xr.Dataset:
     return sh.pareto_front(FORCED, "normal_load", (1, 6), (10, 40), aims=aims, n_points=2, **QUIET)
 
 
+def named() -> xr.Dataset:
+    places = sh.Places(np.repeat([10, 20], 3), [*"xyz"] * 2, label=["root"] * 3 + ["tip"] * 3)
+    rub = sh.Friction(
+        tangential=[("tip:x",), ("root:x",)], contact_stiffness=[1e3, 2e3],
+        friction_coefficient=0.3, normal_load=[1.0, 2.0],
+    )  # fmt: skip
+    unit = np.eye(6)
+    model = sh.Model(unit, unit, 1e4 * unit, places=places, contacts={"rub": rub})
+    force = sh.forces.HarmonicForce(cosine={1: {"tip:z": 20.0, "root:z": 1.0}}, amplitude=1.5)
+    return sh.frf(sh.HarmonicBalance(model, force), BAND, at=GRID, **QUIET)
+
+
+def of_blades() -> xr.Dataset:
+    """Deviations of the frequencies of blades, apart and mode by mode."""
+    small = sh.craig_bampton(chain_sector(3), 2, (1, 60), blade=[1, 2, 3], blade_modes=2)
+    ring, wave = sh.mistuned_ring(small), sh.forces.EngineOrder(1, pattern={3: 1.0})
+    values = xr.DataArray([[0.01, 0, -0.02], [0, 0.03, 0]], dims=("sample", "blade"))
+    over = {"frequency_deviation_1": values}
+    return sh.frf(sh.HarmonicBalance(ring, wave), (12, 25), at=[15.0], over=over, **QUIET)
+
+
+def waiting() -> xr.Dataset:
+    """A run that has computed nothing yet."""
+    found = result("grid").copy(deep=True)
+    found["status"][:], found["converged"][:] = str(sh.Status.NOT_STARTED), False
+    for name in ("amplitude", "coefficient", "residual_norm"):
+        found[name][:] = np.nan
+    return found
+
+
 RESULTS: dict[str, Callable[[], Any]] = {
     "path": lambda: sh.frf(FORCED, BAND, over={"normal_load": [0.5, 3.0, 500.0]}, **QUIET),
     "grid": lambda: sh.frf(FORCED, BAND, at=GRID, over=LOADS, **QUIET),
     "engine orders": lambda: sh.frf(RING, (14, 18), at=[15, 17], over=ORDERS, **QUIET),
-    "several laws": lambda: sh.frf(PRESSED, (20, 22), over={"force_amplitude": [1, 2]}, **QUIET),
+    "several laws": lambda: sh.frf(PRESSED, (20, 22), at=[20.5, 21.5], over=FORCES, **QUIET),
     "folds": lambda: sh.frf(duffing(), (0.32, 0.08), at=[0.15, 0.19, 0.21], **QUIET),
     "accuracy": lambda: sh.frf(FORCED, (30, 10), accuracy=1e-3, stability=True, **QUIET),
     "ensemble": drawn,
     "condensed": condensed,
     "point": lambda: sh.solve(RING, 17.0),
+    "mistuned": lambda: sh.solve(RING.with_parameters(stiffness=[1e4, 1.01e4, 9.9e3]), 17.0),
+    "named": named,
+    "of blades": of_blades,
+    "waiting": waiting,
     "over the load": lambda: sh.follow(FORCED, "normal_load", (0.5, 50), frequency=19.5, **QUIET),
     "modes": lambda: sh.nonlinear_modes(FREE, over=LOADS, **QUIET),
     "modes over": lambda: sh.nonlinear_modes(FREE, "normal_load", (1, 9), amplitude=3e-4, **QUIET),
@@ -135,6 +175,29 @@ def test_it_explains_itself(name):
     for key in ("title", "symhbm_version", *of_problem):
         assert found.attrs[key], key
     assert found.attrs["symhbm_schema"] == 1
+
+
+def shown(name: str) -> dict[str, Any]:
+    """What the command line says of a result, the titles of its tables, and its page."""
+    found = result(name)
+    with TemporaryDirectory() as folder:
+        page = sh.view(found, Path(folder) / "page.html")
+        titles = {kind: columns_of(found, kind) for kind in ("points", "peaks", "events", "sets")}
+        return told(
+            dict(text=as_text(found), tables=titles, data=data_of(page), page=texts_of(page))
+        )
+
+
+def columns_of(found: xr.Dataset, kind: str) -> list[str]:
+    try:
+        return [*sh.datasets.table(found, kind, units=True).columns]
+    except (ValueError, KeyError) as error:
+        return [str(error)]
+
+
+@each
+def test_it_is_told_as_before(name):
+    same(shown(name), read("results")[name])
 
 
 @pytest.mark.parametrize(

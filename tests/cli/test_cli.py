@@ -21,14 +21,11 @@ from hypothesis import strategies as st
 import symhbm as sh
 from symhbm.cli import main
 from symhbm.cli.selection import kinds
-from symhbm.continuation import Status
 from symhbm.plot.viewer.ensemble import samples_of
 from symhbm.results.reading import blocks
 from tests.archives import interrupt, run
 from tests.problems import BLADE as VALUES
-from tests.problems import duffing, one_blade, ring_of_blades
-from tests.quick import quick_first
-from tests.sectors_to_reduce import chain_sector
+from tests.problems import duffing
 
 ROOT = Path(__file__).parent.parent.parent
 BLADE = sh.HarmonicBalance(sh.single_blade(**VALUES), sh.forces.PointForce(), harmonics=(1, 3))
@@ -47,8 +44,6 @@ CASES = {
     "path": lambda: sh.frf(BLADE, (10, 30), over={"normal_load": [0.5, 3.0, 100.0]}),
     "grid": lambda: sh.frf(RING, (150, 250), at=GRID, over={"normal_load": LOADS}),
     "short": lambda: sh.frf(BLADE, (10, 30), over={"normal_load": [0.5, 3.0]}, max_points=12),
-    "accurate": lambda: sh.frf(BLADE, (30, 10), accuracy=1e-3, stability=True),
-    "follow": lambda: sh.follow(BLADE, "normal_load", (0.5, 50), frequency=19.5),
     "solutions": lambda: sh.frf(DUFFING, (0.32, 0.08), at=[0.15, 0.19, 0.21]),
     "point": lambda: sh.solve(RING, 190.0),
     "motion": lambda: sh.periodic_motion(BLADE, 19.5, n_angles=16),
@@ -90,101 +85,11 @@ def table(*arguments):
     }
 
 
-def test_info_of_a_path(archive):
-    ds, said = dataset("path"), told(archive("path"))
-    assert said["structure"] == "1 blade, 1 contact to the ground"
-    assert said["normal_load"] == "swept, 3 values: 0.5, 3, 100 N"
-    assert said["stiffness"] == "10000 N m-1"
-    assert said["excitation"] == "point force on blade 0"
-    assert said["harmonics"] == "1, 3"
-    assert said["computed"] == "frequency response from 10 to 30 Hz, along the path"
-    assert said["curves"] == "3 of 3 complete"
-    assert said["points"] == f"{int(ds.n_points.sum())}, all converged"
-    # The largest of three loads is the nearly free blade: -37.3006 dB, known in closed form.
-    assert said["highest peak"].startswith("0.01364")
-    assert said["highest peak"].endswith("blade 0, smooth, normal_load=0.5")
-    assert "(-37.30 dB re 1 m), at 15.9164 Hz" in said["highest peak"]
-    assert said["events"] == "4: 2 end of slip, 2 onset of slip"
-    slipping = int((ds.contact_state == 1).sum())
-    assert f"at {slipping} of {int(ds.n_points.sum())} points" in said["contacts"]
-    assert said["dissipation"].startswith(f"at most {float(ds.dissipation.max()):.4g} J")
-    assert said["residual"].startswith(f"at most {float(ds.residual_norm.max()):.1e}")
-    assert "largest response" not in said
-
-
-def test_info_of_an_ensemble(archive):
-    ds, said = dataset("grid"), told(archive("grid"))
-    assert said["structure"] == "5 blades, 5 contacts each between two neighbours in a ring"
-    low, high = float(LOADS.min()), float(LOADS.max())
-    assert said["normal_load"] == (
-        f"swept over sample: {low:.6g} to {high:.6g} N, differing between contacts, "
-        "nominal value 10 N"
-    )
-    assert said["engine_order"] == "1"
-    assert said["computed"] == "frequency response from 150 to 250 Hz, at 41 values"
-    assert said["parameter sets"] == "3 along sample"
-    assert said["points"] == "123, all converged"
-    tops = ds.peak_amplitude.max("peak")
-    assert said["highest peak"].startswith(f"{float(tops.max()):.6g} m")
-    assert said["highest peak"].endswith(f"sample={int(tops.idxmax())}")
-    stuck = [j for j in range(5) if not (ds.contact_state.isel(contact=j) == 1).any()]
-    assert ("always stuck" in said["contacts"]) == bool(stuck)
-
-
-@pytest.mark.slow
-def test_info_of_all_that_there_is(archive):
-    said = told(archive("short"))
-    assert said["curves"].startswith("0 of 2 complete, 2 not 2: the largest number of points")
-    assert "largest response" in said
-    said = told(archive("accurate"))
-    assert said["harmonics"].startswith("as many as each point takes for an accuracy of 0.001")
-    assert said["computed"].startswith("frequency response from 30 to 10 Hz")
-    assert said["stability"] == f"{dataset('accurate').sizes['point']} stable"
-    worst = float(dataset("accurate").truncation_error.max())
-    assert said["truncation error"].startswith(f"at most {worst:.1e}")
-    said = told(archive("follow"))
-    assert said["normal_load"] == "followed, 0.5 to 50 N, nominal value 3 N"
-    assert said["computed"].startswith("response over normal_load from 0.5 to 50 N")
-    assert said["computed"].endswith("at 19.5 Hz")
-    said = told(archive("solutions"))
-    assert said["points"] == "5, all converged (each solution at a value counts)"
-    assert said["stability"] == "4 stable, 1 unstable"
-    assert said["events"] == "2: 2 fold"
-    assert said["cubic_stiffness"] == "0.1 N m-3"
-    said = told(archive("point"))
-    assert (said["computed"], said["status"]) == (
-        "response at one frequency, 190 Hz",
-        "1 of 1 complete",
-    )
-    # Tuned blades move alike: round-off does not choose among them.
-    assert said["largest response"].endswith("blade 0")
-    said = told(archive("motion"))
-    assert said["computed"].startswith("periodic motion in time, without truncation, at 16 angles")
-    assert said["events"] == f"{dataset('motion').sizes['event']}: 2 end of slip, 2 onset of slip"
-
-
 def interrupted(target, at=GRID, **options):
     """A run of three curves that was stopped after two of them."""
     over = {"normal_load": LOADS}
     interrupt(2, sh.frf, RING, (150, 250), at=at, over=over, archive=target, **options)
     return target.with_name("run.nc.partial")
-
-
-@pytest.mark.slow
-def test_info_of_a_flutter_limit(tmp_path):
-    blade = one_blade()  # fmt: skip
-    problem = sh.HarmonicBalance(blade, harmonics=(1,))
-    given = "normal_load", (1, 2)
-    held = sh.maximise_flutter_limit(problem, *given, (1e-6, 4e-4), progress=False)
-    damped = sh.maximise_damping(problem, *given, 3e-4, progress=False)
-    sh.save(held, tmp_path / "held.nc")
-    sh.save(damped, tmp_path / "damped.nc")
-    said = told(tmp_path / "held.nc")
-    assert said["normal_load"].endswith(" 1 to 2 N")
-    assert said["largest flutter limit"].startswith("0.113416, at ")
-    assert said["design"].startswith("the parameter changes nothing within the bounds")
-    assert told(tmp_path / "damped.nc")["normal_load"].endswith(" 2 N")
-    assert run("plot", tmp_path / "held.nc")[1].strip().endswith("held_flutter-limit.png")
 
 
 @pytest.mark.parametrize("at", [None, GRID], ids=["path", "grid"])
@@ -203,55 +108,15 @@ def test_info_of_an_unfinished_run(tmp_path, at):
     )
 
 
-def test_info_of_a_run_that_computed_nothing(tmp_path):
-    waiting = dataset("path").copy(deep=True)
-    waiting["status"][:] = str(Status.NOT_STARTED)
-    waiting["frequency"][:] = np.nan
-    waiting["converged"][:] = False
-    said = told(sh.save(waiting, tmp_path / "waiting.nc"))
-    assert said["curves"] == "0 of 3 complete, 3 of 3 not computed yet"
-    assert said["points"] == "none"
-
-
-def test_modes_of_blades_in_words_and_tables(tmp_path):
-    sector = sh.craig_bampton(chain_sector(3), 2, (1, 60), blade=[1, 2, 3], blade_modes=2)
-    name, values = "frequency_deviation_1", np.array([[0.01, 0, -0.02], [0, 0.03, 0]])
-    problem = sh.HarmonicBalance(
-        sh.mistuned_ring(sector), sh.forces.EngineOrder(1, pattern={3: 1.0})
-    )
-    over = {name: xr.DataArray(values, dims=("sample", "blade"))}
-    path = sh.save(sh.frf(problem, (12, 25), at=[15.0], over=over), tmp_path / "ring.nc")
-    said = told(path)
-    assert said[name] == (
-        "swept over sample: -0.02 to 0.03, differing between blades, nominal value 0"
-    )
-    assert said["stiffness_deviation"] == said["frequency_deviation_0"] == "0"
-    assert not any(label.startswith("blade_") for label in said)
-    sets = table(path, "--table", "sets")
-    columns = np.array([sets[f"{name}_{blade}"] for blade in range(3)], dtype=float)
-    np.testing.assert_array_equal(columns, values.T)
-
-
-def test_info_of_mistuned_blades_statistics_and_verifications(tmp_path):
-    blades = np.array([1e4, 1.01e4, 0.99e4, 1e4, 1e4])
-    problem = RING.with_parameters(stiffness=blades)
-    said = told(sh.save(sh.solve(problem, 190.0), tmp_path / "mistuned.nc"))
-    assert said["stiffness"] == (
-        "mistuned, 9900 to 10100 N m-1, differing between blades (mean 10000)"
-    )
+def test_info_of_what_was_made_by_hand(tmp_path):
     ds = dataset("grid")
     mean = ds[["amplitude"]].mean("sample", keep_attrs=True)
     mean["share"] = ("frequency", np.where(ds.frequency < 160, np.nan, 0.5))
     mean.attrs = {"title": "A mean", "symhbm_schema": 1, "note": "by hand"}
     said = told(sh.save(mean, tmp_path / "mean.nc"))
     assert (said["title"], said["note"]) == ("A mean", "by hand")
-    low, high = float(mean.amplitude.min()), float(mean.amplitude.max())
-    assert f"{low:.6g} to {high:.6g} m" in said["amplitude"]
     missing = int((ds.frequency < 160).sum())
     assert said["share"] == f"along frequency, 0.5 ({missing} of 41 are NaN)"
-    verified = sh.verify(dataset("point"), exact="none")
-    said = told(sh.save(verified, tmp_path / "verified.nc"))
-    assert said["verification"] == "passed, 1 points checked"
 
 
 @given(st.lists(st.integers(1, 6), max_size=4), st.integers(1, 9), st.integers(1, 40))
@@ -346,32 +211,6 @@ def test_an_exported_table_is_read_by_pandas(tmp_path, archive):
     assert np.isnan(angle).any()
 
 
-def test_other_tables(archive):
-    ds = dataset("grid")
-    found = table(archive("grid"), "--table", "peaks")
-    kept = ds.peak_kind.values != ""
-    np.testing.assert_array_equal(
-        np.array(found["peak_frequency"], dtype=float), ds.peak_frequency.values[kept]
-    )
-    assert found["peak_kind"] == ds.peak_kind.values[kept].tolist()
-    assert len(table(archive("grid"), "--table", "events")["event_kind"]) == int(ds.n_events.sum())
-    sets = table(archive("grid"), "--table", "sets")
-    assert sets["sample"] == ["4", "5", "6"]
-    np.testing.assert_array_equal(np.array(sets["normal_load_3"], dtype=float), LOADS[:, 3])
-    several = table(archive("solutions"))
-    assert (several["frequency"], several["solution"]) == (
-        ["0.15", "0.19", "0.19", "0.19", "0.21"],
-        ["0", "0", "1", "2", "0"],
-    )
-    motion = table(archive("motion"))
-    np.testing.assert_array_equal(
-        np.array(motion["friction_force_0"], dtype=float),
-        dataset("motion").friction_force.values[:, 0],
-    )
-    assert len(table(archive("motion"), "--table", "events")["event_angle"]) == 4
-    assert table(archive("point"))["frequency"] == ["190.0"]
-
-
 def test_points_that_are_not_there_keep_their_row(tmp_path):
     ds = dataset("solutions").copy(deep=True)
     place = {"frequency": 0}
@@ -446,34 +285,6 @@ def test_plot(archive, tmp_path, monkeypatch):
     )
     assert run("plot", archive("grid"), "--kind", "blades")[0] == 0
     assert calls[-1][1].sizes == dataset("grid").sizes
-
-
-@pytest.mark.parametrize(
-    "kind", quick_first(["disk", "stick-map", "blades", "states", "envelope", "hysteresis"], 2)
-)
-def test_every_kind_is_drawn(archive, kind):
-    path = archive("grid")
-    chosen = ("--select", "sample=5") if kind in ("disk", "hysteresis") else ()
-    code, _, err = run("plot", path, "--kind", kind, *chosen)
-    assert (code, err) == (0, "")
-    assert path.with_name(f"grid_{kind}.png").read_bytes().startswith(b"\x89PNG")
-
-
-def test_info_of_draws(tmp_path):
-    draws = sh.mistuning.uniform(RING, 2, seed=7, normal_load=0.3, contact_stiffness=[0.1] * 5)
-    dataset = sh.frf(RING, (180, 182), at=[181.0], over=draws)
-    said = told(sh.save(dataset, tmp_path / "x.nc"))
-    assert said["normal_load"].endswith("10 N; uniform, relative half-width 0.3, seed 7")
-    assert said["contact_stiffness"].endswith("; uniform, seed 7")
-
-
-def test_info_of_sectors(tmp_path):
-    disk = ring_of_blades(5, contact_stiffness=1e5, normal_load=10)
-    problem = sh.HarmonicBalance(disk, sh.forces.EngineOrder(2))
-    loads = xr.DataArray([[9.0] * 5, [9.0, 10.0, 9.0, 9.0, 9.0]], dims=("sample", "contact"))
-    dataset = sh.frf(problem, (80, 90), at=[85.0], over={"normal_load": loads})
-    said = told(sh.save(dataset, tmp_path / "x.nc"))
-    assert said["solved"] == "one of 5 sectors that move alike, in 1 of 2 curves"
 
 
 def test_no_incomplete_curve_is_drawn_as_if_it_were_complete(tmp_path, monkeypatch):
@@ -571,6 +382,12 @@ def test_a_broken_bound_is_an_exit_code(archive):
         (["verify", "{point}", "--bound", "energy_error"], "expected FIGURE=VALUE"),
         (["verify", "{point}", "--exact", "some"], "exact='some'"),
         (["verify", "{point}", "--output", "{none}/out.nc"], "cannot be written"),
+        (["plot", "{path}", "{grid}", "--kind", "states"], "states draws one, got 2"),
+        (["plot", "{path}", "{grid}", "--label", "one"], "--label: expected 2"),
+        (["plot", "{path}", "{grid}", "--label=one", "--label=one"], "expected different ones"),
+        (["export", "{path}", "--at", "top"], "expected peak, largest"),
+        (["export", "{path}", "--at", "9"], "no curve has it"),
+        (["export", "{path}", "--at", "99.5"], "10 to 30"),
     ],
 )
 def test_bad_input_is_one_line(archive, tmp_path, arguments, message):
@@ -599,48 +416,6 @@ def test_help_and_version():
 def test_every_file_of_verbs_is_a_command():
     files = {path.stem.rstrip("_") for path in (ROOT / "symhbm" / "cli" / "verbs").glob("[!_]*.py")}
     assert files == {*main.commands}
-
-
-@pytest.mark.slow
-def test_several_archives_in_one_picture(archive, tmp_path):
-    path, output = archive("path"), tmp_path / "both.svg"
-    other = sh.save(sh.frf(BLADE.with_parameters(stiffness=1.2e4), (10, 30)), tmp_path / "stiff.nc")
-    code, _, err = run("plot", path, other, "--output", output)
-    assert (code, err) == (0, "")
-    text = output.read_text()
-    assert ">stiff<" in text
-    assert "path, " in text
-    options = ("--label", "as built", "--label", "stiffer blade", "--output", output)
-    assert run("plot", path, other, *options)[0] == 0
-    assert ">stiffer blade<" in output.read_text()
-    for more, words in (
-        (["--kind", "states"], "states draws one, got 2"),
-        (["--label", "one"], "--label: expected 2"),
-        (["--label", "one", "--label", "one"], "expected different ones"),
-    ):
-        code, _, err = run("plot", path, other, *more)
-        assert code == 2
-        assert words in err
-
-
-@pytest.mark.slow
-def test_a_point_of_each_curve_in_pictures_and_tables(archive, tmp_path):
-    path, output = archive("path"), tmp_path / "loops.svg"
-    code, _, err = run("plot", path, "--kind", "hysteresis", "--at", "peak", "--output", output)
-    assert (code, err) == (0, "")
-    assert "peak of each curve" in output.read_text()
-    rows = [*csv.reader(io.StringIO(run("export", path, "--at", "peak")[1]))]
-    top = sh.datasets.at(dataset("path"), "peak")
-    column = rows[0].index("dissipation_0 [J]")
-    assert [float(row[column]) for row in rows[1:]] == top.dissipation.values[:, 0].tolist()
-    for at, words in (
-        ("top", "expected peak, largest"),
-        ("9", "no curve has it"),
-        ("99.5", "10 to 30"),
-    ):
-        code, _, err = run("export", path, "--at", at)
-        assert code == 2
-        assert words in err
 
 
 def test_every_picture_of_the_library_is_a_kind(monkeypatch):
@@ -684,33 +459,6 @@ def test_the_library_does_without_click():
         [sys.executable, "-c", code], cwd=ROOT, capture_output=True, text=True, check=True
     )
     assert json.loads(done.stdout) == []
-
-
-@pytest.mark.slow
-def test_info_names_places_and_forces_as_they_were_given(tmp_path):
-    places = dict(
-        node=np.repeat([10, 20], 3), direction=[*"xyz"] * 2, label=["root"] * 3 + ["tip"] * 3
-    )
-    loads = np.array([1.0, 2.0])
-    rub = sh.Friction(
-        tangential=[("tip:x",), ("root:x",)],
-        contact_stiffness=1e3 * loads,
-        friction_coefficient=0.3,
-        normal_load=loads,
-    )
-    unit = np.eye(6)
-    model = sh.Model(unit, unit, 1e4 * unit, places=places, contacts={"rub": rub})
-    force = sh.forces.HarmonicForce(cosine={1: {"tip:z": 20.0, "root:z": 1.0}}, amplitude=1.5)
-    path = sh.save(sh.frf(sh.HarmonicBalance(model, force), (10, 30)), tmp_path / "blade.nc")
-    said = told(path)
-    assert said["excitation"].endswith("at most 30 N at tip:z")
-    assert ", tip:z, smooth" in said["highest peak"]
-    assert said["contact_stiffness"] == (
-        "1000 to 2000 N m-1, differing between contacts (mean 1500)"
-    )
-    point = sh.forces.PointForce("tip:z", 2.0)
-    path = sh.save(sh.solve(sh.HarmonicBalance(model, point), 12.0), tmp_path / "point.nc")
-    assert told(path)["excitation"] == "point force on tip:z"
 
 
 def test_sweeps_over_chosen_values_are_responses(tmp_path):

@@ -8,7 +8,6 @@ from tests.paper import level, texts
 from tests.problems import one_blade
 
 PROBLEM = sh.HarmonicBalance(one_blade(), sh.forces.PointForce())
-FREE = sh.HarmonicBalance(one_blade(damping=-0.5), harmonics=(1, 3))
 
 
 def crosses(ax):
@@ -59,60 +58,3 @@ def test_values_without_a_solution():
     beside = grid[[1, 4, 7]]
     np.testing.assert_array_equal(crosses(sh.plot.response(found).axes[0])[:, 0], beside)
     np.testing.assert_array_equal(crosses(sh.plot.phase(found).axes[0])[:, 0], beside)
-
-
-def test_nonlinear_modes_that_stop():
-    found = short(sh.nonlinear_modes, FREE)
-    ax = sh.plot.nonlinear_modes(found).axes[0]
-    panels = list(ax.child_axes)
-    last = found.isel(point=-1)
-    for panel, name in zip(panels, ("frequency", "damping_ratio"), strict=True):
-        marks = [line.get_xydata() for line in panel.lines if line.get_marker() == "x"]
-        np.testing.assert_array_equal(np.concatenate(marks), [[last.amplitude, last[name]]])
-    assert len(crosses(panels[0]))
-    # Negative damping, as here, is in its panel.
-    low, high = panels[1].get_ylim()
-    assert low < found.damping_ratio.min() <= found.damping_ratio.max() < high
-    whole = sh.plot.nonlinear_modes(sh.nonlinear_modes(FREE, progress=False)).axes[0]
-    assert not any(len(crosses(panel)) for panel in whole.child_axes)
-
-
-@pytest.mark.slow
-def test_limit_cycles_that_stop():
-    found = short(sh.limit_cycles, FREE, "damping", (-30, -0.1), max_points=30)
-    drawn = crosses(sh.plot.limit_cycles(found).axes[0])
-    reached = np.isin(found.damping, (-30, -0.1))
-    assert len(drawn) == 1
-    for value, amplitude in drawn:
-        at = (found.damping == value) & (found.amplitude == amplitude)
-        assert at.any()
-        assert not reached[at].any()
-    whole = sh.limit_cycles(FREE, "damping", (-30, -0.1), progress=False)
-    assert not len(crosses(sh.plot.limit_cycles(whole).axes[0]))
-
-
-def test_flutter_limits_that_are_missing():
-    found = sh.flutter_limit(
-        FREE, "normal_load", (0.1, 10), np.geomspace(0.1, 10, 5), amplitudes=(1e-6, 4e-4),
-        disturbance=[1e-6, 1e-4], progress=False,
-    )  # fmt: skip
-    assert not len(crosses(sh.plot.flutter_limit(found).axes[0]))
-    value = found.normal_load.values
-    found["flutter_limit"] = found.flutter_limit.where(found.normal_load != value[2])
-    drawn = crosses(sh.plot.flutter_limit(found).axes[0])
-    np.testing.assert_array_equal(drawn[:, 0], np.tile(value[[1, 3]], 2))
-
-
-def test_fronts_that_are_not_complete():
-    aims = {
-        "peak [m]": lambda peaks, parameters: peaks["largest"],
-        "load [N]": lambda peaks, parameters: parameters["normal_load"][0],
-    }
-    found = sh.pareto_front(
-        PROBLEM, "normal_load", (0.5, 20), (5, 40), aims=aims, n_points=2, progress=False
-    )
-    for status in (sh.Status.FRONT_FOUND, sh.Status.FRONT_INCOMPLETE):
-        found["status"] = ((), str(status))
-        told = texts(sh.plot.pareto_front(found).axes[0].child_axes[0])
-        said = any("incomplete" in text for text in told)
-        assert said == (status == sh.Status.FRONT_INCOMPLETE)

@@ -12,50 +12,11 @@ import xarray as xr
 
 import symhbm as sh
 from studies import fig03_single_blade as fig03
-from tests.problems import ring_of_blades
 
 
 @pytest.fixture(scope="module")
 def response():
     return sh.frf(fig03.problem(), (10, 30), over={"normal_load": [1, 3]}, progress=False)
-
-
-def ring(n=3):
-    disk = ring_of_blades(n, contact_stiffness=1e5, normal_load=10)
-    return sh.HarmonicBalance(disk, sh.forces.EngineOrder(1))
-
-
-def pictures(response):
-    """Figures of lines, of pixels, of many dots and of symbols, by their names."""
-    loads = xr.DataArray([[8.0, 9, 10], [11, 12, 13]], dims=("sample", "contact"))
-    grid = np.linspace(20, 60, 15)
-    ensemble = sh.frf(ring(), (20, 60), grid, over={"normal_load": loads}, progress=False)
-    sheet = sh.Model([[1, 0], [0, 0.0]], [[0.1, 0], [0, 0.0]], [[3e4, -2e4], [-2e4, 2e4]])
-    lines = sh.campbell(sh.Sector(sheet, [0], [1], 24), [200, 900], orders=range(1, 13), count=1)
-    return {
-        "response": sh.plot.response(response),
-        "envelope": sh.plot.envelope(ensemble, style="density"),
-        "model": sh.plot.model(fig03.problem()),
-        "interference": sh.plot.interference(lines),
-    }
-
-
-@pytest.mark.slow
-def test_every_picture_is_saved_with_its_text(response, tmp_path):
-    for name, figure in pictures(response).items():
-        words = max((ax.get_xlabel() or ax.get_title() for ax in figure.axes), key=len)
-        word = max(re.findall("[a-z]+", words) or ["0"], key=len)
-        for kind in sh.plot.FORMATS:
-            path = tmp_path / f"{name}.{kind}"
-            figure.savefig(path)
-            data = path.read_bytes()
-            assert data.startswith({"png": b"\x89PNG", "svg": b"<?xml", "pdf": b"%PDF"}[kind])
-            assert len(data) < 1_000_000
-        text = (tmp_path / f"{name}.svg").read_text()
-        assert "<text" in text
-        assert word in "".join(re.findall(r">([^<>]+)</(?:text|tspan)>", text)), name
-        # Fonts of outlines are of type 42, whose characters are text.
-        assert b"/Type3" not in (tmp_path / f"{name}.pdf").read_bytes()
 
 
 CODE = """

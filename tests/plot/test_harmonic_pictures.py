@@ -5,7 +5,6 @@ import pytest
 
 import symhbm as sh
 from symhbm.plot.lines import curved
-from tests.paper import texts
 from tests.problems import duffing, one_blade
 
 LINEAR = sh.HarmonicBalance(sh.Model([[1.0]], [[5.0]], [[1e4]]), sh.forces.PointForce())
@@ -58,15 +57,6 @@ def test_phase_portrait_of_a_linear_motion_is_an_ellipse(motion):
     assert ax.get_title() == "15 Hz"
 
 
-def test_phase_portraits_of_curves_are_those_of_their_peaks():
-    sweep = sh.frf(BLADE, (10, 30), over={"normal_load": [1.0, 3.0]}, progress=False)
-    [ax] = sh.plot.phase_portrait(sweep).axes
-    tops = sh.datasets.at(sweep, "peak").amplitude.values[:, 0]
-    widths = [np.abs(line.get_xdata()).max() * 1e-3 for line in ax.lines]
-    np.testing.assert_allclose(widths, tops, rtol=1e-3)
-    assert texts(ax) == ["$F_n$ = 1 N", "$F_n$ = 3 N"]
-
-
 def test_transmissibility_of_an_isolator_is_the_textbook_one():
     isolator = sh.Model([[1.0]], [[10.0]], [[1e4]])
     problem = sh.HarmonicBalance(isolator, sh.forces.BaseMotion(displacement=1e-3))
@@ -80,41 +70,6 @@ def test_transmissibility_of_an_isolator_is_the_textbook_one():
     assert at.sum() == result.n_points.item()
     with pytest.raises(ValueError, match="its base stands still"):
         sh.plot.transmissibility(sh.frf(LINEAR, (5, 40), progress=False))
-
-
-def test_amplitudes_of_a_moving_base_are_in_its_unit():
-    isolator = sh.Model([[1.0]], [[10.0]], [[1e4]])
-    problem = sh.HarmonicBalance(isolator, sh.forces.BaseMotion(displacement=1e-3))
-    levels = {"force_amplitude": [1e-5, 2e-5]}
-    [ax] = sh.plot.response(sh.frf(problem, (5, 60), over=levels, progress=False)).axes
-    assert texts(ax) == ["$f_0$ = 1e-05 m", "$f_0$ = 2e-05 m"]
-    path = sh.follow(problem, "force_amplitude", (1e-5, 1e-3), frequency=10, progress=False)
-    [ax] = sh.plot.response(path).axes
-    assert ax.get_xlabel() == "amplitude of the displacement of the base $f_0$ [m]"
-
-
-def test_harmonics_of_responses_are_drawn_by_themselves():
-    result = sh.frf(BLADE, (14, 25), progress=False)
-    motion = sh.datasets.motion(result)
-    for harmonic in (1, 3):
-        [ax] = sh.plot.response(result, harmonic=harmonic, scale="linear").axes
-        x, y = ax.lines[0].get_data()
-        known = motion.harmonic_amplitude.sel(harmonic=harmonic).isel(dof=0)
-        known = known.where(known > 1e-12 * known.max())
-        for hertz, size in zip(result.frequency.values, known.values, strict=True):
-            if np.isfinite(size):
-                assert y[np.argmin(np.abs(x - hertz))] == pytest.approx(size, rel=1e-9)
-    with pytest.raises(KeyError, match="'5' is no harmonic"):
-        sh.plot.response(result, harmonic=5)
-
-
-def test_peaks_are_annotated_where_this_is_asked_for():
-    result = sh.frf(BLADE, (14, 25), progress=False)
-    [ax] = sh.plot.response(result, annotate=True).axes
-    top = result.peak_amplitude.max().item()
-    assert [text.get_text() for text in ax.texts] == [
-        f"{result.peak_frequency[0].item():.4g} Hz\n{1e6 * top:.4g} µm"
-    ]
 
 
 def test_the_backbone_of_a_hardening_spring_is_where_resonances_are():
@@ -140,14 +95,6 @@ def test_the_backbone_of_a_hardening_spring_is_where_resonances_are():
     tops = sh.datasets.at(sweep, "peak")
     marks = next(line for line in ax.lines if line.get_marker() == "<")
     np.testing.assert_allclose(marks.get_xdata(), tops.frequency)
-
-
-def test_backbones_of_peak_curves():
-    track = sh.peak_curve(BLADE, "normal_load", (1.0, 6.0), frequency_band=(10, 30), progress=False)
-    [ax] = sh.plot.backbone(track).axes
-    x, y = ax.lines[0].get_data()
-    for hertz, size in zip(track.peak_frequency.values, track.peak_amplitude.values, strict=True):
-        assert np.hypot(x - hertz, y - 20 * np.log10(size)).min() < 1e-6
 
 
 def test_modes_over_their_energy():

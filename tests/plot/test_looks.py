@@ -31,23 +31,6 @@ def lines(ax):
     return [line for line in ax.lines if len(line.get_xdata()) > 20]
 
 
-def test_results_have_names_colours_and_styles(curves):
-    built, thicker, _ = curves
-    [ax] = sh.plot.response({"as built": built, "thicker shroud": thicker}).axes
-    assert texts(ax) == ["as built", "thicker shroud"]
-    assert ax.get_title() == "normal load: 3 N or 6 N"
-    drawn = lines(ax)
-    assert [plt.matplotlib.colors.to_hex(line.get_color()) for line in drawn] == [*HUES[:2]]
-    assert len({str(line.get_linestyle()) for line in drawn}) == 2
-    for line, one in zip(drawn, (built, thicker), strict=True):
-        value, amplitude = sh.plot.curve(one)
-        np.testing.assert_allclose(line.get_xdata(), value)
-        np.testing.assert_allclose(line.get_ydata(), 20 * np.log10(amplitude))
-    [other] = sh.plot.response([built, thicker], label=["one", "two"]).axes
-    assert texts(other) == ["one", "two"]
-    assert texts(sh.plot.response([built, thicker]).axes[0]) == ["1", "2"]
-
-
 def test_colours_go_on_in_the_axes_of_the_caller(curves):
     figure, ax = plt.subplots()
     for label, one in zip(("first", "second", "third"), curves, strict=True):
@@ -55,17 +38,6 @@ def test_colours_go_on_in_the_axes_of_the_caller(curves):
     assert texts(ax) == ["first", "second", "third"]
     hexes = [plt.matplotlib.colors.to_hex(line.get_color()) for line in lines(ax)]
     assert hexes == [*HUES[:3]]
-
-
-def test_families_of_results_are_told_apart(sweeps):
-    [ax] = sh.plot.response({"soft": sweeps[0], "stiff": sweeps[1]}).axes
-    assert texts(ax)[:2] == ["soft, $F_n$ = 1 N", "soft, $F_n$ = 3 N"]
-    assert len({*texts(ax)}) == 6
-    colours = np.array([plt.matplotlib.colors.to_rgb(line.get_color()) for line in lines(ax)])
-    assert len(np.unique(colours, axis=0)) == 6
-    # Greys, then tints of one colour.
-    assert np.ptp(colours[:3], axis=1).max() < 1e-12
-    assert (np.diff(colours[3:], axis=1) < 0).all()
 
 
 def test_wide_families_share_their_colour_bar(sweeps):
@@ -77,31 +49,6 @@ def test_wide_families_share_their_colour_bar(sweeps):
     others = many[1].assign_coords(normal_load=2 * many[1].normal_load)
     with pytest.raises(ValueError, match="sweeps over the same values"):
         sh.plot.response([many[0], others])
-
-
-def test_loops_and_bode_plots_of_several_results(curves):
-    built, thicker, _ = curves
-    [ax] = sh.plot.hysteresis({"as built": built, "thicker": thicker}).axes
-    assert texts(ax) == ["as built", "thicker"]
-    figure = sh.plot.bode({"as built": built, "thicker": thicker})
-    above, below = figure.axes[0].child_axes
-    assert len(lines(above)) == len(lines(below)) == 2
-
-
-@pytest.mark.parametrize(
-    ("results", "options", "words"),
-    [
-        (lambda c: {"a": c[0]}, {"label": "b"}, "label='b': expected None"),
-        (lambda c: c[:2], {"label": ["a"]}, "expected 2 names"),
-        (lambda c: c[:2], {"label": "ab"}, "expected 2 names"),
-        (lambda c: [], {}, "at least one result"),
-        (lambda c: c[0], {"size": "poster"}, "size='poster'"),
-    ],
-)
-def test_bad_looks(curves, results, options, words):
-    with pytest.raises(ValueError, match=words):
-        sh.plot.response(results(curves), **options)
-    assert plt.get_fignums() == []
 
 
 def test_unknown_keywords_and_results_over_other_axes(curves):

@@ -4,15 +4,9 @@ import numpy as np
 import pytest
 
 import symhbm as sh
-from tests.problems import one_blade, ring_of_blades
+from tests.problems import ring_of_blades
 
 SLIDERS = dict(contact_stiffness=[4e3, 3e3, 2e3, 1e3], normal_load=[1.0, 2.0, 3.0, 4.0])
-
-
-@pytest.fixture(scope="module")
-def sweep():
-    problem = sh.HarmonicBalance(one_blade(), sh.forces.PointForce(), (1, 3))
-    return sh.frf(problem, (10, 30), over={"normal_load": [1.0, 3.0, 6.0]}, progress=False)
 
 
 @pytest.fixture(scope="module")
@@ -23,26 +17,6 @@ def sliders():
     )
     problem = sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=3.0), (1, 3, 5))
     return sh.frf(problem, (14, 22), progress=False)
-
-
-def test_a_sweep_has_one_loop_for_each_value(sweep):
-    [ax] = sh.plot.hysteresis(sweep).axes
-    lines = [line for line in ax.lines if len(line.get_xdata()) > 50]
-    assert len(lines) == 3
-    for line, lost in zip(lines, sh.datasets.at(sweep, "peak").dissipation[:, 0], strict=True):
-        x, force = line.get_data()
-        assert np.trapezoid(force, x) * 1e-3 == pytest.approx(lost.item(), rel=1e-6)
-    assert ax.get_title() == "peak of each curve"
-
-
-def test_points_that_are_chosen_are_drawn(sweep):
-    few = sweep.isel(normal_load=1, point=[3, 5])
-    [ax] = sh.plot.hysteresis(few).axes
-    assert len([line for line in ax.lines if len(line.get_xdata()) > 50]) == 2
-    one = sweep.isel(normal_load=1)
-    title = sh.plot.hysteresis(one, at=18.0).axes[0].get_title()
-    nearest = one.frequency.values[np.nanargmin(np.abs(one.frequency.values - 18))]
-    assert title.endswith(f"{nearest:.5g} Hz, nearest point")
 
 
 def test_sliders_on_one_mass_are_one_loop_of_their_energy(sliders):
@@ -66,23 +40,6 @@ def test_contacts_that_move_apart_are_told():
     assert "contacts move apart" in title
     with pytest.raises(KeyError, match="group of contacts"):
         sh.plot.hysteresis(result, contact="shroud")
-
-
-def test_states_through_the_period_are_as_long_as_the_share_that_sticks(sweep):
-    [ax] = sh.plot.states(sweep, at="peak").axes
-    colours = {"sticks": ax.get_legend().legend_handles[0].get_facecolor()}
-    top = sh.datasets.at(sweep, "peak")
-    for row, stuck in enumerate(top.stick_fraction.values[::-1, 0]):
-        width = 0.0
-        for areas in ax.collections:
-            if np.allclose(areas.get_facecolor()[0], colours["sticks"]):
-                for path in areas.get_paths():
-                    corners = path.vertices
-                    if abs(corners[:, 1].mean() - row) < 0.45:
-                        width += np.ptp(corners[:, 0])
-        assert width / (2 * np.pi) == pytest.approx(stuck, abs=1e-9)
-    point = sweep.isel(normal_load=0, point=3)
-    assert sh.plot.states(point).axes[0].get_title() == f"{point.frequency.item():.5g} Hz"
 
 
 @pytest.mark.parametrize("motion", [False, True])
@@ -109,18 +66,3 @@ def test_onsets_of_planar_slip_are_on_the_loops(motion):
     before = np.arange(onset - 6, onset + 1) % (len(x) - 1)
     slope = np.diff(force[before]) / np.diff(x[before]) * 1e3
     np.testing.assert_allclose(slope, 1e4, rtol=1e-6)
-
-
-def test_disks_of_sectors_are_drawn_around_by_the_name_of_a_place():
-    blade = sh.Model(
-        [[1.0, 0], [0, 0]], [[2.0, 0], [0, 0]], [[3e4, -2e4], [-2e4, 2e4]],
-        places=sh.Places(node=[1, 2], direction="z", label=["tip", ""]),
-    )  # fmt: skip
-    disk = sh.Sector(blade, left=[0], right=[1], n_sectors=12)
-    force = sh.forces.EngineOrder(3, pattern={0: 1.0})
-    response = sh.frf(sh.HarmonicBalance(disk, force), (20, 60), progress=False)
-    figure = sh.plot.disk(response, place="tip:z", at="peak")
-    assert "tip:z, nodal diameter 3\n" in figure.axes[0].get_title()
-    assert [text.get_text() for text in figure.axes[0].texts] == [str(k) for k in range(12)]
-    with pytest.raises(ValueError, match="place="):
-        sh.plot.disk(response, place=[0, 0, 1])

@@ -1,9 +1,7 @@
 """Pictures are right between the points of a dataset, and none is empty."""
 
-import importlib
 from itertools import pairwise
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 import xarray as xr
@@ -12,7 +10,6 @@ from click.testing import CliRunner
 import symhbm as sh
 from studies import fig03_single_blade as fig03
 from studies import fig08_engine_orders as fig08
-from studies import fig12_mistuned_disk
 from symhbm.cli import main
 from symhbm.continuation.status import Status
 from symhbm.numerics.loops.interpolation import amplitude_between
@@ -102,21 +99,6 @@ def test_a_curve_that_folds_is_drawn_where_it_is():
     ]
     x, y = (np.concatenate([way[i] for way in ways]) for i in (0, 1))
     assert farthest(ax, (x, level(y)), line.get_data()) < CLOSE
-
-
-@pytest.mark.slow
-def test_a_grid_is_drawn_through_its_peaks():
-    """Peaks lie beside the values of a grid, and nothing but the peak is the top of the line."""
-    problem = fig03.problem().with_parameters(normal_load=3)
-    for grid in (np.linspace(10, 30, 9), np.linspace(10, 30, 401)):
-        curve = sh.frf(problem, (10, 30), grid, throw=True, progress=False)
-        (line,) = long_lines(sh.plot.response(curve).axes[0])
-        x, y = line.get_data()
-        peak = float(curve.peak_frequency[0]), level(float(curve.peak_amplitude[0]))
-        assert y.max() == peak[1] > level(float(curve.amplitude.max()))
-        assert x[y.argmax()] == peak[0]
-        assert np.isin(grid, x).all()
-    assert off_paper(line, curve, n_values=500) < CLOSE
 
 
 def test_corners_between_values_of_a_grid():
@@ -263,17 +245,6 @@ def failed():
     )
 
 
-@pytest.mark.parametrize("kind", ["response", "disk", "hysteresis", "stick_map", "envelope"])
-def test_a_dataset_without_points_is_not_drawn(failed, kind):
-    if kind == "envelope":
-        failed = failed.rename(normal_load="sample")
-    if kind == "disk":
-        failed = without_points(sh.frf(mistuned(), (50, 110), [60, 70]))
-    with pytest.raises(ValueError, match=r"converged point.*no response was found"):
-        getattr(sh.plot, kind)(failed)
-    assert plt.get_fignums() == []
-
-
 def test_the_command_line_draws_no_empty_picture(failed, tmp_path):
     sh.save(failed, tmp_path / "failed.nc")
     arguments = ["plot", str(tmp_path / "failed.nc"), "--kind", "blades"]
@@ -284,33 +255,3 @@ def test_the_command_line_draws_no_empty_picture(failed, tmp_path):
 
 
 # Studies: all that draw responses, as they are drawn in full
-
-
-def drawn(name, draw="draw"):
-    """Module, dataset and axes of a study."""
-    study = importlib.import_module(f"studies.{name}")
-    dataset = study.compute(progress=False)
-    return study, dataset, getattr(study, draw)(dataset).axes
-
-
-@pytest.mark.slow
-def test_the_ground_of_a_tip_is_solved_for():
-    """The worst disk of Fig. 12: blade 2 comes to rest at 151.9 Hz, 50 dB below the others.
-
-    A division that ends after six solutions leaves the blade's response 1.9 % off there.
-    """
-    tuned = fig12_mistuned_disk.problem()
-    drawn = fig12_mistuned_disk.samples(tuned).sel(sample=16)
-    disk = tuned.with_parameters(**{str(name): drawn[name].values for name in drawn})
-    band, hz = fig12_mistuned_disk.BAND, np.linspace(151.86, 151.94, 41)
-    exact = sh.frf(disk, band, at=hz, progress=False).amplitude.values
-    path = sh.frf(disk, band, peaks="each", progress=False)
-    right = np.searchsorted(path.frequency.values, hz)
-    left, width = right - 1, np.diff(path.frequency.values)[right - 1, None]
-    ends = path.amplitude.values[left], path.amplitude.values[right]
-    first = width * path.amplitude_slope.values[left]
-    last = width * path.amplitude_slope_before.values[right]
-    share = (hz[:, None] - path.frequency.values[left, None]) / width
-    read = amplitude_between(*ends, (first, last), share)
-    assert exact[:, 2].min() < 0.004 * exact.max()
-    np.testing.assert_allclose(read, exact, rtol=0.01)

@@ -1,9 +1,7 @@
 """What ``place=`` shows: any degree of freedom, blade or node, or the largest of several."""
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
-import xarray as xr
 
 import symhbm as sh
 from tests.problems import ring_of_blades
@@ -74,65 +72,6 @@ def test_nodes(nodes, place, dofs, words):
     levels, label = drawn(nodes, place)
     np.testing.assert_allclose(levels, level(nodes, dofs), rtol=1e-12)
     assert label == f"{words} [dB re 1 m]"
-
-
-def test_ensembles_and_phases_take_places(ring):
-    ensemble = xr.concat([ring, ring.assign(amplitude=1.1 * ring.amplitude)], "sample")
-    for place in ("blade 2", 2, ["blade 0", "blade 2"]):
-        (ax,) = sh.plot.envelope(ensemble, place=place, extremes=False).axes
-        dofs = [2] if place in ("blade 2", 2) else [0, 2]
-        expected = level(ring, dofs) + 20 * np.log10(1.05)
-        np.testing.assert_allclose(ax.lines[0].get_ydata(), expected, rtol=1e-12)
-    by_name, by_number = (sh.plot.phase(ring, place=p).axes[0].lines[0] for p in ("blade 2", 2))
-    np.testing.assert_array_equal(by_name.get_ydata(), by_number.get_ydata())
-    with pytest.raises(ValueError, match=r"place=\[1, 2\]: expected one degree of freedom"):
-        sh.plot.phase(ring, place=[1, 2])
-
-
-@pytest.mark.parametrize(
-    ("place", "error", "words"),
-    [
-        (5, ValueError, "place=5: expected an integer from 0 to 4"),
-        (1.5, ValueError, "place=1.5"),
-        ("blade 5", KeyError, "a number from 0 to 4, 'blade 0' to 'blade 4', or several"),
-        ("tip", KeyError, "place='tip': expected a number from 0 to 4, 'blade 0' to 'blade 4'"),
-        ([], ValueError, r"place=\[\]: expected a number"),
-    ],
-)
-def test_errors_name_what_is_allowed(ring, place, error, words):
-    with pytest.raises(error, match=words):
-        sh.plot.response(ring, place=place)
-    assert plt.get_fignums() == []
-
-
-def test_errors_name_nodes(nodes):
-    words = "the nearest are 'tip'.* a label or a node .*'root', 'tip'.* directions as 'tip:x'"
-    with pytest.raises(KeyError, match=words):
-        sh.plot.response(nodes, place="tpi")
-    with pytest.raises(KeyError, match="9 has x, y"):
-        sh.plot.response(nodes, place="9:z")
-
-
-def test_errors_name_other_numbers(nodes):
-    """Of a node, of the whole structure, and outputs."""
-    with pytest.raises(ValueError, match="from 0 to 4; the node 9 is '9'"):
-        sh.plot.response(nodes, place=9)
-    chain = sh.Model(
-        np.eye(5),
-        np.eye(5),
-        1e4 * (2 * np.eye(5) - np.eye(5, k=1) - np.eye(5, k=-1)),
-        contacts=[(3,)],
-        contact_stiffness=1e4,
-        friction_coefficient=0.5,
-        normal_load=10,
-    ).with_outputs({"stress": {0: 1e11}}, units="Pa")
-    force = sh.forces.PointForce(4)
-    small = sh.condense(chain, force, (10, 20))
-    response = sh.frf(sh.HarmonicBalance(small, force), (10, 20), at=[15])
-    with pytest.raises(ValueError, match=r"of the structure these are .* \[0, 3\]"):
-        sh.plot.response(response, place=4)
-    with pytest.raises(KeyError, match=r"outputs \(stress\) are drawn by symhbm.datasets.output"):
-        sh.plot.response(response, place="stress")
 
 
 def test_peaks_of_a_place_are_where_it_is_largest():

@@ -46,42 +46,6 @@ def test_faces_that_are_seen_are_drawn_from_back_to_front(nodes):
     assert "elements" in picture.panels[0].title
 
 
-def test_sets_contacts_and_forces_are_drawn():
-    model = sector(8)
-    tip = int(model.places.nodes_of("tip")[0])
-    disk = sh.Sector(model, "left", "right", 6, rotation="z").with_contacts(
-        joint=sh.Friction(
-            tangential=(f"{tip}:y",), contact_stiffness=1e6, friction_coefficient=0.3, normal_load=1
-        )
-    )
-    force = sh.forces.EngineOrder(2, pattern={f"{tip}:y": 3.0, f"{tip}:z": 4.0})
-    picture = drawing.picture(disk, force=force, sets=["tip"])
-    labels = [item.label for item in picture.panels[0].items if item.label]
-    assert labels[0].startswith("tip, ")
-    assert "contacts, 1" in labels
-    assert len(items(picture, "arrow")) == 3  # the axes
-    assert picture.panels[0].x.label == (
-        "force of engine order 2 on 2 degrees of freedom, $f_0$ = 1 N"
-    )
-    colours = items(picture, "areas")[0].look["facecolors"]
-    assert any(max(colour) - min(colour) > 0.2 for colour in colours)  # a face of the tip
-    figure = sh.plot.model(disk, sets=["tip"])
-    assert figure.axes[0].get_legend() is not None
-
-
-def test_bad_sets_say_what_is_allowed():
-    mesh, _ = hexahedra.block((1, 1, 1))
-    model = hexahedra.structure(mesh)
-    assert sh.plot.model(model).axes
-    with pytest.raises(KeyError, match="'tip' is no set of nodes"):
-        sh.plot.model(model, sets=["tip"])
-    blade = sh.single_blade(
-        mass=1, stiffness=1e4, damping=1, contact_stiffness=1, friction_coefficient=1, normal_load=1
-    )
-    with pytest.raises(ValueError, match="expected a structure whose places have a mesh"):
-        sh.plot.model(blade, sets=["tip"])
-
-
 def test_what_is_nearer_is_drawn_later():
     near, _ = hexahedra.block((1, 1, 1), mapped=lambda p: p * 0.5 - [0, 3, 0])
     far, _ = hexahedra.block((1, 1, 1), first=101)

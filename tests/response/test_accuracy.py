@@ -1,7 +1,6 @@
 """Accuracy as an input: errors against the exact periodic motion stay within it."""
 
 import warnings
-from concurrent.futures import ProcessPoolExecutor
 from functools import cache
 
 import numpy as np
@@ -17,7 +16,6 @@ from symhbm.time_domain.exact_motion import exact_motion
 from tests.pressed_contact import two_way
 from tests.problems import duffing
 from tests.quick import quick_first
-from tests.response.test_ensemble import mistuned
 
 TURN = 2 * np.pi
 ACCURACIES = (1e-2, 1e-3, 1e-4)
@@ -80,27 +78,6 @@ def test_rings(order, load, at):
     if order == 1:
         # 63 Hz is far off with one harmonic, whose contacts reverse twice and not 6 times.
         assert response.reversals.sel(frequency=63).values.tolist() == [6] * 13
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("load", [10, 100])
-@pytest.mark.parametrize("order", range(1, 7))
-def test_all_rings(order, load):
-    problem = fig08.problem().with_parameters(engine_order=order, normal_load=load)
-    path = sh.frf(problem, (5, 350)).frequency.values
-    at = np.unique(np.append(path[:: max(1, len(path) // 20)], np.linspace(20, 340, 9)))
-    for accuracy in ACCURACIES:
-        assert_kept(problem, (5, 350), at, accuracy)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("sample", range(10))
-def test_mistuned_rings(sample):
-    problem = mistuned(sample)
-    path = sh.frf(problem, (50, 350)).frequency.values
-    at = path[:: len(path) // 25]
-    for accuracy in ACCURACIES:
-        assert_kept(problem, (50, 350), at, accuracy)
 
 
 def test_the_path_is_one_curve():
@@ -213,25 +190,6 @@ def test_sets_grow_as_symmetry_allows():
         assert (
             np.abs(response.amplitude[k] - motion.amplitude).max() <= 1e-2 * motion.amplitude.max()
         )
-
-
-@pytest.mark.slow
-def test_ensembles_with_harmonics_by_point():
-    problem = blade(1)
-    loads = {"normal_load": [1, 3, 300]}
-    ensemble = sh.frf(problem, (10, 30), over=loads, accuracy=1e-3)
-    with ProcessPoolExecutor(2) as pool:
-        spread = sh.frf(problem, (10, 30), over=loads, accuracy=1e-3, executor=pool)
-    assert spread.identical(ensemble)
-    # A load that never slips asks for no more than one harmonic: its others are 0, not unknown.
-    stuck = ensemble.sel(normal_load=300)
-    n_points = int(stuck.n_points)
-    assert stuck.highest_harmonic.values[:n_points].tolist() == [1] * n_points
-    assert np.all(stuck.coefficient.values[:n_points, :, 1:] == 0)
-    assert np.all(np.isnan(stuck.coefficient.values[n_points:]))
-    verified = sh.verify(ensemble, exact=12, bounds={"exact_difference": 1e-3})
-    assert '"passed": true' in verified.attrs["verification"]
-    assert sh.datasets.rebuild(ensemble).harmonics == tuple(ensemble.harmonic.values)
 
 
 @pytest.mark.parametrize("value", [0.0, 1.0, -1e-3, np.nan, "1e-3", [1e-3]])

@@ -239,57 +239,6 @@ def test_a_cluster_that_loses_workers():
             xr.testing.assert_identical(call(executor=executor), expected())
 
 
-@pytest.mark.slow
-@pytest.mark.filterwarnings("default::ResourceWarning")
-def test_a_cluster_whose_worker_is_killed_from_outside(tmp_path):
-    """A scheduler and three worker processes; one is killed while the others and it compute."""
-    distributed = pytest.importorskip("distributed", reason="the package distributed is absent")
-    loads = xr.DataArray(
-        np.random.default_rng(6).uniform(2, 4, (60, 3)), dims=("sample", "contact")
-    )
-    over, options = {"normal_load": loads}, dict(at=GRID, progress=False)
-    alone = sh.frf(RING, BAND, over=over, **options)
-    with (
-        distributed.LocalCluster(
-            n_workers=3, threads_per_worker=1, processes=True, dashboard_address=":0"
-        ) as cluster,
-        distributed.Client(cluster) as client,
-        client.get_executor() as executor,
-    ):
-        workers, submit = set(client.run(os.getpid).values()), executor.submit
-        assert len(workers) == 3
-        assert MAIN not in workers
-        counts, killed, lock = {"submitted": 0, "finished": 0}, [], threading.Lock()
-
-        def kill_one(_):
-            with lock:
-                counts["finished"] += 1
-                if not killed:
-                    killed.append(counts["submitted"] - counts["finished"])
-                    os.kill(min(workers), signal.SIGKILL)
-
-        def watched(*given, **named):
-            future = submit(*given, **named)
-            with lock:
-                counts["submitted"] += 1
-            future.add_done_callback(kill_one)
-            return future
-
-        executor.submit = watched
-        with sh.frf(
-            RING, BAND, over=over, executor=executor, archive=tmp_path / "x.nc", **options
-        ) as archive:
-            xr.testing.assert_identical(archive.load(), alone)
-        # Work was under way when the first piece had come back, and the worker is no more.
-        assert killed[0] > 0
-        client.wait_for_workers(3, timeout=1800)  # one that never comes back
-        assert min(workers) not in client.run(os.getpid).values()
-        executor.submit = submit
-        xr.testing.assert_identical(
-            sh.frf(RING, BAND, over=over, executor=executor, **options), alone
-        )
-
-
 def mistuned(harmonics):
     """Curves of mistuned rings, on whole paths."""
 

@@ -1,7 +1,5 @@
 """Limit cycles: closed forms, waves and rings, exact motions and their stability, bad input."""
 
-import json
-
 import numpy as np
 import pytest
 from scipy.optimize import brentq, minimize_scalar
@@ -105,22 +103,6 @@ def test_grid_over_the_damping():
         np.testing.assert_allclose([low, high], exact, rtol=1e-8)
     assert np.isnan(found.amplitude.sel(damping=-28.0)).all()
     assert "stability" not in found.variables
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("name", "band"),
-    [("normal_load", (0, 10)), ("mass", (0.5, 2))],
-)
-def test_cycles_over_other_parameters(name, band):
-    found = cycles(blade(-2.0), name, band)
-    assert found.status == "the end of the band was reached"
-    assert {*found.cycle_branch.values.tolist()} == {0, 1}
-    assert np.isnan(found[f"fold_{name}"])
-    middle = sum(band) / 2
-    alone = cycles(blade(-2.0, **{name: middle}))
-    at = cycles(blade(-2.0), name, band, [middle])
-    np.testing.assert_allclose(at.amplitude.values.ravel(), alone.amplitude, rtol=1e-10)
 
 
 @pytest.mark.slow
@@ -279,31 +261,6 @@ def largest(run, linear):
     return np.abs(run.cells.evaluate(linear, np.linspace(0, 2 * np.pi, 4001))[0][:, 0]).max()
 
 
-@pytest.mark.slow
-def test_contacts_open_along_a_branch():
-    found = cycles(shroud(-1.0), "friction_coefficient", (0.05, 1.0), harmonics=range(6))
-    assert found.status == "the end of the band was reached"
-    kinds = found.event_kind.values.tolist()
-    assert "onset of opening" in kinds
-    assert kinds.count("fold") == 2
-    for name in ("friction_coefficient", "amplitude", "frequency"):
-        assert np.isfinite(found[f"event_{name}"]).all()
-    value = found.event_friction_coefficient.values[kinds.index("onset of opening")]
-    on = found.cycle_branch.values == 1
-    opens, amplitude = found.contact_state.values[on, 0] == 2, found.amplitude.values[on]
-    assert (opens == (np.arange(len(opens)) >= np.argmax(opens))).all()
-    # At the onset itself the contact just touches: round-off tells whether it is open there.
-    around = found.friction_coefficient.values[on][np.argmax(opens) - 1 : np.argmax(opens) + 1]
-    assert np.abs(around / value - 1).min() < 1e-9
-    assert (np.diff(amplitude[: np.argmax(opens)]) > 0).all()
-    # One more pair of cycles between the folds; the low cycle goes on beyond both of them.
-    grid = cycles(
-        shroud(-1.0), "friction_coefficient", (0.05, 1.0), [0.087, 0.131, 0.133], harmonics=range(6)
-    )
-    assert grid.n_solutions.values.tolist() == [2, 4, 2]
-    assert np.isnan(found.fold_friction_coefficient)
-
-
 # Disks
 
 
@@ -325,19 +282,6 @@ def test_waves_are_disturbed_by_all_waves():
     np.testing.assert_allclose(found.growth_rate[0], 1.0, rtol=1e-9)
     held = cycles(ring_on_ground(-2.0), harmonics=(1, 3), nodal_diameter=0)
     assert held.stability.values[-1] == 0
-
-
-@pytest.mark.slow
-def test_fold_of_a_wave():
-    ring = ring_of_blades(13, damping=-2.0)
-    found = cycles(ring, "damping", (-60, 0), harmonics=(1, 3), nodal_diameter=3)
-    fold = found.fold_damping.item()
-    for share, number in ((0.999, 2), (1.001, 0)):
-        model = ring.with_parameters(damping=share * fold)
-        assert (
-            cycles(model, harmonics=(1, 3), nodal_diameter=3, stability=False).sizes["point"]
-            == number
-        )
 
 
 N, AT = 8, 30.0
@@ -386,24 +330,6 @@ def test_air_drives_waves_by_its_coefficients(wave):
 
 
 # What is asked for
-
-
-@pytest.mark.slow
-def test_sweeps():
-    problem = sh.HarmonicBalance(blade(-0.5), harmonics=(1, 3))
-    given = dict(over={"damping": [-40.0, -20.0, -0.5]}, progress=False)
-    found = sh.limit_cycles(problem, **given)
-    assert found.amplitude.dims == ("damping", "point")
-    assert found.n_points.values.tolist() == [0, 2, 2]
-    assert found.stability_method.values.tolist() == [[-1, -1], [1, 1], [1, 1]]
-    over = dict(over={"normal_load": [1.0, 3.0]}, progress=False)
-    folds = sh.limit_cycles(problem, "damping", (-30, 0), **over)
-    assert sh.datasets.rebuild(folds.isel(normal_load=0)).parameters["normal_load"] == 1.0
-    # The damping that friction can balance does not depend on the load, the amplitude does.
-    np.testing.assert_allclose(*folds.fold_damping, rtol=1e-9)
-    verified = sh.verify(folds, exact="none", progress=False)
-    assert json.loads(verified.attrs["verification"])["passed"]
-    assert np.isfinite(verified.fold_mismatch).all()
 
 
 @pytest.mark.slow

@@ -361,24 +361,6 @@ def test_an_amplitude_that_turns_back_goes_on_beyond_zero():
     assert with_the_first_alone.status.item() == sh.Status.REACHED_END
 
 
-@pytest.mark.slow
-def test_sweep_is_archived_and_goes_on(tmp_path):
-    problem = sh.HarmonicBalance(sh.single_blade(**BLADE), harmonics=(1, 3))
-    loads, target = [1.0, 2.0, 3.0], tmp_path / "modes.nc"
-    options = dict(at=[1e-5, 3e-4], over={"normal_load": loads})
-    whole = modes(problem, archive=target, **options)
-    for k, load in enumerate(loads):
-        alone = modes(problem.with_parameters(normal_load=load), at=[1e-5, 3e-4])
-        np.testing.assert_array_equal(whole.damping_ratio[k], alone.damping_ratio)
-    assert whole.frequency.attrs["long_name"] == "frequency of the nonlinear mode"
-    assert whole.damping_ratio.dims == ("normal_load", "amplitude", "solution")
-    with pytest.raises(sh.datasets.ArchiveError, match="mode"):
-        modes(problem.with_harmonics((1, 3, 5)), archive=target, **options)
-    kept = modes(problem, keep=["damping_ratio"], **options)
-    assert "coefficient" not in kept
-    np.testing.assert_array_equal(kept.damping_ratio, whole.damping_ratio)
-
-
 def test_other_verbs_refuse_modes():
     path = modes(sh.HarmonicBalance(sh.single_blade(**BLADE)))
     for verb in (sh.plot.response, sh.statistics.envelope):

@@ -8,11 +8,9 @@ import warnings
 
 import numpy as np
 import pytest
-from scipy.optimize import root
 
 import symhbm as sh
 from symhbm.continuation import FrequencyProblem, follow_branch, other_branches
-from symhbm.response.other_branches import SEARCHED
 from tests.continuation.test_branch_points import (
     DAMPING,
     GAMMA,
@@ -24,16 +22,6 @@ from tests.continuation.test_branch_points import (
 )
 from tests.problems import duffing, one_blade
 from tests.quick import quick_first
-
-STIFFENING = 0.06
-"""Of the springs between three masses."""
-CHAINS = [
-    (0.1, (0.25, 0.25, 0.25), 2),
-    (0.02, (0.25, 0.25, 0.25), 4),
-    (0.02, (0.1, 0.4, 0.1), 2),
-    (0.02, (0.2, 0.3, 0.2), 2),
-]
-"""Stiffness of those springs, force on each mass, and the number of branches."""
 
 
 def followed(problem, band, **options):
@@ -47,67 +35,6 @@ def points_of(branches, number):
     branch = branches.isel(branch=number, point=slice(int(branches.n_points[number])))
     coefficient = branch.coefficient.isel(harmonic=0).values
     return TURN * branch.frequency.values, coefficient[..., 0] + 1j * coefficient[..., 1]
-
-
-def chain(coupling, force):
-    """Three masses on springs that stiffen, the two between them too."""
-    stiffness = np.eye(3) + coupling * np.array([[1, -1, 0], [-1, 2, -1], [0, -1, 1]])
-    springs = [GAMMA, GAMMA, GAMMA, STIFFENING, STIFFENING]
-    model = sh.Model(
-        np.eye(3),
-        DAMPING * np.eye(3),
-        stiffness,
-        contacts=[(0,), (1,), (2,), (0, 1), (1, 2)],
-        cubic_stiffness=springs,
-    )
-    return sh.HarmonicBalance(model, sh.forces.HarmonicForce(cosine={1: force}))
-
-
-def chain_balance(motion, omega, coupling, force):
-    """Forces (..., 3) of the chain under one harmonic, by hand."""
-    left, middle, right = np.moveaxis(motion, -1, 0)
-
-    def spring(linear, cubic, travel):
-        return (linear + 0.75 * cubic * np.abs(travel) ** 2) * travel
-
-    first = spring(coupling, STIFFENING, left - middle)
-    second = spring(coupling, STIFFENING, middle - right)
-    springs = spring(1.0, GAMMA, motion)
-    springs += np.stack([first, second - first, -second], axis=-1)
-    omega = np.asarray(omega)[..., None]
-    return springs - omega**2 * motion - 1j * omega * DAMPING * motion - np.array(force)
-
-
-def chain_pitchfork(guess, omega, balance):
-    """Where the chain's symmetric motion (left, middle) gives way: angular frequency, by SciPy.
-
-    Unknowns are the symmetric motion, a small antisymmetric one (p, 0, -p) that the linearised
-    balance does not resist, and the frequency.
-    """
-
-    def equations(unknowns):
-        a, b, p = unknowns[:6].reshape(3, 2) @ [1, 1j]
-        motion, way = np.array([a, b, a]), np.array([p, 0, -p])
-        # The balance is a cubic of the step: two steps of any length give its slope exactly.
-        steps = np.array([1.0, 2.0])
-        odd = [
-            balance(motion + s * way, unknowns[6]) - balance(motion - s * way, unknowns[6])
-            for s in steps
-        ]
-        slope = (8 * odd[0] - odd[1]) / 12
-        parts = [*balance(motion, unknowns[6])[:2], slope[0]]
-        both = [part for number in parts for part in (number.real, number.imag)]
-        return [*both, abs(p) ** 2 - 1]
-
-    best = None
-    for angle in np.linspace(0, np.pi, 8, endpoint=False):
-        start = [*guess[0], *guess[1], np.cos(angle), np.sin(angle), omega]
-        found = root(equations, start, tol=1e-14)
-        if np.abs(equations(found.x)).max() < 1e-11:
-            distance = abs(found.x[6] - omega)
-            best = min(best or (np.inf, 0.0), (distance, found.x[6]))
-    assert best is not None
-    return best[1]
 
 
 @pytest.mark.slow
@@ -149,45 +76,6 @@ def test_all_solutions_of_a_pair_are_on_its_branches(omega):
     distance = np.abs(np.array(found)[:, None] - everything).max(axis=2)
     assert distance.min(axis=0).max() < 1e-6
     assert distance.min(axis=1).max() < 1e-6
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("coupling", "force", "n_branches"), CHAINS)
-def test_branches_of_a_chain(coupling, force, n_branches):
-    """Three masses, the springs between them stiffening: pitchforks by an extended system."""
-
-    def balance(motion, omega):
-        return chain_balance(motion, omega, coupling, force)
-
-    branches = sh.other_branches(followed(chain(coupling, force), (0.5, 2.2)), throw=True)
-    assert branches.sizes["branch"] == n_branches
-    path, motion = points_of(branches, 0)
-    assert np.abs(motion[:, 0] - motion[:, 2]).max() < 1e-6
-    at = [
-        TURN * branches.event_frequency.values[number][kinds == "branch point"]
-        for number, kinds in enumerate(branches.event_kind.values)
-    ]
-    broken = []
-    for number in range(n_branches):
-        omega, motion = points_of(branches, number)
-        forces = np.abs(balance(motion, omega)).max()
-        assert forces < 1e-11 * np.abs(motion).max() * np.max(omega) ** 2
-        broken.append(np.abs(motion[:, 0] - motion[:, 2]).max() > 0.1)
-        if number:  # a closed curve, which begins and ends at one branch point
-            assert branches.status.values[number] == sh.Status.CLOSED
-            assert omega[0] == pytest.approx(omega[-1], rel=1e-12)
-    assert any(broken)
-    # Two branches cross at every branch point.
-    for omega in np.concatenate(at):
-        assert sum(bool(np.any(np.abs(of - omega) < 1e-9)) for of in at) == 2
-    # Where those that are not symmetric leave the path, small differences are not resisted.
-    path, motion = points_of(branches, 0)
-    for omega in at[0]:
-        crossing = next(n for n in range(1, n_branches) if np.abs(at[n] - omega).min() < 1e-9)
-        if broken[crossing]:
-            here = motion[np.argmin(np.abs(path - omega))]
-            guess = [(part.real, part.imag) for part in here]
-            assert omega == pytest.approx(chain_pitchfork(guess, omega, balance), rel=1e-8)
 
 
 @pytest.mark.slow
@@ -297,22 +185,6 @@ def test_other_solutions_at_an_end_of_the_band_are_followed():
     ends.append(branches.isel(branch=1, point=0))
     found = np.sort([float(end.amplitude[0]) for end in ends])
     np.testing.assert_allclose(found, alike(1.2, 0.18), rtol=1e-9)
-
-
-@pytest.mark.slow
-def test_the_dataset_is_read_as_others_are(tmp_path):
-    response = followed(pair(0.3, 0.02), (0.5, 2.0), at=np.linspace(0.1, 0.3, 5))
-    sh.save(response, tmp_path / "response.nc")
-    stored = sh.load(tmp_path / "response.nc")
-    branches = sh.other_branches(stored)
-    assert branches.attrs["searched"] == SEARCHED
-    assert branches.branch.values.tolist() == [0, 1]
-    verified = sh.verify(branches, exact="none", progress=False)
-    assert verified.residual_stored.max() < 1e-11
-    one = branches.isel(branch=1)
-    by_force = sh.datasets.sensitivity(one)
-    assert (by_force.sensitivity_status == "exact").all()
-    sh.plot.response(branches, place=0)
 
 
 def test_the_number_of_branches_has_a_bound():

@@ -1,7 +1,5 @@
 """Linear outputs of responses: their values, peaks, archives, ensembles and projections."""
 
-from concurrent.futures import ThreadPoolExecutor
-
 import numpy as np
 import pytest
 import scipy.sparse as sp
@@ -103,58 +101,6 @@ def test_peaks_of_an_output_are_where_a_dense_scan_has_them(response):
     np.testing.assert_allclose(
         response.peak_stress_amplitude.values[np.arange(len(at)), at], response.peak_amplitude
     )
-
-
-@pytest.mark.slow
-def test_archives_hold_outputs(response, tmp_path):
-    sh.save(response, tmp_path / "stress.nc")
-    stored = sh.load(tmp_path / "stress.nc")
-    again = sh.datasets.rebuild(stored)
-    assert again.peaks_of == "stress"
-    np.testing.assert_array_equal(again.model.outputs["stress"].rows.toarray(), STRESS)
-    anew = sh.frf(again, BAND, progress=False)
-    np.testing.assert_array_equal(anew.peak_amplitude, response.peak_amplitude)
-    assert sh.verify(stored).attrs["verification"].startswith('{"passed": true')
-    assert stored.stress_amplitude.attrs["units"] == "Pa"
-    table = sh.datasets.table(stored, "peaks")
-    assert {"peak_stress_amplitude_0", "peak_stress_amplitude_1"} <= {*table.columns}
-    assert "dof_0" not in sh.datasets.table(sh.datasets.output(stored, "stress")).columns
-    damaged = stored.load().copy(deep=True)
-    damaged["peak_amplitude"] = 1.01 * damaged.peak_amplitude
-    assert sh.verify(damaged).attrs["verification"].startswith('{"passed": false')
-
-
-@pytest.mark.slow
-def test_outputs_of_samples_and_their_amplification(tmp_path):
-    ring = ring_of_blades(5, contact_stiffness=1e5)
-    turned = np.eye(5) - np.roll(np.eye(5), 1, axis=1)
-    both = {"twice": 2 * np.eye(5), "relative": turned}
-    ring = ring.with_outputs(both, units="m")
-    balance = sh.HarmonicBalance(ring, sh.forces.EngineOrder(2), peaks_of="twice")
-    draws = sh.mistuning.uniform(balance, 3, seed=1, stiffness=0.03)
-    grid, band = np.linspace(60, 120, 7), (60, 120)
-    with ThreadPoolExecutor(2) as pool:
-        samples = sh.frf(
-            balance, band, at=grid, over=draws, executor=pool, archive=tmp_path / "working.nc",
-            progress=False,
-        )  # fmt: skip
-    alone = sh.frf(balance, band, at=grid, over=draws, progress=False)
-    np.testing.assert_array_equal(samples.relative_amplitude, alone.relative_amplitude)
-    tuned = sh.frf(balance, band, at=grid, progress=False)
-    assert tuned.n_sectors.item() == 5
-    assert tuned.n_peaks.item() == 1
-    views = sh.datasets.output(samples, "twice"), sh.datasets.output(tuned, "twice")
-    factors = sh.statistics.amplification(*views)
-    plain = balance.with_peaks_of(None)
-    of_blades = sh.statistics.amplification(
-        sh.frf(plain, band, at=grid, over=draws, progress=False),
-        sh.frf(plain, band, at=grid, progress=False),
-    )
-    for name in ("largest_amplification_of_peaks", "largest_amplification_at_frequency"):
-        np.testing.assert_allclose(factors[name], of_blades[name], rtol=1e-12)
-    # Peaks of an output are no peaks of displacements, and do not enter their statistics.
-    mixed = sh.statistics.amplification(samples, tuned)
-    assert mixed.largest_amplification_of_peaks.attrs["source"] == "grid"
 
 
 def test_one_sector_and_the_ring_have_the_same_outputs():

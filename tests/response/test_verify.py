@@ -173,13 +173,6 @@ def test_followed_parameter_is_that_of_each_point():
     assert report(verified)["figures"]["residual_stored"]["n_broken"] == 1
 
 
-@pytest.mark.slow
-def test_solution_of_a_fold_is_named():
-    damaged = scale(dataset("duffing").copy(deep=True), "coefficient", (1, 2), 1 + 1e-6)
-    at = report(verify(damaged))["figures"]["residual_stored"]["at"]
-    assert at == {"frequency": 0.19, "solution": 2}
-
-
 @pytest.mark.parametrize(
     ("problem", "frequency", "expected"),
     [

@@ -5,7 +5,6 @@ from functools import cache
 
 import numpy as np
 import pytest
-import xarray as xr
 
 import symhbm as sh
 from symhbm.plot.drawing import scaled
@@ -155,23 +154,6 @@ def test_numbers_are_those_of_the_chosen_set_and_scale(shown):
         assert number_of(lines, "amplitude of blade 0") == metres(point.amplitude)[0]
 
 
-@pytest.mark.slow
-def test_numbers_are_those_of_the_chosen_place(shown):
-    seen, one = shown("mistuned"), dataset("mistuned").isel(sample=0)
-    for place in (3, 0):
-        seen.choose("place", place)
-        values = one.amplitude.max("dof") if place == 0 else one.amplitude.isel(dof=place - 1)
-        (points,) = seen.trace("points")
-        n_points = int(one.n_points)
-        np.testing.assert_array_equal(points["x"], one.frequency.values[:n_points])
-        # Marked points are told by their marks.
-        drawn = np.array(points["y"], dtype=float)
-        free = np.isfinite(drawn)
-        assert 0 < free.sum() < n_points
-        expected = decibel(values.values[:n_points])
-        np.testing.assert_allclose(drawn[free], expected[free], rtol=1e-14)
-
-
 def test_peaks_and_events_are_marked_where_they_are(shown):
     seen, one = shown("loads"), dataset("loads").isel(normal_load=1)
     seen.choose("dim-0", 1)
@@ -184,31 +166,6 @@ def test_peaks_and_events_are_marked_where_they_are(shown):
     assert lines[0] == "peak 0, smooth"
     assert number_of(lines, "excitation frequency") == digits(peak.peak_frequency)
     assert number_of(lines, "amplitude") == metres(peak.peak_amplitude)[0]
-
-
-@pytest.mark.slow
-def test_folds_and_unstable_responses(shown):
-    seen, one = shown("duffing"), dataset("duffing")
-    marks = {trace["name"]: trace["x"] for trace in seen.trace("marks")}
-    assert marks["fold"] == one.event_frequency.values.tolist()
-    assert "unstable" in seen.run("document.getElementById('chart').data.map(t => t.name)")
-    k = int(np.flatnonzero(one.stability.values == 0)[2])
-    point = one.isel(point=k)
-    lines = seen.hover(float(point.frequency), decibel(point.amplitude.item()))
-    assert "unstable" in lines
-    assert number_of(lines, "amplitude") == metres(point.amplitude)[0]
-
-
-@pytest.mark.slow
-def test_no_button_sends_a_figure_away(shown):
-    seen = shown("grid")
-    script = """() => [...document.querySelectorAll(".modebar-btn")]
-      .map((button) => button.dataset.title || button.getAttribute("data-title"))"""
-    titles = seen.run(script)
-    assert "Zoom" in titles
-    assert [
-        title for title in titles if re.search(r"(?i)share|cloud|edit|chart studio", title)
-    ] == []
 
 
 def test_menus_follow_the_keyboard(shown):
@@ -285,45 +242,6 @@ def test_bands_are_quantiles_of_the_samples(shown):
     assert "known of 6 of 6 samples" in seen.text("#ensemble-text")
 
 
-@pytest.mark.slow
-def test_peaks_without_points(shown):
-    seen, every = shown("peaks alone"), dataset("peaks alone")
-    assert "amplitude" not in every
-    seen.choose("dim-0", 2)
-    drawn = [x for trace in seen.trace("marks") for x in trace["x"]]
-    tops = every.peak_frequency.values[2]
-    assert sorted(drawn) == sorted(tops[np.isfinite(tops)].tolist())
-    spread = seen.run("document.getElementById('spread').data[0].x")
-    np.testing.assert_array_equal(spread, np.sort(every.peak_amplitude.max("peak").values))
-    assert "holds no points" in seen.text("body")
-
-
-@pytest.mark.slow
-def test_amplification_is_that_of_the_statistics(look, tmp_path):
-    every = dataset("grid")
-    tuned = sh.frf(RING, (100, 300), at=every.frequency.values, progress=False)
-    seen = look(sh.view(every, tmp_path / "a.html", tuned=tuned))
-    drawn = seen.run("document.getElementById('spread').data[0].x")
-    factors = sh.statistics.amplification(every, tuned).largest_amplification_of_peaks
-    np.testing.assert_array_equal(drawn, np.sort(factors.values))
-
-
-@pytest.mark.slow
-def test_archives_of_statistics(look, tmp_path):
-    every = dataset("grid")
-    band = sh.statistics.envelope(every)
-    seen = look(sh.view(band, tmp_path / "band.html"))
-    _, _, *inner = drawn_in(seen, "band")
-    for (_, level), share in zip(inner, (0.05, 0.95, 0.5), strict=True):
-        expected = decibel(band.largest_quantile.sel(quantile=share).values)
-        np.testing.assert_allclose(level, expected, rtol=1e-12)
-    tuned = sh.frf(RING, (100, 300), at=every.frequency.values, progress=False)
-    factors = sh.statistics.amplification(every, tuned)
-    seen = look(sh.view(factors, tmp_path / "factors.html"))
-    drawn = seen.run("document.getElementById('spread').data[0].x")
-    np.testing.assert_array_equal(drawn, np.sort(factors.largest_amplification_of_peaks.values))
-
-
 @pytest.mark.parametrize(
     ("case", "x", "panels"),
     quick_first(
@@ -356,30 +274,3 @@ def test_tables_and_words_without_scripts(page, browser):
     assert metres(dataset("loads").peak_amplitude.values.max())[0] in tab.inner_text("body")
     assert "need scripts" in tab.inner_text("body")
     context.close()
-
-
-@pytest.mark.slow
-def test_archives_with_failed_sets(look, tmp_path):
-    with pytest.warns(RuntimeWarning, match="incomplete"):
-        short = sh.frf(
-            PROBLEM, (10, 30), over={"normal_load": [1, 3]}, max_points=12, progress=False
-        )
-    seen = look(sh.view(short, tmp_path / "short.html"))
-    body = seen.text("body")
-    assert "2 of 2 curves are not complete" in body
-    assert body.count(str(sh.Status.MAXIMUM_POINTS)) >= 2
-    assert seen.run("document.getElementById('status').classList.contains('warn')")
-
-
-@pytest.mark.slow
-def test_a_thousand_samples(look, tmp_path):
-    every = mistuned(1000, 41)
-    path = sh.view(every, tmp_path / "many.html")
-    assert path.stat().st_size < 15e6
-    seen = look(path)
-    assert "known of 1000 of 1000 samples" in seen.text("#ensemble-text")
-    assert "120 of 1000 curves are shown one by one" in seen.text("body")
-    drawn = seen.run("document.getElementById('spread').data[0].x")
-    highest = np.fmax(every.amplitude.max(["frequency", "dof"]), every.peak_amplitude.max("peak"))
-    np.testing.assert_array_equal(drawn, np.sort(highest.values))
-    assert isinstance(every, xr.Dataset)
