@@ -108,14 +108,6 @@ def test_means_are_those_of_datasets(preload):
     assert motion == pytest.approx(abs(stored.coefficient.values[1, 0, 0]), rel=1e-12)
 
 
-def test_stuck_contacts_dissipate_nothing():
-    problem = blade((1, 3), normal_load=1e3)
-    solution = solve_point(problem, 100.0)
-    found = ValueOf.at(GOALS[0], problem, solution.unknowns, 100.0, solution.evaluation.states)
-    assert found.value == 0.0
-    assert not found.slope.any()
-
-
 BAD = {
     "no goal": (3, TypeError, "=3: expected"),
     "no group": (sh.goals.Dissipation("screw"), KeyError, "'screw' is no group of contacts"),

@@ -43,26 +43,6 @@ def test_residual_in_the_time_domain(harmonics):
     np.testing.assert_allclose(residual @ basis.values(tau).T, left, rtol=0, atol=1e-12)
 
 
-@pytest.mark.parametrize("name", ["mass", "damping", "stiffness"])
-@pytest.mark.parametrize("size", [1e-7, 1e-4], ids=["stick", "slip"])
-def test_derivatives_by_parameters_of_blades(name, size):
-    """They are linear in the equations: a difference over any step is exact."""
-    problem, omega = ring(), 700.0
-    unknowns = unknowns_of(problem, size)
-    assert problem.locate(unknowns, omega).switches.any() == (size == 1e-4)
-    exact = problem.derivative(name)(**problem.arguments(unknowns, omega))["jacobian"].full()
-    value = problem.parameters[name]
-    for column, step in enumerate(np.diag(0.1 * value)):
-        up, down = (
-            problem.with_parameters(**{name: value + way * step}).evaluate(unknowns, omega)
-            for way in (1, -1)
-        )
-        numeric = (up.residual - down.residual) / (2 * step[column])
-        np.testing.assert_allclose(
-            exact[:, column], numeric, rtol=0, atol=1e-10 * np.abs(exact).max()
-        )
-
-
 def test_derivatives_are_sparse():
     problem = ring(n_blades=12, harmonics=(1,))
     pattern = problem.derivative("unknowns").sparsity_out(0)
@@ -70,18 +50,6 @@ def test_derivatives_are_sparse():
     assert pattern.nnz() == 12 * 2 * 6
     assert problem.derivative("normal_load").sparsity_out(0).nnz() == 12 * 2 * 2
     assert problem.derivative("mass").sparsity_out(0).nnz() == 12 * 2
-
-
-def test_one_compiled_residual_serves_every_parameter_set():
-    problem = ring()
-    other = problem.with_parameters(normal_load=3.0, force_amplitude=2.0, engine_order=1)
-    assert other.residual is problem.residual
-    assert problem.parameters["force_amplitude"] == 1.3
-    fresh = sh.HarmonicBalance(other.model, other.excitation, (1, 3))
-    unknowns = unknowns_of(problem)
-    np.testing.assert_array_equal(
-        other.evaluate(unknowns, 50.0).residual, fresh.evaluate(unknowns, 50.0).residual
-    )
 
 
 def test_repr_reads_well():

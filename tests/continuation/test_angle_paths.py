@@ -17,8 +17,10 @@ from symhbm.continuation.newton import ACCEPTED
 from symhbm.continuation.problem import FrequencyProblem, ParameterProblem
 from symhbm.continuation.start import solve_point
 from symhbm.continuation.status import Status
+from tests.balance.test_switching_angles import false_start
 from tests.problems import rub
 from tests.quick import quick_first
+from tests.refusals import refused
 
 SOLVERS = ("newton", "rootfinder", "ipopt")
 TURN = 2 * np.pi
@@ -62,15 +64,6 @@ def assert_same(path, reference, moving="frequency"):
         np.testing.assert_allclose(path[name], reference[name], rtol=AGREEMENT)
     for name in ("peak_kind", "event_kind", "event_contact"):
         np.testing.assert_array_equal(path[name], reference[name])
-
-
-def false_start(problem):
-    """Near a solution of Eqs. (4)-(11) whose theta_0 is on a smaller maximum of ``y``."""
-    first, third, theta_0 = 1.67e-5 * np.exp(-0.727j), 2.74e-4 * np.exp(-4.27j), 0.096
-    blades = np.arange(13) * TURN / 13
-    first, third = first * np.exp(-1j * blades), third * np.exp(-3j * blades)
-    wave = np.column_stack([first.real, -first.imag, third.real, -third.imag])
-    return np.concatenate([wave.ravel(), theta_0 + blades, np.full(13, 0.73)])
 
 
 @pytest.mark.parametrize(
@@ -234,43 +227,37 @@ def test_the_dataset_names_the_solver(tmp_path):
     assert "angles_difference" not in sh.verify(located, exact="none", progress=False)
 
 
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        (dict(angles="broyden"), "angles='broyden': expected one of newton, rootfinder, ipopt"),
-        (dict(angles=3), "angles=3: expected one of newton, rootfinder, ipopt"),
-        (dict(angles="newton", accuracy=1e-3), "angles='newton': expected None with accuracy"),
-    ],
-)
-def test_bad_arguments(options, words):
-    with pytest.raises(ValueError, match=words):
-        sh.frf(blade((1, 3)), (10, 30), **options)
-    with pytest.raises(ValueError, match=words):
-        sh.follow(blade((1, 3)), "normal_load", (1, 3), frequency=19.5, **options)
-
-
-def test_problems_that_the_form_cannot_be_written_for():
-    even = fig03_single_blade.problem((1, 2, 3))
-    with pytest.raises(ValueError, match="odd harmonics only"):
-        sh.frf(even, (10, 30), angles="newton")
-    single = blade((1, 3))
-    sampled = sh.HarmonicBalance(single.model, single.excitation, (1, 3), 64)
-    with pytest.raises(ValueError, match="a sampled law has no angles"):
-        sh.frf(sampled, (10, 30), angles="newton")
-    springs = single.with_parameters(cubic_stiffness=1e6)
-    with pytest.raises(ValueError, match="expected None with cubic springs"):
-        sh.frf(springs, (10, 30), angles="newton")
-    with pytest.raises(ValueError, match="expected None with cubic springs"):
-        sh.frf(single, (10, 30), over={"cubic_stiffness": [0, 1e6]}, angles="newton")
+def condensed():
     chain = 1e4 * np.array([[2.0, -1, 0], [-1, 2, -1], [0, -1, 1]])
-    model = sh.Model(
-        np.eye(3),
-        1e-4 * chain,
-        chain,
-        contacts=[(0,)],
-        **rub(1e4, 0.5, 1),
-    )
+    model = sh.Model(np.eye(3), 1e-4 * chain, chain, contacts=[(0,)], **rub(1e4, 0.5, 1))
     force = sh.forces.PointForce(place=0)
-    small = sh.HarmonicBalance(sh.condense(model, force, (5, 20)), force)
-    with pytest.raises(ValueError, match="expected None for a condensed structure"):
-        sh.frf(small, (6, 10), angles="newton")
+    return sh.HarmonicBalance(sh.condense(model, force, (5, 20)), force)
+
+
+def by_angles(problem, band=(10, 30), angles="newton", **options):
+    return sh.frf(problem, band, angles=angles, **options)
+
+
+def followed(**options):
+    return sh.follow(blade((1, 3)), "normal_load", (1, 3), frequency=19.5, **options)
+
+
+EVEN, SINGLE = fig03_single_blade.problem((1, 2, 3)), blade((1, 3))
+SAMPLED = sh.HarmonicBalance(SINGLE.model, SINGLE.excitation, (1, 3), 64)
+BAD = [
+    (dict(angles="broyden"), "angles='broyden': expected one of newton, rootfinder, ipopt"),
+    (dict(angles=3), "angles=3: expected one of newton, rootfinder, ipopt"),
+    (dict(angles="newton", accuracy=1e-3), "angles='newton': expected None with accuracy"),
+]
+test_what_has_no_angles_is_refused = refused([
+    *((lambda given=given: by_angles(SINGLE, **given), ValueError, words) for given, words in BAD),
+    *((lambda given=given: followed(**given), ValueError, words) for given, words in BAD),
+    (lambda: by_angles(EVEN), ValueError, "odd harmonics only"),
+    (lambda: by_angles(SAMPLED), ValueError, "a sampled law has no angles"),
+    (lambda: by_angles(SINGLE.with_parameters(cubic_stiffness=1e6)),
+     ValueError, "expected None with cubic springs"),
+    (lambda: by_angles(SINGLE, over={"cubic_stiffness": [0, 1e6]}),
+     ValueError, "expected None with cubic springs"),
+    (lambda: by_angles(condensed(), (6, 10)),
+     ValueError, "expected None for a condensed structure"),
+])  # fmt: skip

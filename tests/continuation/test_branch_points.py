@@ -113,38 +113,6 @@ def test_pitchforks_are_reported_and_passed(force, coupling, band):
         np.testing.assert_allclose(solutions, alike(omega, force), rtol=1e-8)
 
 
-@pytest.mark.slow
-def test_what_branches_off_is_not_on_the_path():
-    """Between the pitchforks there are motions that differ beside those that are alike."""
-    force, coupling, omega = 0.3, 0.02, 1.3
-    low, high = pitchforks(force, coupling)
-    assert low < omega < high
-    with pytest.warns(RuntimeWarning):
-        grid = sh.frf(pair(force, coupling), (0.5 / TURN, 2 / TURN), at=[omega / TURN])
-    at_omega = grid.isel(frequency=0)
-    everything = all_solutions(omega, force, coupling)
-    together = np.abs(everything[:, 0] - everything[:, 1]) < 1e-6
-    np.testing.assert_allclose(np.sort(everything[together, 0]), alike(omega, force), rtol=1e-8)
-    # The dataset has none of the others, and its status says so.
-    assert int(at_omega.n_solutions) == together.sum() < len(everything)
-
-
-@pytest.mark.parametrize("difference", [1e-2, 1e-6])
-@pytest.mark.parametrize("band", [(0.5, 2.0), (2.0, 0.5)])
-def test_a_structure_that_is_not_quite_symmetric_has_no_branch_points(difference, band):
-    problem, omega = pair(0.3, 0.02, difference), 1.3
-    grid = sh.frf(problem, tuple(edge / TURN for edge in band), at=[omega / TURN])
-    assert grid.status.item() == Status.REACHED_END
-    assert (grid.event_kind == "fold").all()
-    assert grid.sizes["event"] == 4
-    on_path = grid.amplitude.isel(frequency=0).values
-    everything = all_solutions(omega, 0.3, 0.02, difference)
-    matches = np.abs(everything[:, None] - on_path).max(axis=2) < 1e-6
-    # Each is a solution, none appears twice; detached branches have more than the path.
-    assert np.all(matches.sum(axis=0) == 1)
-    assert int(grid.n_solutions[0]) == len(on_path) < len(everything)
-
-
 @pytest.mark.parametrize(("difference", "meet"), [(0.0, True), (1e-6, False), (1e-3, False)])
 def test_paths_that_come_close_do_not_meet(difference, meet):
     """Motions nearly alike before and beyond a pitchfork are one path in a symmetric pair alone."""

@@ -31,13 +31,6 @@ TURN = 2 * np.pi
 different = partial(mistuned, seed=1, normal_load=0.3)
 
 
-def with_a_mean():
-    """A blade that a constant force pushes aside."""
-    blade = fig03.problem().model
-    force = sh.forces.HarmonicForce({0: [30.0], 1: [100.0]})
-    return sh.HarmonicBalance(blade, force, (0, 1))
-
-
 def condensed(harmonics=(1,)):
     """A chain on springs, a force inside and dampers here and there, kept at its contacts."""
     size = 40
@@ -224,14 +217,6 @@ def test_large_rings_are_compiled_in_an_order_that_stays_sparse():
         np.testing.assert_allclose(shuffled, natural, rtol=1e-9)
 
 
-def test_a_mean_beside_one_harmonic_is_compiled_too():
-    problem = with_a_mean()
-    curve = sh.frf(problem, (10, 30), throw=True)
-    assert problem.in_closed_form
-    assert curve.converged.all()
-    assert float(curve.residual_norm.max()) <= 1e-11
-
-
 def test_what_cannot_be_solved_is_none():
     """A singular system, a guess that is not finite, and one too far away."""
     curve = FrequencyProblem(ring())
@@ -246,20 +231,6 @@ def test_what_cannot_be_solved_is_none():
     plane = Hyperplane(guess, scale, unit_parameter(size))
     assert corrector.correct(lost, plane, slip) is None
     assert corrector.correct(guess, plane, slip, radius=1e-9) is None
-
-
-@pytest.mark.parametrize("index", [0, 7, 26])
-def test_one_nan_is_no_solution(index):
-    """Not even where all other equations are balanced."""
-    problem = ring()
-    n, n_contacts = problem.n_unknowns, problem.n_contacts
-    equations, arguments = problem.compiled
-    point = np.append(np.zeros(n), 1000.0)
-    point[index] = np.nan
-    inputs = [np.concatenate([np.ravel(a) for a in arguments]), point, point, np.zeros(n + 1)]
-    inputs += [point, np.zeros(n_contacts), np.zeros(n_contacts), np.array([1.0, 1000.0])]
-    values = Compiled(point_system(equations))(*inputs)[2]
-    assert not values[0] < np.inf
 
 
 @pytest.fixture

@@ -36,15 +36,6 @@ def test_sweep_in_which_every_curve_fails_says_so_once(parallel):
     assert result.n_peaks.sum() == 0
 
 
-def test_one_curve_that_fails_says_so():
-    _, text = with_warning(lambda: sh.frf(fig03.problem(), (10, 30), max_points=5))
-    assert text.startswith(f"the curve is incomplete: {TOO_FEW}")
-    _, text = with_warning(
-        lambda: sh.follow(fig03.problem(), "normal_load", (1, 9), frequency=19, max_points=3)
-    )
-    assert text.startswith(f"the curve is incomplete: {TOO_FEW}")
-
-
 def test_some_curves_that_fail_are_counted_and_the_most_common_reason_told():
     """The response is unique in this band for a force of 0.01 N, not for the others."""
     forces = {"force_amplitude": [0.01, 0.15, 0.18, 0.2]}

@@ -11,7 +11,6 @@ from studies import fig12_mistuned_disk as fig12
 from symhbm.continuation import path as continuation
 from symhbm.continuation.correctors import corrector_of
 from symhbm.continuation.events import corners
-from symhbm.continuation.newton import other_solution
 from symhbm.continuation.path import Path
 from symhbm.continuation.problem import FrequencyProblem, ParameterProblem
 from symhbm.continuation.start import solve_point
@@ -68,22 +67,6 @@ def test_other_solutions_at_an_end_of_the_band_are_reported(band, several):
         curve = sh.frf(duffing(), (band[0] / TURN, band[1] / TURN))
     assert ("other solutions" in str(curve.status.values)) == several
     assert ("wider band" in str(curve.status.values)) == several
-
-
-def test_deflation_finds_another_solution_where_one_exists():
-    problem = duffing()
-    for frequency, several in ((1.2, True), (1.0, False)):
-        solution = solve_point(problem, frequency).unknowns
-
-        def balance(unknowns, omega=frequency):
-            return problem.evaluate(unknowns, omega)
-
-        another = other_solution(balance, solution, [1.01 * solution])
-        assert (another is not None) == several
-        if another is not None:
-            # Newton's tolerance.
-            assert balance(another).norm <= 1e-12
-            assert np.linalg.norm(another - solution) > 0.1 * np.linalg.norm(solution)
 
 
 def test_parameter_through_zero():
@@ -145,17 +128,6 @@ def test_a_mass_matrix_that_is_singular():
         exact = np.linalg.solve(stiffness - omega**2 * mass + 0.02j * omega * np.eye(2), [1, 0])
         # Newton's tolerance times the condition of the balance.
         np.testing.assert_allclose(curve.amplitude[i], np.abs(exact), rtol=1e-9)
-
-
-def test_grid_values_next_to_points_of_the_path():
-    """One unit in the last place beside a point: neither an error nor a gap."""
-    problem, band = duffing(), (0.5 / TURN, 2.0 / TURN)
-    path_points = sh.frf(problem, band)
-    inside = path_points.frequency.values[3:-3]
-    at = np.unique([np.nextafter(inside, 0), np.nextafter(inside, 1)])
-    grid = sh.frf(problem, band, at=at)
-    assert str(grid.status.values) == "the end of the band was reached"
-    assert set(grid.n_solutions.values) <= {1, 2, 3}
 
 
 def test_events_are_those_of_short_steps(monkeypatch):

@@ -114,58 +114,6 @@ def test_resonances_below_are_counted(size, harmonics):
     assert len(several) > min(size, 4)
 
 
-@pytest.mark.parametrize("harmonics", [(1,), (1, 3)])
-def test_a_structure_without_contacts(harmonics):
-    model = sh.Model(np.eye(2), 0.1 * np.eye(2), np.diag([1.0, 4.0]))
-    curve = FrequencyProblem(sh.HarmonicBalance(model, sh.forces.PointForce(), harmonics))
-    unknowns = np.ones(4 * len(harmonics))
-    for omega in (0.2, 0.5, 1.5, 2.5):
-        expected = tuple((n * omega > 1) + (n * omega > 2) for n in harmonics)
-        states = curve.problem.locate(unknowns, omega)
-        assert counted(curve, np.append(unknowns, omega), states)[0] == expected
-
-
-def test_motions_without_inertia_add_none():
-    """They follow at once, whatever the frequency."""
-    model = sh.Model(
-        np.diag([1.0, 1e-300]),
-        np.zeros((2, 2)),
-        np.array([[2e4, -1e4], [-1e4, 1e4]]),
-        contacts=[(0,)],
-        **rub(1e4, 0.5, 1e9),
-    )
-    curve = FrequencyProblem(sh.HarmonicBalance(model, sh.forces.PointForce(), (1, 3)))
-    unknowns = np.full(8, 1e-3)
-    friction = curve.problem.locate(unknowns, 1.0)
-    natural = np.sqrt(2e4)
-    for share, expected in ((0.3, (0, 0)), (0.4, (0, 1)), (0.9, (0, 1)), (1.1, (1, 1))):
-        assert counted(curve, np.append(unknowns, share * natural), friction)[0] == expected
-
-
-@pytest.mark.parametrize("harmonics", [(1,), (1, 3), (1, 3, 5, 7, 9)])
-def test_of_a_sector_the_waves_of_its_harmonics_are_counted(harmonics):
-    """Of all motions of the whole ring those that turn as the harmonic does."""
-    problem = sector_of(ring(harmonics=harmonics))
-    symmetry = problem.symmetry
-    assert symmetry is not None
-    model, omegas = problem.model, TURN * np.linspace(5, 400, 60)
-    curve, rng = FrequencyProblem(problem), np.random.default_rng(0)
-    several = set()
-    for omega in omegas:
-        unknowns = 1e-4 * rng.normal(size=problem.n_unknowns)
-        friction = problem.locate(unknowns, omega, rng.random(problem.n_contacts) < 0.5)
-        expected = []
-        for n, spring in zip(harmonics, springs(problem, unknowns, friction), strict=True):
-            wave = np.exp(-1j * TURN * symmetry.wave(n) * np.arange(13) / 13)
-            pull = model.directions @ wave
-            stiffness = (wave.conj() @ (model.stiffness_matrix @ wave)).real
-            stiffness += spring[0] * np.vdot(pull, pull).real
-            expected.append(int(stiffness / 13 < (n * omega) ** 2))
-        assert counted(curve, np.append(unknowns, omega), friction)[0] == tuple(expected)
-        several.add(tuple(expected))
-    assert len(several) >= 1 + len(harmonics) // 2
-
-
 CURVES = {
     "blade": lambda: (FrequencyProblem(fig03.problem((1, 3, 5))), (10, 30)),
     "sector": lambda: (FrequencyProblem(sector_of(ring(harmonics=(1, 3)))), (150, 280)),

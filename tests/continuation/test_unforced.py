@@ -185,23 +185,6 @@ def closed_damping(amplitude):
     return 2 * ratio * frequency
 
 
-def test_phase_by_all_harmonics_gives_the_same_cycle():
-    curve, start = cycle_problem(-0.5, ODD, 1.5085e-4, 141.4)
-    first = newton(lambda unknowns: curve.evaluate(unknowns, -0.5), start)
-    turned = first.unknowns.copy()
-    basis, motion = curve.problem.basis, turned[:-1].reshape(-1, 2)
-    angle = 0.3 * np.arange(1, 22, 2)
-    cosine, sine = np.cos(angle), np.sin(angle)
-    turned[:-1] = np.column_stack(
-        [cosine * motion[:, 0] - sine * motion[:, 1], sine * motion[:, 0] + cosine * motion[:, 1]]
-    ).ravel()
-    other = LimitCycleProblem(curve.problem, "c", phase_of(curve.problem, turned[:-1]))
-    again = newton(lambda unknowns: other.evaluate(unknowns, -0.5), 1.001 * turned)
-    assert again.converged
-    np.testing.assert_allclose(again.unknowns, turned, rtol=1e-9, atol=1e-14)
-    assert basis.harmonics == ODD
-
-
 def test_derivative_of_a_limit_cycle_by_its_parameter():
     curve, start = cycle_problem(-0.5, (1, 3), 3e-4, 120.0)
     evaluation = curve.evaluate(start, -0.5)

@@ -1,7 +1,5 @@
 """Condensed structures against the whole ones: the same numbers from fewer equations."""
 
-import pickle
-
 import numpy as np
 import pytest
 import scipy.sparse as sp
@@ -10,6 +8,7 @@ import symhbm as sh
 from symhbm.continuation.correctors.resonance_count import LARGEST_SIZE
 from symhbm.model.condensation.pole_residue import PoleResidueFunction, PoleSum
 from tests.problems import rub
+from tests.refusals import refused
 
 BAND = (7.0, 12.5)
 NARROW = (9.2, 10.2)
@@ -69,42 +68,6 @@ def pair():
     return problems()
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("damping", "force", "options"),
-    [
-        ("proportional", sh.forces.PointForce(10, amplitude=6.0), {}),
-        ("none", None, {}),
-        ("local", None, {"gyroscopic": True}),
-    ],
-)
-def test_one_harmonic_is_that_of_the_whole_structure(damping, force, options):
-    whole, condensed = problems(damping, (1,), force, **options)
-    dofs = condensed.model.dofs
-    one, other = (
-        sh.frf(p, NARROW, at=np.linspace(*NARROW, 11), peaks="each", progress=False)
-        for p in (whole, condensed)
-    )
-    told = sh.Status.WITHOUT_BOUND if damping == "none" else sh.Status.REACHED_END
-    assert one.status == other.status == told
-    assert one.n_events > 1
-    assert one.n_peaks > 4
-    expected = one.coefficient.isel(dof=dofs).values
-    size = np.abs(expected).max(axis=(1, 2, 3), keepdims=True)
-    # Without damping a response next to its resonance amplifies round-off some thousand times.
-    tolerance = 1e-8 if damping == "none" else ROUND_OFF
-    np.testing.assert_allclose(other.coefficient / size, expected / size, atol=tolerance, rtol=0)
-    np.testing.assert_allclose(other.event_frequency, one.event_frequency, rtol=ROUND_OFF)
-    assert other.event_contact.values.tolist() == one.event_contact.values.tolist()
-    # Where nothing bounds a resonance, one degree of freedom stands for all.
-    bounded = other.isel(peak=other.peak_kind.values != "unbounded")
-    kept = one.isel(peak=np.isin(one.peak_dof, dofs) & (one.peak_kind.values != "unbounded"))
-    assert dofs[bounded.peak_dof].tolist() == kept.peak_dof.values.tolist()
-    np.testing.assert_allclose(bounded.peak_amplitude, kept.peak_amplitude, rtol=ROUND_OFF)
-    # A peak is flat: its place is known to the root of its height's digits.
-    np.testing.assert_allclose(bounded.peak_frequency, kept.peak_frequency, rtol=1e-8)
-
-
 def test_a_band_function_is_the_sum_of_its_poles():
     rng = np.random.default_rng(1)
     natural = np.linspace(1, 300, 120)
@@ -161,22 +124,6 @@ def test_a_band_without_a_resonance_of_the_held_structure():
     np.testing.assert_allclose(other.peak_amplitude, one.peak_amplitude, rtol=ROUND_OFF)
 
 
-def test_the_certificate_holds_between_its_frequencies(pair):
-    whole, condensed = pair
-    certificate = condensed.model.certificate
-    assert certificate.error < 1e-11
-    assert len(certificate.frequencies) == 4
-    # With contacts stuck the response is linear: one solve of the whole structure tells it.
-    for frequency in np.random.default_rng(2).uniform(*BAND, 5):
-        one, other = (
-            sh.solve(p.with_parameters(normal_load=1e6), frequency) for p in (whole, condensed)
-        )
-        expected = one.coefficient.isel(dof=condensed.model.dofs).values
-        np.testing.assert_allclose(
-            other.coefficient.values, expected, atol=1e-10 * np.abs(expected).max(), rtol=0
-        )
-
-
 def test_narrow_resonances_of_what_was_eliminated_are_seen(monkeypatch):
     # Three small resonators hang on a heavy mass: at no step do they show in its motion.
     mass, damping, stiffness = np.diag([1.0, 1e-5, 1e-5, 1e-5]), np.zeros((4, 4)), np.zeros((4, 4))
@@ -230,22 +177,6 @@ def test_what_is_largest_is_told_to_be_of_what_is_kept(pair, tmp_path):
     assert "kept" not in whole.peak_amplitude.attrs["long_name"]
 
 
-@pytest.mark.slow
-def test_problems_pickle_and_archives_tell_structures_apart(pair, tmp_path):
-    problem = pair[1]
-    path = tmp_path / "condensed.nc"
-    over = {"normal_load": [0.5, 2.0]}
-    response = sh.frf(problem, (8, 9), over=over, progress=False)
-    again = sh.frf(pickle.loads(pickle.dumps(problem)), (8, 9), over=over, progress=False)
-    assert again.identical(response)
-    sh.frf(problem, (8, 9), over=over, archive=path, progress=False).close()
-    assert sh.load(path).equals(response)
-    assert response.structure_dof.values.tolist() == problem.model.dofs.tolist()
-    stiffer = sh.HarmonicBalance(problems("proportional")[1].model, problem.excitation)
-    with pytest.raises(sh.datasets.ArchiveError, match="different in structure"):
-        sh.frf(stiffer, (8, 9), over=over, archive=path, progress=False)
-
-
 @pytest.mark.parametrize(
     ("call", "error", "message"),
     [
@@ -256,63 +187,44 @@ def test_problems_pickle_and_archives_tell_structures_apart(pair, tmp_path):
         (lambda p: sh.frf(p, (8, 9), stability=True), ValueError, "condense it with stability="),
         (lambda p: sh.frf(p, (8, 9), over={"mass": [1]}), KeyError, "'mass' is no parameter"),
         (lambda p: sh.periodic_motion(p, 8.0), TypeError, "symhbm.craig_bampton reduces"),
-        (
-            lambda p: sh.peak_curve(p, "normal_load", (1, 2), frequency_band=(5, 8)),
-            ValueError,
-            "7 to 12.5",
-        ),
-        (
-            lambda p: sh.minimise_peak(p, "normal_load", (1, 2), frequency_band=(5, 8)),
-            ValueError,
-            "7 to 12.5",
-        ),
+        (lambda p: sh.peak_curve(p, "normal_load", (1, 2), frequency_band=(5, 8)),
+         ValueError, "7 to 12.5"),
+        (lambda p: sh.minimise_peak(p, "normal_load", (1, 2), frequency_band=(5, 8)),
+         ValueError, "7 to 12.5"),
         (lambda p: sh.SwitchingAngles(p), TypeError, "no such CasADi function"),
         (lambda p: p.derivative("frequency"), TypeError, "use evaluate"),
         (lambda p: p.model.mass_matrix, TypeError, "attribute structure"),
-        (
-            lambda p: sh.HarmonicBalance(p.model, sh.forces.PointForce(3)),
-            ValueError,
-            "freedom 3.; give",
-        ),
-        (
-            lambda p: sh.HarmonicBalance(p.model, p.excitation, (1, 3)),
-            ValueError,
-            r"harmonics=\(1, 3\): .*condensed for, \(1,\)",
-        ),
+        (lambda p: sh.HarmonicBalance(p.model, sh.forces.PointForce(3)),
+         ValueError, "freedom 3.; give"),
+        (lambda p: sh.HarmonicBalance(p.model, p.excitation, (1, 3)),
+         ValueError, r"harmonics=\(1, 3\): .*condensed for, \(1,\)"),
         (lambda p: sh.condense(p.model, p.excitation, BAND), TypeError, "not condensed"),
-        (
-            lambda p: sh.datasets.recover(p, sh.solve(p, 8.0).drop_vars("coefficient")),
-            ValueError,
-            "point:",
-        ),
+        (lambda p: sh.datasets.recover(p, sh.solve(p, 8.0).drop_vars("coefficient")),
+         ValueError, "point:"),
     ],
-)
+)  # fmt: skip
 def test_what_it_cannot_do_says_so(pair, call, error, message):
     with pytest.raises(error, match=message):
         call(pair[1])
 
 
-@pytest.mark.parametrize(
-    ("changes", "error", "message"),
-    [
-        ({"model": 3}, TypeError, "model=3"),
-        ({"excitation": 3}, TypeError, "excitation=3"),
-        ({"excitation": []}, ValueError, "excitation"),
-        ({"frequency_band": (5,)}, ValueError, r"frequency_band=\(5,\)"),
-        ({"frequency_band": (0, 5)}, ValueError, "frequency_band"),
-        ({"harmonics": (2,)}, ValueError, "harmonic 1"),
-        ({"places": [64]}, ValueError, "places=64"),
-        ({"places": 3}, TypeError, "places=3"),
-        ({"places": range(64)}, ValueError, "nothing is left"),
-        ({"tolerance": 1e-20}, ValueError, "responses are exact to"),
-    ],
-)
-def test_bad_input_names_its_argument(changes, error, message):
-    given = dict(
-        model=plate("local"), excitation=sh.forces.PointForce(FORCED), frequency_band=(8, 9)
-    )
-    with pytest.raises(error, match=message):
-        sh.condense(**given | changes)
+def condensed(**changes):
+    given = dict(model=plate("local"), excitation=sh.forces.PointForce(FORCED))
+    return sh.condense(**given | dict(frequency_band=(8, 9)) | changes)
+
+
+test_bad_input_names_its_argument = refused([
+    (lambda: condensed(model=3), TypeError, "model=3"),
+    (lambda: condensed(excitation=3), TypeError, "excitation=3"),
+    (lambda: condensed(excitation=[]), ValueError, "excitation"),
+    (lambda: condensed(frequency_band=(5,)), ValueError, r"frequency_band=\(5,\)"),
+    (lambda: condensed(frequency_band=(0, 5)), ValueError, "frequency_band"),
+    (lambda: condensed(harmonics=(2,)), ValueError, "harmonic 1"),
+    (lambda: condensed(places=[64]), ValueError, "places=64"),
+    (lambda: condensed(places=3), TypeError, "places=3"),
+    (lambda: condensed(places=range(64)), ValueError, "nothing is left"),
+    (lambda: condensed(tolerance=1e-20), ValueError, "responses are exact to"),
+])  # fmt: skip
 
 
 def test_an_interior_that_floats_is_refused():
@@ -322,29 +234,3 @@ def test_an_interior_that_floats_is_refused():
     with pytest.raises(ValueError, match="add to places one of each part"):
         sh.condense(model, sh.forces.PointForce(0), (0.1, 0.2))
     assert sh.condense(model, sh.forces.PointForce(0), (0.1, 0.2), places=[2]).n_dof == 2
-
-
-@pytest.mark.slow
-def test_a_hundred_thousand_degrees_of_freedom():
-    mass, damping, stiffness = grid(316, 316, "local")
-    rng = np.random.default_rng(3)
-    ends = [int(dof) for dof in rng.choice(316**2, 30, replace=False)]
-    contacts = [(dof,) for dof in ends[:10]] + list(zip(ends[10:20], ends[20:], strict=True))
-    model = sh.Model(
-        mass,
-        damping,
-        stiffness,
-        contacts=contacts,
-        **rub(rng.uniform(500, 2000, 20), 0.5, rng.uniform(0.2, 2, 20)),
-    )
-    force = sh.forces.PointForce(5000, amplitude=2000.0)
-    condensed = sh.condense(model, force, (6, 16))
-    assert condensed.n_dof == 30
-    assert condensed.certificate.error < 1e-10
-    assert condensed.certificate.n_factorisations < 20
-    problem = sh.HarmonicBalance(condensed, force)
-    response = sh.frf(problem, (6, 16), progress=False)
-    assert response.status == "the end of the band was reached"
-    assert response.n_events > 10
-    for point in (10, int(response.n_points) // 2):
-        assert sh.datasets.recover(problem, response.isel(point=point)).residual_norm < 1e-11

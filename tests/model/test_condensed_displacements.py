@@ -8,6 +8,7 @@ import scipy.sparse as sp
 
 import symhbm as sh
 from tests.quick import quick_first
+from tests.refusals import refused
 
 N = 60
 FORCE = (
@@ -93,22 +94,6 @@ def test_displacements_that_others_tell(dofs):
     assert difference(problems, 0.9) < EQUAL
 
 
-@pytest.mark.slow
-def test_peaks_and_stability_of_what_is_watched():
-    """Resonances are counted, and perturbations oscillate, in the coordinates that there are."""
-    model = chain([(10, 40), (25, 50)])
-    problems = both(model, sh.forces.PointForce(place=20), places=[20], stability=True)
-    found = []
-    for problem in problems:
-        at = problem.model.kept.tolist().index(20)
-        curve = sh.frf(problem, (0.72, 0.8), peaks="each", stability=True, progress=False)
-        assert (curve.stability == 1).all()
-        chosen = curve.peak_dof.values == at
-        found.append([curve[f"peak_{name}"].values[chosen] for name in ("frequency", "amplitude")])
-    assert len(found[0][0]) == 2
-    assert np.allclose(*found, rtol=1e-8, atol=0)
-
-
 def test_places_name_displacements():
     places = sh.Places(np.arange(100, 100 + N), "x", np.outer(np.arange(N), [1.0, 0, 0]))
     model = chain([("110:x", "140:x"), ("125:x", "150:x")], places=places)
@@ -175,17 +160,23 @@ def test_archives_hold_rings_whose_displacements_all_follow_from_what_is_watched
     np.testing.assert_array_equal(again.coefficient, point.coefficient)
 
 
-def test_bad_keep():
-    with pytest.raises(ValueError, match="keep='sides'"):
-        sh.condense(chain([(10, 40)]), FORCE, BAND, keep="sides")
-    with pytest.raises(ValueError, match="expected at least one"):
-        sh.condense(chain([]), FORCE, BAND, keep="displacements")
+def disk():
     near = np.eye(3, k=1) + np.eye(3, k=-1)
     blade = sh.Model(np.eye(3), 0.1 * np.eye(3), 10 * np.eye(3) - 2 * near)
     shroud = sh.Friction(
         tangential=(0, sh.next_sector(0)),
         contact_stiffness=1.0, friction_coefficient=0.3, normal_load=1.0,
     )  # fmt: skip
-    disk = sh.Sector(blade, [1], [2], 6).with_contacts(shroud=shroud)
-    with pytest.raises(ValueError, match="in the same way in all waves"):
-        sh.condense(disk, sh.forces.EngineOrder(2, pattern={0: 1.0}), BAND, keep="displacements")
+    return sh.Sector(blade, [1], [2], 6).with_contacts(shroud=shroud)
+
+
+def displaced(structure, force=FORCE, keep="displacements"):
+    return sh.condense(structure, force, BAND, keep=keep)
+
+
+test_bad_keep = refused([
+    (lambda: displaced(chain([(10, 40)]), keep="sides"), ValueError, "keep='sides'"),
+    (lambda: displaced(chain([])), ValueError, "expected at least one"),
+    (lambda: displaced(disk(), sh.forces.EngineOrder(2, pattern={0: 1.0})),
+     ValueError, "in the same way in all waves"),
+])  # fmt: skip

@@ -4,17 +4,13 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 from scipy.linalg import eigh
-from scipy.sparse.linalg import eigsh
-from whole_structure import NEEDS_LONG, whole_response
+from whole_structure import whole_response
 
 import symhbm as sh
 from tests.problems import rub
 from tests.quick import quick_first
 
 EXACT = 1e-8
-needs_long = pytest.mark.skipif(
-    not NEEDS_LONG, reason="longdouble is a double here: round-off of stiff elements is not seen"
-)
 
 
 def differences(problem, response, points):
@@ -41,73 +37,6 @@ def differences(problem, response, points):
         scaled.append(difference / max(size, 1e-4 * np.abs(whole.coefficients).max()))
         residual.append(whole.residual)
     return np.array(error), np.array(scaled), np.array(residual)
-
-
-def blade(n_length, n_width, n_thick, thickness, force=10.0):
-    """A clamped blade of bricks, a row of platform nodes across its thickness in contact."""
-    skfem = pytest.importorskip("skfem")
-    from skfem.helpers import dot
-    from skfem.models.elasticity import lame_parameters, linear_elasticity
-
-    sides = (0.2, n_length), (0.05, n_width), (thickness, n_thick)
-    mesh = skfem.MeshHex.init_tensor(*(np.linspace(0, size, n + 1) for size, n in sides))
-    bricks = skfem.Basis(mesh, skfem.ElementVector(skfem.ElementHex1()))
-    stiffness = skfem.asm(linear_elasticity(*lame_parameters(2.1e11, 0.3)), bricks)
-    mass = skfem.asm(skfem.BilinearForm(lambda u, v, w: 7800.0 * dot(u, v)), bricks)
-    clamped = bricks.get_dofs(lambda x: x[0] < 1e-9).all()
-    free = np.setdiff1d(np.arange(bricks.N), clamped)
-    stiffness, mass = (m.tocsr()[free][:, free].tocsc() for m in (stiffness, mass))
-    stiffness, mass = (stiffness + stiffness.T) / 2, (mass + mass.T) / 2
-    place = bricks.doflocs[:, free]
-    across = np.zeros(bricks.N, dtype=bool)
-    across[bricks.get_dofs(elements=True).all(["u^3"])] = True
-    side = across[free] & (place[1] == place[1].max())
-    height = place[0][np.argmin(np.abs(place[0] - 0.06))]
-    platform = np.flatnonzero(side & (place[0] == height))
-    tip = int(np.flatnonzero(side & (place[0] == 0.2))[-1])
-    start = np.ones(len(place[0]))  # by default random
-    [square] = eigsh(stiffness, 1, mass, 0.0, return_eigenvectors=False, v0=start)
-    first = np.sqrt(square) / (2 * np.pi)
-    model = sh.Model(
-        mass,
-        mass + 2e-7 * stiffness,
-        stiffness,
-        contacts=[(int(dof),) for dof in platform],
-        **rub(1e5, 0.5, 20.0),
-    )
-    return model, sh.forces.PointForce(tip, amplitude=force), tip, float(first)
-
-
-@pytest.mark.slow
-@needs_long
-def test_a_thin_blade_of_bricks():
-    """Its first mode, stuck and slipping, at frequencies over all of the resonance."""
-    model, force, tip, first = blade(16, 4, 2, 0.002, 1.0)
-    harmonics, n_frequencies = (1,), 4
-    band = 0.9 * first, 1.6 * first
-    condensed = sh.condense(model, force, band, harmonics, places=[tip])
-    assert condensed.certificate.error < EXACT
-    problem = sh.HarmonicBalance(condensed, force, harmonics)
-    response = sh.frf(problem, band, progress=False)
-    assert response.status == "the end of the band was reached"
-    assert response.n_peaks == 1
-    assert response.n_events >= 2
-    points = np.linspace(0, int(response.n_points) - 1, n_frequencies).astype(int)
-    highest = int(response.amplitude.max("dof").values.argmax())
-    points[np.argmin(np.abs(points - highest))] = highest
-    error, _, residual = differences(problem, response, points)
-    assert residual.max() < 1e-15
-    assert error.max() < EXACT
-    # In their own norm they keep to the bound; this one is not far from it.
-    bound = condensed.certificate.friction_bound
-    assert error.max() < 10 * bound
-    assert bound < 10 * EXACT
-    for i in points[:: len(points) // 3]:
-        point = sh.datasets.recover(problem, response.isel(point=i))
-        assert point.residual_norm < 1e-15
-        measured = error[list(points).index(i)]
-        # Both are told by factorisations whose own round-off is of that size.
-        np.testing.assert_allclose(point.condensation_error, measured, rtol=0.2, atol=3e-10)
 
 
 def connected(rng, kind):

@@ -1,14 +1,12 @@
 """Named groups of contacts and laws of a user's own: numbers, names and what is refused."""
 
-import re
-
 import casadi as ca
 import numpy as np
 import pytest
 
 import symhbm as sh
 from tests.loops import loops_of
-from tests.problems import rub
+from tests.refusals import refused
 
 
 class Quadratic(sh.laws.PolynomialLaw):
@@ -19,19 +17,6 @@ class Quadratic(sh.laws.PolynomialLaw):
 
     def force_at(self, displacement, frequency, values):
         return values["bend"] * displacement**2
-
-
-class Scaled(sh.laws.PolynomialLaw):
-    """A law with an attribute."""
-
-    parameters = {"cube": sh.laws.Parameter("N m-3", "cubic stiffness")}  # noqa: RUF012
-    degree = 3
-
-    def __init__(self, factor=1.0):
-        self.factor = factor
-
-    def force_at(self, displacement, frequency, values):
-        return self.factor * values["cube"] * displacement**3
 
 
 class Limited(sh.laws.Coulomb):
@@ -98,51 +83,6 @@ def test_events_tell_contacts_behind_those_without_switches(harmonics):
         assert np.flatnonzero(before != after).tolist() == [contact]
 
 
-def test_events_of_sectors_behind_contacts_without_switches():
-    """Of a tuned ring, which is solved by one sector."""
-    dofs = range(6)
-    groups = {
-        "off": sh.Contacts(sh.laws.CubicSpring(), [(j,) for j in dofs], cubic_stiffness=0.0),
-        "shroud": sh.Contacts(
-            sh.laws.Coulomb(),
-            [(j, (j + 1) % 6) for j in dofs],
-            **rub(1e4, 0.5, 2.0),
-        ),
-    }
-    model = sh.Model(np.eye(6), 0.5 * np.eye(6), 1e4 * np.eye(6), contacts=groups)
-    problem = sh.HarmonicBalance(model, sh.forces.EngineOrder(1))
-    sector = sh.frf(problem, (12, 30), progress=False)
-    assert int(sector.n_sectors) == 6
-    assert {*sector.event_contact.values.tolist()} == set(range(6, 12))
-
-
-def test_several_contacts_on_their_limits_are_named_as_contacts():
-    """Two equal rings side by side, whose contacts come to their limits in pairs."""
-    stiffness = 1e4 * np.array([1.061, 0.923, 1.013, 0.983, 0.986])
-    load = np.array([1.2, 2.9, 2.1, 1.6, 2.5])
-    ring = [(j, (j + 1) % 5) for j in range(5)]
-    pairs = [*ring, *((a + 5, b + 5) for a, b in ring)]
-    groups = {
-        "off": sh.Contacts(sh.laws.CubicSpring(), [(0,), (1,), (0, 1)], cubic_stiffness=0.0),
-        "shroud": sh.Contacts(
-            sh.laws.Coulomb(),
-            pairs,
-            **rub(3e3, 0.3, np.tile(load, 2)),
-        ),
-    }
-    matrix = np.diag(np.tile(stiffness, 2))
-    model = sh.Model(np.eye(10), 0.3 * np.eye(10), matrix, contacts=groups)
-    angle = np.tile(2 * np.pi * np.arange(5) / 5, 2)
-    force = sh.forces.HarmonicForce(cosine={1: np.cos(angle)}, sine={1: np.sin(angle)})
-    response = sh.frf(sh.HarmonicBalance(model, force), (12, 28), progress=False)
-    status = map(str, sh.datasets.sensitivity(response).sensitivity_status.values)
-    named = [tuple(map(int, re.findall(r"\d+", text))) for text in status if "limits" in text]
-    assert named
-    for first, second in named:
-        assert second == first + 5
-        assert 3 <= first < 8
-
-
 @pytest.mark.parametrize("harmonics", [(1,), (1, 3)])
 def test_a_force_that_is_not_odd_needs_a_mean(harmonics):
     problem = one(Quadratic(), harmonics, bend=3e5)
@@ -157,54 +97,29 @@ def test_a_force_that_is_not_odd_needs_a_mean(harmonics):
             call()
 
 
-@pytest.mark.slow
-def test_a_force_that_is_not_odd_against_time():
-    """The balance with a mean and the exact motion agree; the latter chooses its own start."""
-    exact = sh.periodic_motion(one(Quadratic(), (1,), bend=3e5), 15.0)
-    assert bool(exact.converged)
-    balanced = sh.solve(one(Quadratic(), range(6), bend=3e5), 15.0)
-    np.testing.assert_allclose(balanced.amplitude, exact.amplitude, rtol=1e-6)
-    without = sh.solve(one(Quadratic(), (1,), bend=0.0).with_harmonics((0, 1, 2)), 15.0)
-    assert abs(float(without.amplitude[0] / exact.amplitude[0]) - 1) > 0.03
+def made(law):
+    return sh.Contacts(law, [(0,)], **dict.fromkeys(law.parameters, 1.0))
 
 
-@pytest.mark.parametrize(
-    ("law", "text"),
-    [
-        (law_of("some", 5), "degree=3 of Law.*no polynomial of this degree"),
-        (law_of("some", 2), "odd=True of Law.*expected odd = False"),
-        (law_of("some", degree=2.5), "degree of Law.*expected an integer"),
-        (law_of("some", force_at=lambda self, y, f, v: ca.tanh(y / 1e-4)), "no polynomial"),
-        (law_of("some", force_at=lambda self, y, f, v: ca.fmax(y - 1e-3, 0)), "no polynomial"),
-        (law_of("two words"), "'two words' is no name of a parameter"),
-        (law_of("a.b"), "'a.b' is no name of a parameter"),
-    ],
-)
-def test_a_law_that_contradicts_itself_is_refused(law, text):
-    with pytest.raises(ValueError, match=text):
-        sh.Contacts(law, [(0,)], **dict.fromkeys(law.parameters, 1.0))
+test_a_law_that_contradicts_itself_is_refused = refused([
+    (lambda: made(law_of("some", 5)), ValueError, "degree=3 of Law.*no polynomial of this degree"),
+    (lambda: made(law_of("some", 2)), ValueError, "odd=True of Law.*expected odd = False"),
+    (lambda: made(law_of("some", degree=2.5)), ValueError, "degree of Law.*expected an integer"),
+    (lambda: made(law_of("some", force_at=lambda self, y, f, v: ca.tanh(y / 1e-4))),
+     ValueError, "no polynomial"),
+    (lambda: made(law_of("some", force_at=lambda self, y, f, v: ca.fmax(y - 1e-3, 0))),
+     ValueError, "no polynomial"),
+    (lambda: made(law_of("two words")), ValueError, "'two words' is no name of a parameter"),
+    (lambda: made(law_of("a.b")), ValueError, "'a.b' is no name of a parameter"),
+])  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    "name",
-    [
-        "mass",
-        "stiffness",
-        "contacts",
-        "groups",
-        "n_dof",
-        "records",
-        "lumped",
-        "force_amplitude",
-        "engine_order",
-        "unknowns",
-        "frequency",
-        "force_shape",
-    ],
-)
-def test_names_of_structures_are_taken(name):
-    with pytest.raises(ValueError, match=f"parameter '{name}' needs a name of its own"):
-        one(law_of(name), **{name: 1e6})
+TAKEN = "mass stiffness contacts groups n_dof records lumped force_amplitude engine_order"
+test_names_of_structures_are_taken = refused(
+    (lambda name=name: one(law_of(name), **{name: 1e6}),
+     ValueError, f"parameter '{name}' needs a name of its own")
+    for name in f"{TAKEN} unknowns frequency force_shape".split()
+)  # fmt: skip
 
 
 @pytest.mark.parametrize("name", ["amplitude", "dof", "residual_norm", "shroud_contact"])
@@ -213,21 +128,6 @@ def test_names_of_results_are_taken(name):
     for call in (lambda: sh.solve(problem, 15), lambda: sh.frf(problem, (14, 15), progress=False)):
         with pytest.raises(ValueError, match=f"parameter '{name}' of a contact law needs a name"):
             call()
-
-
-def test_archives_tell_laws_of_one_class_apart(tmp_path):
-    groups = {
-        name: sh.Contacts(Scaled(factor), [(dof,)], cube=1e6)
-        for dof, (name, factor) in enumerate({"soft": 2.0, "hard": 3.0}.items())
-    }
-    model = sh.Model(np.eye(2), np.eye(2), 1e4 * np.eye(2), contacts=groups)
-    problem = sh.HarmonicBalance(model, sh.forces.PointForce(), (1, 3))
-    sh.save(sh.solve(problem, 15.0), tmp_path / "laws.nc")
-    loaded = sh.load(tmp_path / "laws.nc")
-    again = sh.datasets.rebuild(loaded, laws=[Scaled(3.0), Scaled(2.0)])
-    assert [group.law.factor for group in again.model.groups] == [2.0, 3.0]
-    again = sh.datasets.rebuild(loaded)
-    assert [group.law.factor for group in again.model.groups] == [2.0, 3.0]
 
 
 def test_a_law_called_as_one_of_the_library_is_another_one():
@@ -275,49 +175,6 @@ def test_loops_have_the_parameters_of_their_group():
             assert loop.area == pytest.approx(lost, rel=1e-6, abs=1e-12)
         spring = loops_of(dataset, 0)[0][()]
         np.testing.assert_allclose(spring.force, 1e4 * spring.displacement**3, atol=1e-9)
-
-
-def test_loops_of_another_limit_are_those_of_the_law():
-    """An archive names the class, which is defined here; plain friction slips at half of it."""
-
-    class Doubled(sh.laws.Coulomb):
-        def slip_limit(self, frequency, values):
-            return 2 * super().slip_limit(frequency, values)
-
-    problem = one(Doubled(), contact_stiffness=1e4, friction_coefficient=0.3, normal_load=2.0)
-    solved = sh.solve(problem, 15.0)
-    loop = loops_of(solved, 0)[0][()]
-    assert loop.limit == pytest.approx(1.2)
-    assert float(solved.dissipation[0]) > 1e-6
-    assert loop.area == pytest.approx(float(solved.dissipation[0]), rel=1e-6)
-
-
-@pytest.mark.slow
-def test_exact_motion_tells_what_displacements_dissipate_together():
-    """The energy of the force goes into damping, friction and a force without a potential."""
-
-    class Turning(sh.laws.PolynomialLaw):
-        directions = ("first", "second")
-        parameters = {"cross": sh.laws.Parameter("N m-1", "cross stiffness", bound="any")}  # noqa: RUF012
-        degree = 3
-
-        def force_at(self, displacement, frequency, values):
-            first, second = displacement[0], displacement[1]
-            return values["cross"] * ca.vertcat(second + 1e4 * first**3, -first / 3)
-
-    friction = dict(contact_stiffness=4e3, friction_coefficient=0.3, normal_load=3.0)
-    groups = {
-        "turning": sh.Contacts(Turning(), [(0,)], [(1,)], cross=300.0),
-        "root": sh.Contacts(sh.laws.Coulomb(), [(0,)], **friction),
-    }
-    stiffness = [[1e4, 1e3], [1e3, 1.5e4]]
-    model = sh.Model(np.eye(2), np.diag([6.0, 8.0]), stiffness, contacts=groups)
-    problem = sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=3.0), (1, 3, 5, 7, 9))
-    exact, balanced = sh.periodic_motion(problem, 17.0), sh.solve(problem, 17.0)
-    assert abs(float(balanced.dissipation[0])) > 1e-4
-    np.testing.assert_allclose(exact.dissipation, balanced.dissipation, rtol=1e-4)
-    lost = float(exact.viscous_dissipation + exact.dissipation.sum())
-    assert lost == pytest.approx(float(exact.work), rel=1e-10)
 
 
 def test_a_parameter_with_an_effect_of_its_own_raises_no_doubt(recwarn):

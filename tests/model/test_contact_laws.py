@@ -1,6 +1,5 @@
 """Contact laws of a user's own, and groups of contacts by name, through every verb."""
 
-import pickle
 from pathlib import Path
 
 import casadi as ca
@@ -13,6 +12,7 @@ from symhbm.numerics import RADIANS, FourierBasis
 from symhbm.results.archive import ArchiveError
 from tests.problems import Coupled, rub
 from tests.quick import quick_first
+from tests.refusals import refused
 
 
 class SoftStop(Coupled):
@@ -90,31 +90,6 @@ def test_events_of_a_moving_limit():
         assert 1e4 * radius == pytest.approx(0.3 * load, rel=1e-9)
 
 
-@pytest.mark.parametrize("n_idle", [1, 3])
-def test_contacts_that_do_nothing_change_nothing(n_idle):
-    """Their displacements count among those of all contacts."""
-    groups = {
-        "idle": sh.Contacts(
-            sh.laws.CubicSpring(), [(i,) for i in range(n_idle)], cubic_stiffness=0
-        ),
-        "damper": sh.Contacts(
-            sh.laws.Coulomb(),
-            [(0, 1), (1, 2)],
-            **rub(2e4, 0.5, [1.0, 2.0]),
-        ),
-    }
-    curves = []
-    for contacts in (groups, {"damper": groups["damper"]}):
-        matrices = np.eye(3), 0.5 * np.eye(3), np.diag([1e4, 1.2e4, 1.5e4])
-        model = sh.Model(*matrices, contacts=contacts)
-        problem = sh.HarmonicBalance(model, sh.forces.PointForce(), (1, 3))
-        curves.append(sh.frf(problem, (12, 30), progress=False))
-    one, other = curves
-    assert int(one.linear_solves) == int(other.linear_solves)
-    np.testing.assert_allclose(one.amplitude, other.amplitude, rtol=1e-8)
-    np.testing.assert_array_equal(one.event_contact, other.event_contact + n_idle)
-
-
 class WithoutCurvature(sh.laws.Coulomb):
     """A law that does not tell how its events move."""
 
@@ -163,37 +138,6 @@ def test_second_derivatives_say_what_a_law_does_not_tell():
     message = r"WithoutCurvature\(\): expected a method moving, second derivatives of its force"
     with pytest.raises(NotImplementedError, match=message):
         sh.datasets.sensitivity(response, laws=[WithoutCurvature()])
-
-
-def test_groups_are_the_short_form_with_names():
-    """A ring whose contacts are in two groups, against the same in one."""
-    rng = np.random.default_rng(2)
-    stiffness, load = rng.uniform(5e3, 2e4, 6), rng.uniform(1, 5, 6)
-    mass, damping, matrix = np.eye(6), 0.5 * np.eye(6), 1e4 * np.diag(1 + 0.02 * rng.normal(size=6))
-    pairs = [(j, (j + 1) % 6) for j in range(6)]
-    values = dict(contact_stiffness=stiffness, friction_coefficient=0.5, normal_load=load)
-    whole = sh.Model(mass, damping, matrix, contacts=pairs, **values)
-    groups = {}
-    for name, part in {"even": slice(0, 6, 2), "odd": slice(1, 6, 2)}.items():
-        chosen = {k: v[part] if np.ndim(v) else v for k, v in values.items()}
-        groups[name] = sh.Contacts(sh.laws.Coulomb(), pairs[part], **chosen)
-    split = sh.Model(mass, damping, matrix, contacts=groups)
-    order = [0, 2, 4, 1, 3, 5]
-    for harmonics in ((1,), (1, 3)):
-        one, two = (
-            sh.frf(
-                sh.HarmonicBalance(model, sh.forces.EngineOrder(1), harmonics),
-                (12, 30), at=np.linspace(12, 30, 7), progress=False,
-            )
-            for model in (whole, split)
-        )  # fmt: skip
-        np.testing.assert_allclose(two.amplitude, one.amplitude, rtol=1e-8)
-        np.testing.assert_allclose(
-            two.dissipation.values, one.dissipation.values[..., order], rtol=1e-6, atol=1e-12
-        )
-        np.testing.assert_allclose(two.peak_frequency, one.peak_frequency, rtol=1e-12)
-        assert two.event_kind.values.tolist() == one.event_kind.values.tolist()
-        assert [order[j] for j in two.event_contact.values] == one.event_contact.values.tolist()
 
 
 def test_a_name_of_several_groups_is_refused():
@@ -263,17 +207,6 @@ def test_an_archive_names_the_law_it_lacks(tmp_path):
         sh.datasets.rebuild(loaded, laws=[SoftStop])
 
 
-def test_laws_are_equal_by_class_and_pickle():
-    problem = pressed()
-    again = pickle.loads(pickle.dumps(problem))
-    assert again.model.groups[0].law == problem.model.groups[0].law
-    assert sh.laws.Coulomb() == sh.laws.Coulomb()
-    assert sh.laws.Coulomb() != PressedDamper()
-    unknowns = 1e-3 * np.ones(problem.n_unknowns)
-    one, two = (p.evaluate(unknowns, 100.0).residual for p in (problem, again))
-    np.testing.assert_array_equal(one, two)
-
-
 def one_mass(contacts, **values):
     return sh.Model([[1]], [[1]], [[1]], contacts=contacts, **values)
 
@@ -282,31 +215,19 @@ def soft(*directions):
     return sh.Contacts(SoftStop(), *directions, hardening=1.0)
 
 
-BAD = [
+test_bad_groups_say_what_is_expected = refused([
     (lambda: sh.Contacts("Coulomb", [(0,)]), TypeError, "law='Coulomb': expected a"),
     (lambda: sh.Contacts(SoftStop(), [(0,)]), ValueError, "tangential, across, got 1"),
     (lambda: sh.Contacts(sh.laws.Coulomb(), [(0,)]), ValueError, "expected a value"),
-    (
-        lambda: sh.Contacts(SoftStop(), [(0,)], [(0,)], stiffness=1.0),
-        KeyError,
-        "is no parameter of SoftStop",
-    ),
+    (lambda: sh.Contacts(SoftStop(), [(0,)], [(0,)], stiffness=1.0),
+     KeyError, "is no parameter of SoftStop"),
     (lambda: soft([(0,)], [(0,), (1,)]), ValueError, "expected as many in each direction"),
     (lambda: one_mass({"a": [(0,)]}), TypeError, r"contacts\['a'\]"),
     (lambda: one_mass({"a": soft([(0,)], [(1,)])}), ValueError, "from 0 to 0"),
     (lambda: one_mass({"a b": soft([(0,)], [(0,)])}), ValueError, "'a b' is no name"),
-    (
-        lambda: one_mass({"a": soft([(0,)], [(0,)])}, normal_load=3),
-        ValueError,
-        "normal_load: expected the values of named groups",
-    ),
-]
-
-
-@pytest.mark.parametrize(("make", "error", "text"), BAD)
-def test_bad_groups_say_what_is_expected(make, error, text):
-    with pytest.raises(error, match=text):
-        make()
+    (lambda: one_mass({"a": soft([(0,)], [(0,)])}, normal_load=3),
+     ValueError, "normal_load: expected the values of named groups"),
+])  # fmt: skip
 
 
 def test_events_have_the_words_of_their_law():

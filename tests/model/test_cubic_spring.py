@@ -1,6 +1,6 @@
 """Cubic springs against the polynomials of the one-harmonic Duffing oscillator."""
 
-from dataclasses import dataclass, replace
+from dataclasses import dataclass
 
 import numpy as np
 import pytest
@@ -235,27 +235,6 @@ def test_solutions_at_given_frequencies(oscillator, down):
     )
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize(("oscillator", "down"), quick_first(BOTH_WAYS, 2))
-def test_solutions_at_given_forces(oscillator, down):
-    omega = 1.2 if oscillator is NOMINAL else 0.92
-    folds = oscillator.folds_in_force(omega)
-    band = (0.01, 1.8 * folds[1])
-    near = [f * (1 + s * d) for f in folds for d in (1e-3, 1e-6, 1e-9) for s in (-1, 1)]
-    grid = np.sort(np.append(near, np.linspace(0.05, 1, 12) * band[1]))
-    result = sh.follow(
-        oscillator.problem(),
-        "force_amplitude",
-        band[::-1] if down else band,
-        at=grid,
-        frequency=omega / TWO_PI,
-        throw=True,
-    )
-    check_solutions(
-        result, "force_amplitude", oscillator, lambda force: oscillator.amplitudes(omega, force)
-    )
-
-
 def test_a_fold_itself_on_the_grid():
     """There the solutions merge: one or two of them beside the far one, all close to it."""
     fold = NOMINAL.folds_in_force(1.2)[0]
@@ -269,36 +248,6 @@ def test_a_fold_itself_on_the_grid():
     for found in result.amplitude.values[0, :count, 0]:
         # The root of the distance: 1e-15 of the force is 3e-8 of the amplitude.
         assert np.abs(expected / found - 1).min() < 1e-6
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("share", quick_first([1e-4, 1e-2, 1e-5], 1))
-@pytest.mark.parametrize(("oscillator", "down"), quick_first(BOTH_WAYS, 2))
-def test_a_cusp(oscillator, share, down):
-    """Just beyond it two folds, ``share^(3/2)`` apart; just before it none, and no false event."""
-    omega, force = oscillator.cusp()
-    for side in (1, -1):
-        near = replace(oscillator, force=force * (1 + side * share))
-        curve = sh.frf(near.problem(), BAND[::-1] if down else BAND, throw=True)
-        found = np.sort(TWO_PI * folds_of(curve, "frequency"))
-        assert len(found) == (2 if side > 0 else 0)
-        if side > 0:
-            # Required: 1e-9.
-            np.testing.assert_allclose(found, near.folds_in_frequency(), rtol=1e-9)
-        else:
-            assert not near.folds_in_frequency()
-        at = omega * (1 + side * np.sign(oscillator.cubic) * share)
-        expected = oscillator.folds_in_force(at)
-        assert len(expected) == (2 if side > 0 else 0)
-        band = (0.5 * force, 2 * force)
-        curve = sh.follow(
-            oscillator.problem(),
-            "force_amplitude",
-            band[::-1] if down else band,
-            frequency=at / TWO_PI,
-            throw=True,
-        )
-        np.testing.assert_allclose(np.sort(folds_of(curve, "force_amplitude")), expected, rtol=1e-9)
 
 
 @pytest.mark.slow
@@ -336,75 +285,6 @@ def test_random_oscillators(damping_ratio, bend, mass, natural, length):
     )
     assert int(result.n_peaks) == 1
     assert float(result.peak_amplitude[0]) == pytest.approx(oscillator.maximum()[0], rel=1e-9)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("length", "time"), quick_first([(1e3, 1e3), (1.0, 1e3), (1e6, 1.0)], 1))
-def test_units_do_not_matter(length, time):
-    """Millimetres and milliseconds: the same points, folds and amplitudes."""
-    scaled = Duffing(
-        1.0, 0.05 / time, 1 / time**2, 0.1 / time**2 / length**2, 0.18 * length / time**2
-    )
-    one = sh.frf(NOMINAL.problem(), BAND, throw=True)
-    other = sh.frf(scaled.problem(), tuple(f / time for f in BAND), throw=True)
-    assert int(other.n_points) == int(one.n_points)
-    # Required: 1e-9.
-    np.testing.assert_allclose(other.event_frequency * time, one.event_frequency, rtol=1e-9)
-    np.testing.assert_allclose(other.peak_frequency * time, one.peak_frequency, rtol=1e-9)
-    np.testing.assert_allclose(other.peak_amplitude / length, one.peak_amplitude, rtol=1e-9)
-    folds = np.array(NOMINAL.folds_in_force(1.2)) * length / time**2
-    for band in ((folds[0] / 10, 3 * folds[1]), (3 * folds[1], folds[0] / 10)):
-        curve = sh.follow(
-            scaled.problem(), "force_amplitude", band, frequency=1.2 / TWO_PI / time, throw=True
-        )
-        np.testing.assert_allclose(np.sort(folds_of(curve, "force_amplitude")), folds, rtol=1e-9)
-
-
-@pytest.mark.slow
-def test_over_the_cubic_stiffness_through_zero():
-    """The sign changes on the way; at 0 the response is that of the linear oscillator."""
-    oscillator = replace(NOMINAL, force=0.1)
-    omega, band = 1.1, (-0.05, 1.0)
-    grid = np.linspace(*band, 22)
-    grid[1] = 0.0
-
-    def reference(cubic):
-        if cubic == 0:
-            return np.array([0.1 / np.hypot(1 - omega**2, 0.05 * omega)])
-        return replace(oscillator, cubic=cubic).amplitudes(omega)
-
-    assert [len(reference(cubic)) for cubic in (*band, 0.1)] == [1, 1, 3]
-    for ends in (band, band[::-1]):
-        options = dict(frequency=omega / TWO_PI, throw=True)
-        result = sh.follow(oscillator.problem(), "cubic_stiffness", ends, at=grid, **options)
-        check_solutions(result, "cubic_stiffness", oscillator, reference)
-        assert result.event_kind.values.tolist() == ["fold", "fold"]
-        for fold in result.event_cubic_stiffness.values:
-            # A fold is where solutions appear: their number differs on its two sides.
-            beside = [len(reference(fold * (1 + side * 1e-9))) for side in (-1, 1)]
-            assert sorted(beside) == [1, 3]
-
-
-def test_a_band_that_ends_between_the_folds():
-    """Only one end of the band is on the path: it ends there, or comes back and says so."""
-    inside = np.mean(PUBLISHED_FOLDS) / TWO_PI
-    high, low = NOMINAL.amplitudes(TWO_PI * inside)[[2, 0]]
-    for start, expected in zip(BAND, (high, low), strict=True):
-        with pytest.warns(RuntimeWarning, match="the curve is incomplete"):
-            curve = sh.frf(NOMINAL.problem(), (start, inside))
-        assert "end of the band was reached" in str(curve.status.values)
-        # Required: 1e-9.
-        assert float(curve.amplitude[-1, 0]) == pytest.approx(expected, rel=1e-9)
-        assert int(curve.n_events) == 0
-    # From between the folds: to the end, or around a fold and back to the start.
-    for end in BAND:
-        with pytest.warns(RuntimeWarning, match="the curve is incomplete"):
-            curve = sh.frf(NOMINAL.problem(), (inside, end))
-        last = float(curve.frequency[-1])
-        assert last in (inside, end)
-        assert ("turned back" in str(curve.status.values)) == (last == inside)
-        assert ("end of the band was reached" in str(curve.status.values)) == (last == end)
-        assert curve.converged.all()
 
 
 # Beside friction.
@@ -446,28 +326,3 @@ def test_friction_and_spring_of_one_blade_against_a_closed_form():
     end = brentq(lambda omega: unbalance(stick * (1 + 1e-15), omega), 1.5, 3.2, rtol=1e-15)
     # Required: 1e-9.
     assert TWO_PI * float(result.event_frequency[-1]) == pytest.approx(end, rel=1e-9)
-
-
-@pytest.mark.slow
-def test_builders_take_cubic_stiffness():
-    """A tuned ring is one blade whose contact moves ``r`` times it: spring 3/4 gamma r^4 A^3."""
-    order, n_blades, cubic = 2, 7, 0.05
-    ratio = 2 * np.sin(np.pi * order / n_blades)
-    values = dict(stiffness=1.0, damping=0.05, normal_load=0.0, cubic_stiffness=cubic)
-    problem = designs.ring(n_blades, 0.0, order, **values).with_parameters(force_amplitude=0.18)
-    ring = problem.model
-    equal = Duffing(cubic=cubic * ratio**4)
-    curve = sh.frf(problem, BAND, throw=True)
-    # Blades that move apart take energy from the wave before it folds.
-    folds = np.sort(TWO_PI * folds_of(curve, "frequency", others=["Neimark-Sacker"]))
-    np.testing.assert_allclose(folds, equal.folds_in_frequency(), rtol=1e-9)
-    assert float(curve.peak_amplitude[0]) == pytest.approx(equal.maximum()[0], rel=1e-9)
-    assert "cubic_stiffness" in repr(ring)
-    per_contact = ring.with_parameters(cubic_stiffness=np.arange(7.0))
-    assert per_contact.parameters["cubic_stiffness"].tolist() == list(range(7))
-    over = sh.frf(NOMINAL.problem(), BAND, over={"cubic_stiffness": [0.0, 0.1, -0.01]})
-    assert over.n_events.values.tolist() == [0, 2, 2]
-    assert (over.status == "the end of the band was reached").all()
-    springless = NOMINAL.problem().with_parameters(cubic_stiffness=0.0)
-    mixed = sh.frf(springless, BAND, at=[0.19], over={"cubic_stiffness": [0.0, 0.1]}, throw=True)
-    assert mixed.n_solutions.values.ravel().tolist() == [1, 3]

@@ -1,6 +1,5 @@
 """Directions of contacts: pairs of places, weights, arrays, and what reads them."""
 
-import warnings
 from typing import ClassVar
 
 import matplotlib.pyplot as plt
@@ -9,11 +8,8 @@ import pytest
 import scipy.sparse as sp
 
 import symhbm as sh
-from symhbm.balance import is_held
-from symhbm.model import find_symmetry
 from symhbm.model.contacts import Weights
-from tests.loops import loops_of
-from tests.problems import Coupled, rub
+from tests.problems import Coupled
 
 FRICTION = dict(contact_stiffness=8e3, friction_coefficient=0.4, normal_load=2.0)
 
@@ -155,139 +151,6 @@ def test_turned_coordinates_leave_responses_as_they_are(frequency):
         np.testing.assert_allclose(plain[name], inclined[name], rtol=1e-8, atol=1e-12)
 
 
-def test_turned_coordinates_leave_exact_motions_as_they_are():
-    q, models, forces = turned()
-    friction = [
-        sh.Model(
-            m.mass_matrix,
-            m.damping_matrix,
-            m.stiffness_matrix,
-            contacts=m.directions.toarray()[:2],
-            **FRICTION,
-        )
-        for m in models
-    ]
-    x, z = (
-        sh.periodic_motion(sh.HarmonicBalance(m, f, (0, 1, 2, 3)), 14.0, throw=True)
-        for m, f in zip(friction, forces, strict=True)
-    )
-    back = np.tensordot(q.T, z.displacement.transpose("dof", "angle").values, 1)
-    expected = x.displacement.transpose("dof", "angle").values
-    np.testing.assert_allclose(back, expected, rtol=0, atol=1e-9 * np.abs(expected).max())
-
-
-def test_several_laws_on_one_place():
-    """Named groups side by side, all of them stuck, against springs."""
-    place, weights = (0, 2), {0: 0.5, 1: 0.25, 3: -1.0}
-    force = sh.forces.PointForce(place=1, amplitude=5.0)
-    stuck = dict(friction_coefficient=0.4, normal_load=1e9)
-    groups = {
-        "first": sh.Contacts(sh.laws.Coulomb(), weights, contact_stiffness=4e3, **stuck),
-        "second": sh.Contacts(
-            sh.laws.Coulomb(), [weights, place], contact_stiffness=[5e3, 2e3], **stuck
-        ),
-    }
-    mass, damping, stiffness = matrices(4)
-    w = np.array([[0.5, 0.25, 0, -1], [1, 0, -1, 0]])
-    springs = stiffness + w.T @ np.diag([9e3, 2e3]) @ w
-    omega = 2 * np.pi * 12.0
-    expected = np.linalg.solve(springs + 1j * omega * damping - omega**2 * mass, [0, 5, 0, 0])
-    model = sh.Model(mass, damping, stiffness, contacts=groups)
-    found = sh.solve(sh.HarmonicBalance(model, force), 12.0, throw=True).coefficient.values[:, 0]
-    np.testing.assert_allclose(found[:, 0] - 1j * found[:, 1], expected, rtol=1e-9)
-
-
-def weighted_ring(n_sectors=5, other=1.0):
-    """Two degrees of freedom a sector; contacts along inclined lines, one of them a little off."""
-    size = 2 * n_sectors
-    stiffness = 2e4 * np.eye(size)
-    for j in range(n_sectors):
-        a, b, c = 2 * j, 2 * j + 1, (2 * j + 2) % size
-        for i, k, value in ((a, b, 3e3), (b, c, 2e3)):
-            stiffness[[i, k], [k, i]] -= value
-            stiffness[[i, k], [i, k]] += value
-
-    def ends(j):
-        at = [(2 * j + k) % size for k in range(4)]
-        return dict(zip(at, [0.8, 0.6, -0.8, -0.6 * (other if j == 2 else 1.0)], strict=True))
-
-    contacts = {
-        "shroud": sh.Contacts(sh.laws.Coulomb(), [ends(j) for j in range(n_sectors)], **FRICTION),
-        "root": sh.Contacts(
-            sh.laws.Coulomb(), [{2 * j: 0.5, 2 * j + 1: 0.1} for j in range(n_sectors)], **FRICTION
-        ),
-    }
-    return sh.Model(np.eye(size), 0.6 * np.eye(size), stiffness, contacts=contacts)
-
-
-def test_sectors_of_weighted_contacts():
-    force = sh.forces.EngineOrder(2, 3.0, places=range(0, 10, 2)) + sh.forces.StaticLoad(
-        [5.0, -3.0] * 5
-    )
-    problem = sh.HarmonicBalance(weighted_ring(), force, (0, 1, 2, 3))
-    of_sector, whole = (
-        sh.frf(problem.with_by_sector(sector), (15, 30), at=[19, 22], progress=False)
-        for sector in (True, False)
-    )
-    assert (of_sector.n_sectors.item(), whole.n_sectors.item()) == (5, 1)
-    assert (whole.contact_state == 1).any()
-    x = whole.coefficient
-    np.testing.assert_allclose(of_sector.coefficient, x, rtol=0, atol=1e-10 * abs(x).max())
-    off = weighted_ring(other=1 + 1e-12)
-    assert find_symmetry(off, force, problem.basis) is None
-    assert find_symmetry(weighted_ring(), force, problem.basis).n_sectors == 5
-
-
-def test_condensed_structures_keep_what_weights_touch():
-    n, weights = 40, {3: 0.7, 17: -1.3, 30: 0.2}
-    model = sh.Model(
-        *matrices(n),
-        contacts={
-            "rub": sh.Contacts(sh.laws.Coulomb(), [weights, (30,)], **FRICTION),
-            "corner": sh.Contacts(Coupled(), (3,), {17: 0.5, 30: 0.5}, hardening=1e8),
-        },
-    )
-    force = sh.forces.PointForce(place=10, amplitude=20.0) + sh.forces.StaticLoad(
-        {20: 50.0, 3: -20.0}
-    )
-    small = sh.condense(model, force, (5, 20), (0, 1, 2))
-    assert small.dofs.tolist() == [3, 17, 30]
-    assert small.row_ends[0] == Weights((0, 1, 2), (0.7, -1.3, 0.2))
-    assert small.contacts[2] == ((0,), Weights((1, 2), (0.5, 0.5)))
-    whole, condensed = (sh.HarmonicBalance(m, force, (0, 1, 2)) for m in (model, small))
-    expected = sh.solve(whole, 11.0, throw=True).coefficient.values
-    point = sh.solve(condensed, 11.0, throw=True)
-    level = np.abs(expected).max()
-    np.testing.assert_allclose(point.coefficient, expected[small.dofs], rtol=0, atol=1e-8 * level)
-    recovered = sh.datasets.recover(condensed, point)
-    np.testing.assert_allclose(recovered.coefficient, expected, rtol=0, atol=1e-8 * level)
-    assert recovered.residual_norm < 1e-9
-
-
-def test_loops_are_of_the_weighted_displacement():
-    scale = 2.0
-    plain, scaled = (
-        sh.solve(
-            sh.HarmonicBalance(
-                sh.Model(
-                    *matrices(4),
-                    contacts=[{0: s, 2: -s}],
-                    **rub(8e3 / s**2, 0.4, 2 / s),
-                ),
-                sh.forces.PointForce(place=1, amplitude=9.0),
-                (1, 3),
-            ),
-            12.0,
-            throw=True,
-        )
-        for s in (1.0, scale)
-    )
-    (one,), (other,) = (loops_of(point)[0].values() for point in (plain, scaled))
-    assert one.displacement.any()
-    np.testing.assert_allclose(other.displacement, scale * one.displacement, rtol=1e-9)
-    np.testing.assert_allclose(other.force, one.force / scale, rtol=1e-9)
-
-
 @pytest.mark.parametrize("n", [4, 30])
 def test_pictures_draw_weighted_contacts(n):
     contacts = {
@@ -300,36 +163,6 @@ def test_pictures_draw_weighted_contacts(n):
         labels = [text.get_text() for text in ax.get_legend().get_texts()]
         assert {"friction damper between, 1", "friction damper to the ground, 1"} <= {*labels}
     plt.close(figure)
-
-
-def test_small_weights_hold_as_well_as_large_ones():
-    """Cubic springs that alone hold the second of two bodies."""
-
-    def held(weight):
-        contacts = {"a": sh.Contacts(sh.laws.CubicSpring(), {1: weight}, cubic_stiffness=1e9)}
-        model = sh.Model(np.eye(2), np.eye(2), np.diag([1e4, 0.0]), contacts=contacts)
-        return is_held(sh.HarmonicBalance(model, sh.forces.PointForce(), (0, 1)))
-
-    assert held(1.0)
-    assert held(1e-8)
-
-
-def test_bands_are_judged_by_the_squares_of_weights():
-    """A spring of 1e8 N/m that acts with a weight of 0.01 makes 1e4 N/m, about 16 Hz."""
-    contacts = {
-        "a": sh.Contacts(
-            sh.laws.Coulomb(),
-            {0: 0.01},
-            **rub(1e8, 1, 1e9),
-        )
-    }
-    model = sh.Model([[1.0]], [[0.5]], [[1e2]], contacts=contacts)
-    problem = sh.HarmonicBalance(model, sh.forces.PointForce())
-    with pytest.warns(UserWarning, match="nearest natural frequency, 15.9"):
-        sh.solve(problem, 1.5e3)
-    with warnings.catch_warnings():
-        warnings.simplefilter("error")
-        sh.solve(problem, 20.0)
 
 
 FLAT = "expected \\(first, second\\)"

@@ -81,24 +81,6 @@ def test_harmonic_force_says_what_the_others_say():
     assert alone.tolist() == [[0, 0, 2, 0, 0, 0, 0]]
 
 
-@pytest.mark.parametrize(
-    ("excitation", "parameters"),
-    [
-        (sh.forces.PointForce(amplitude=2.0), {"force_amplitude": 2.0}),
-        (sh.forces.EngineOrder(3, amplitude=2.0), {"force_amplitude": 2.0, "engine_order": 3}),
-        (sh.forces.HarmonicForce(cosine={1: [1.0]}, amplitude=2.0), {"force_amplitude": 2.0}),
-    ],
-    ids=lambda value: type(value).__name__,
-)
-def test_named_parameters(excitation, parameters):
-    assert excitation.parameters == parameters
-    for name in parameters:
-        other = excitation.with_parameters(**{name: 5})
-        assert other.parameters == parameters | {name: 5}
-        assert type(other) is type(excitation)
-    assert excitation.parameters == parameters
-
-
 def linear_response(stiffness, omega):
     """Complex amplitude under the force exp(i omega t) of 1 N on a blade without friction."""
     return 1 / (stiffness - omega**2 + 0.5j * omega)

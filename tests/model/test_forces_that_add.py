@@ -6,8 +6,9 @@ import pytest
 
 import symhbm as sh
 from symhbm.balance import HarmonicBalance
-from symhbm.model import find_symmetry, force_coefficients
+from symhbm.model import force_coefficients
 from symhbm.numerics.fourier import FourierBasis
+from tests.refusals import refused
 
 BASIS = FourierBasis((0, 1, 2, 3))
 VALUES = dict(mass=1.0, stiffness=1e4, damping=0.5, contact_stiffness=5e3, friction_coefficient=0.5)
@@ -82,17 +83,6 @@ def test_force_amplitude_is_common_to_what_oscillates():
     assert not all_of(off, 2)[:, 1:].any()
     again = off.with_parameters(force_amplitude=2.0)
     np.testing.assert_array_equal(all_of(again, 2), all_of(force, 2))
-
-
-def test_amplitudes_of_zero():
-    """The first part that is not 0 tells the amplitude; where all are 0 they are alike."""
-    first = sh.forces.PointForce(0, 0.0) + sh.forces.PointForce(1, 0.5)
-    assert first.amplitude == 0.5
-    assert not first.with_parameters(force_amplitude=3.0).shape(2, BASIS)[0].any()
-    alone = (sh.forces.PointForce(0, 0.0) + sh.forces.StaticLoad([1.0])).with_parameters(
-        force_amplitude=3.0
-    )
-    np.testing.assert_array_equal(all_of(alone, 1), [[1, 3, 0, 0, 0, 0, 0]])
 
 
 def test_parameters_that_one_part_has():
@@ -237,44 +227,6 @@ def test_static_loads_stay_while_the_amplitude_is_followed(load):
     assert found[0, 0, 0] == pytest.approx(mean_of(load), rel=1e-9)
 
 
-@pytest.mark.slow
-def test_exact_motions_under_a_static_load():
-    """Many harmonics against a motion integrated in time."""
-    force = sh.forces.PointForce(amplitude=6.0, phase=0.3) + sh.forces.StaticLoad([60.0])
-    problem = cubic(force, tuple(range(13)), gamma=3e8)
-    motion = sh.periodic_motion(problem, 12.0, throw=True)
-    point = sh.solve(problem, 12.0, throw=True)
-    assert abs(point.coefficient.sel(harmonic=2)).max() > 1e-3 * point.amplitude.item()
-    (cosine, sine), angle = point.coefficient.values[0].T, motion.angle.values
-    orders = point.harmonic.values
-    expected = np.cos(np.outer(angle, orders)) @ cosine + np.sin(np.outer(angle, orders)) @ sine
-    found = motion.displacement.transpose("angle", "dof").values[:, 0]
-    np.testing.assert_allclose(found, expected, rtol=0, atol=1e-7 * np.abs(expected).max())
-
-
-@pytest.mark.parametrize(
-    ("load", "n_sectors"),
-    [([20.0] * 6, 6), ([1.0, 2.0] * 3, 3), ({0: 1.0}, 1)],
-    ids=["equal", "every other", "one blade"],
-)
-def test_sectors_that_a_static_load_leaves_alike(load, n_sectors):
-    ring = sh.bladed_disk(6, **VALUES, normal_load=2.0, cubic_stiffness=0.0)
-    force = WAVE + sh.forces.StaticLoad(load)
-    problem = sh.HarmonicBalance(ring, force, (0, 1, 2, 3))
-    symmetry = find_symmetry(ring, force, problem.basis)
-    assert (symmetry.n_sectors if symmetry else 1) == n_sectors
-    of_sector, whole = (
-        sh.frf(problem.with_by_sector(sector), (12, 28), at=[21, 24], progress=False)
-        for sector in (True, False)
-    )
-    assert of_sector.n_sectors == n_sectors
-    x = whole.coefficient
-    np.testing.assert_allclose(of_sector.coefficient, x, rtol=0, atol=1e-10 * abs(x).max())
-    np.testing.assert_allclose(
-        x.sel(harmonic=0, component="cos"), [force.static(6) / 1e4] * 2, rtol=1e-9, atol=1e-18
-    )
-
-
 # Archives, pictures, workers
 
 
@@ -290,17 +242,19 @@ def test_pictures_name_every_force():
 # Wrong input
 
 
-@pytest.mark.parametrize("other", [3, None, "force", sh.forces.StaticLoad, np.ones(6)], ids=str)
-def test_sums_with_something_else(other):
-    for add in (lambda: WAVE + other, lambda: other + WAVE):
-        with pytest.raises(TypeError, match="expected an excitation to add") as caught:
-            add()
-        assert "\n" not in str(caught.value)
+test_sums_with_something_else = refused(
+    (add, TypeError, "expected an excitation to add")
+    for other in (3, None, "force", sh.forces.StaticLoad, np.ones(6))
+    for add in (lambda other=other: WAVE + other, lambda other=other: other + WAVE)
+)
 
 
-@pytest.mark.parametrize(
-    ("values", "error", "text"),
-    [
+def fitted(force, harmonics):
+    return HarmonicBalance(RING, force, harmonics)
+
+
+test_bad_static_loads = refused([
+    *((lambda values=values: sh.forces.StaticLoad(values), error, text) for values, error, text in (
         ({}, ValueError, "values={}: expected at least one"),
         ([], ValueError, r"values=\[\]: expected one value per degree"),
         ([[1.0]], ValueError, r"values=\[\[1.0\]\]: expected one value per degree"),
@@ -313,60 +267,27 @@ def test_sums_with_something_else(other):
         ([True], TypeError, r"values=\[True\]"),
         ("load", TypeError, "values='load'"),
         (None, TypeError, "values=None"),
-    ],
-    ids=str,
-)
-def test_bad_static_loads(values, error, text):
-    with pytest.raises(error, match=text):
-        sh.forces.StaticLoad(values)
-
-
-@pytest.mark.parametrize(
-    ("force", "harmonics", "text"),
-    [
-        (
-            sh.forces.StaticLoad([1.0] * 5),
-            (0, 1),
-            r"values: expected 6 values \(one per DOF\), got 5",
-        ),
-        (
-            WAVE + sh.forces.StaticLoad({6: 1.0}),
-            (0, 1),
-            "degree of freedom of values=6: .* from 0 to 5",
-        ),
-        (WAVE + sh.forces.StaticLoad({0: 1.0}), (1, 3), r"harmonics=\(1, 3\): .* on harmonic 0"),
-        (
-            WAVE + sh.forces.EngineOrder(1, harmonic=2),
-            (0, 1),
-            r"harmonics=\(0, 1\): .* on harmonic 2",
-        ),
-        (
-            sh.forces.HarmonicForce(cosine={1: [1.0] * 6}, mean=[1.0]),
-            (0, 1),
-            "mean: expected 6 values",
-        ),
-    ],
-    ids=["length", "place", "no mean", "no harmonic", "length of the mean"],
-)
-def test_forces_that_do_not_fit(force, harmonics, text):
-    with pytest.raises(ValueError, match=text):
-        HarmonicBalance(RING, force, harmonics)
+    )),
+    (lambda: fitted(sh.forces.StaticLoad([1.0] * 5), (0, 1)),
+     ValueError, r"values: expected 6 values \(one per DOF\), got 5"),
+    (lambda: fitted(WAVE + sh.forces.StaticLoad({6: 1.0}), (0, 1)),
+     ValueError, "degree of freedom of values=6: .* from 0 to 5"),
+    (lambda: fitted(WAVE + sh.forces.StaticLoad({0: 1.0}), (1, 3)),
+     ValueError, r"harmonics=\(1, 3\): .* on harmonic 0"),
+    (lambda: fitted(WAVE + sh.forces.EngineOrder(1, harmonic=2), (0, 1)),
+     ValueError, r"harmonics=\(0, 1\): .* on harmonic 2"),
+    (lambda: fitted(sh.forces.HarmonicForce(cosine={1: [1.0] * 6}, mean=[1.0]), (0, 1)),
+     ValueError, "mean: expected 6 values"),
+    (lambda: sh.forces.HarmonicForce(cosine={0: [1.0]}, mean=[1.0]),
+     ValueError, r"mean=\[1.0\]: expected None beside cosine\[0\]"),
+    (lambda: sh.forces.HarmonicForce(mean=[np.nan]), ValueError, "mean="),
+    (lambda: sh.condense(
+        sh.Model(np.eye(3), np.eye(3), 1e4 * np.eye(3), contacts=[(0,)], cubic_stiffness=1.0),
+        sh.forces.StaticLoad([0, 1.0, 0]), (1, 5), places=[1],
+    ), ValueError, "harmonic 0"),
+])  # fmt: skip
 
 
 def test_static_loads_choose_harmonics():
     assert HarmonicBalance(RING, WAVE).harmonics == (1,)
     assert HarmonicBalance(RING, WAVE + sh.forces.StaticLoad({0: 1.0})).harmonics == (0, 1)
-
-
-def test_a_mean_is_given_once():
-    with pytest.raises(ValueError, match=r"mean=\[1.0\]: expected None beside cosine\[0\]"):
-        sh.forces.HarmonicForce(cosine={0: [1.0]}, mean=[1.0])
-    with pytest.raises(ValueError, match="mean="):
-        sh.forces.HarmonicForce(mean=[np.nan])
-    with pytest.raises(ValueError, match="harmonic 0"):
-        sh.condense(
-            sh.Model(np.eye(3), np.eye(3), 1e4 * np.eye(3), contacts=[(0,)], cubic_stiffness=1.0),
-            sh.forces.StaticLoad([0, 1.0, 0]),
-            (1, 5),
-            places=[1],
-        )

@@ -6,7 +6,6 @@ import pytest
 import symhbm as sh
 
 AXES = "xyz"
-THICKNESS = 0.01
 
 
 def model_of(points, directions=AXES, label=None):
@@ -261,47 +260,6 @@ def test_structures_in_a_plane_have_one_tangential_direction():
     assert pairs.across == []
     with pytest.raises(ValueError, match="normal: expected displacements"):
         sh.contact_pairs(model, left, right, normal=[0, 0, 1], area=[1e-4] * 3)
-
-
-@pytest.mark.parametrize(
-    ("ways", "axis"), [(["x", "y", "z"], "z"), (["radial", "tangential", "axial"], None)]
-)
-def test_a_disk_that_turns_as_a_whole_slides_nowhere(ways, axis):
-    """Nor does one that moves along its axis, or swells, but for what it opens."""
-    angle = np.pi / N_SECTORS
-    ends = np.array([[0.1, 0, 0], [0.1, 0, 0.03]])
-    points = np.vstack(
-        [blade(AXES).places.coordinates[::3], turned(ends, 2, -angle), turned(ends, 2, angle)]
-    )
-    model = model_of(points, ways, ["high"] * 9 + ["low"] * 9 + ["left"] * 2 + ["right"] * 2)
-    pairs = sh.contact_pairs(model, "low", "high", n_sectors=N_SECTORS, normal=[0.2, 1.0, 0.1])
-    joint = sh.Friction(
-        tangential=pairs.tangential,
-        across=pairs.across,
-        normal=pairs.normal,
-        contact_stiffness=1e4,
-        normal_stiffness=1e4,
-        friction_coefficient=0.3,
-        normal_load=1.0,
-    )
-    left, right = (
-        [f"{node}:{way}" for node in nodes for way in ways] for nodes in ((19, 20), (21, 22))
-    )
-    disk = sh.Sector(model, left, right, N_SECTORS, rotation=axis).with_contacts(joint=joint)
-    at = points[np.repeat(np.arange(22), 3)[disk.kept]]
-    radial = np.column_stack([at[:, 0], at[:, 1], 0 * at[:, 2]])
-    radial /= np.linalg.norm(radial, axis=1, keepdims=True)
-    axial = np.broadcast_to([0, 0, 1.0], at.shape)
-    tangential = np.cross(axial, radial)
-    vectors = dict(zip(AXES, np.eye(3), strict=True))
-    own = dict(radial=radial, tangential=tangential, axial=axial)
-    way_of = disk.places.direction
-    for field in (tangential * np.linalg.norm(at[:, :2], axis=1)[:, None], axial, radial):
-        motion = [
-            field[i] @ (vectors[way] if axis else own[way][i]) for i, way in enumerate(way_of)
-        ]
-        np.testing.assert_allclose(disk.directions @ np.array(motion), 0, atol=1e-14)
-    np.testing.assert_allclose(disk.contact_coordinates, points[:9])
 
 
 def plate(keep, n, ratio=1.0, jitter=0.0, meshed=True):

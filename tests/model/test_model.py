@@ -1,9 +1,7 @@
 """Builders against hand-written matrices, stuck rings against their closed form."""
 
 import json
-import pickle
 from pathlib import Path
-from typing import Any
 
 import numpy as np
 import pytest
@@ -142,26 +140,6 @@ def test_arrays_of_the_caller_stay_theirs():
     assert model.mass_matrix[0, 0] == model.damping_matrix[0, 0] == model.normal_load[0] == 1.0
 
 
-@pytest.mark.parametrize(
-    "model",
-    [
-        sh.single_blade(**VALUES),
-        sh.bladed_disk(4, **UNEVEN),
-        sh.Model(np.eye(2), np.eye(2), [[2, -1], [-1, 2]], contacts=[(0, 1)], **FREE),
-    ],
-    ids=["blade", "ring", "general"],
-)
-def test_pickle(model):
-    copy = pickle.loads(pickle.dumps(model))
-    assert_same(copy, model)
-    with pytest.raises(AttributeError, match="normal_load"):
-        copy.normal_load = 1.0
-    with pytest.raises(ValueError, match="read-only"):
-        copy.parameters["normal_load"][0] = 1.0
-    with pytest.raises(ValueError, match="read-only"):
-        copy.mass_matrix[0, 0] = 2.0
-
-
 def test_repr_has_sizes_and_values():
     text = repr(sh.bladed_disk(5, **VALUES | {"normal_load": [1, 2, 3, 4, 7]}))
     for part in ("5 lumped blades", "5 contacts", "0.5 N s/m", "10000 N/m", "1e+06 N/m"):
@@ -170,27 +148,6 @@ def test_repr_has_sizes_and_values():
     assert "friction_coefficient  0.4" in text
     text = repr(sh.Model(np.eye(2), np.eye(2), np.eye(2)))
     assert text == "Model: 2 degrees of freedom, 0 contacts"
-
-
-@pytest.mark.parametrize(
-    "form", [np.array, sp.csr_array, sp.csc_array, sp.coo_array, sp.csr_matrix]
-)
-def test_sparse_and_dense_matrices_give_the_same_model(form):
-    mass = [[2.0, 0.5, 0.0], [0.5, 3.0, 0.0], [0.0, 0.0, 1.0]]
-    damping = [[0.1, 0.2, 0.0], [-0.2, 0.1, 0.0], [0.0, 0.0, 0.0]]
-    stiffness = [[2.0, -1.0, 0.0], [-1.0, 2.0, -1.0], [0.0, -1.0, 2.0]]
-    given = [form(np.array(matrix)) for matrix in (mass, damping, stiffness)]
-    options: dict[str, Any] = dict(contacts=[(0, 2)], **FREE | {"normal_load": 2.0})
-    model = sh.Model(*given, **options)
-    assert_same(model, sh.Model(mass, damping, stiffness, **options))
-    problem = sh.HarmonicBalance(model, sh.forces.PointForce())
-    reference = sh.HarmonicBalance(
-        sh.Model(mass, damping, stiffness, **options), sh.forces.PointForce()
-    )
-    x = np.arange(6.0)
-    np.testing.assert_array_equal(
-        problem.evaluate(x, 2.0).residual, reference.evaluate(x, 2.0).residual
-    )
 
 
 def test_entries_given_twice_add_up():

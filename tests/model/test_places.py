@@ -7,6 +7,7 @@ import pytest
 import scipy.sparse as sp
 
 import symhbm as sh
+from tests.refusals import refused
 
 NODES = [7, 7, 9, 9]
 DIRECTIONS = ["x", "y", "x", "y"]
@@ -49,9 +50,21 @@ def test_degrees_of_freedom_in_any_order():
     assert table.coordinates[0].tolist() == [1, 0, 2]
 
 
-@pytest.mark.parametrize(
-    ("name", "error", "words"),
-    [
+def rubbing(tangential):
+    return pair(shroud=shroud(tangential))
+
+
+def model(**table):
+    return sh.Model(*MATRICES, places=table)
+
+
+def under(force):
+    return sh.HarmonicBalance(pair(), force, (0, 1))
+
+
+UNKNOWN = sh.forces.PointForce("tpi:x"), sh.forces.StaticLoad({"tpi:x": 1.0})
+test_what_is_no_place_is_told = refused([
+    *((lambda name=name: pair().number_of(name), error, words) for name, error, words in (
         ("tpi:y", KeyError, "nearest are 'tip'"),
         ("11:x", KeyError, "nearest are 9, 7"),
         ("tip:z", KeyError, "tip has x, y"),
@@ -59,33 +72,11 @@ def test_degrees_of_freedom_in_any_order():
         ("tip:", TypeError, "as 'tip:y'"),
         ("a:b:c", TypeError, "as 'tip:y'"),
         (4, ValueError, "from 0 to 3"),
-    ],
-)
-def test_unknown_names_tell_the_nearest(name, error, words):
-    with pytest.raises(error, match=words):
-        pair().number_of(name)
-
-
-def test_a_label_of_several_nodes_is_no_place_but_a_set_of_nodes():
-    table = places(label="rim")
-    assert table.nodes_of("rim").tolist() == [7, 9]
-    with pytest.raises(KeyError, match="nodes 7, 9; say which"):
-        table.number("rim:x")
-    assert table.name(3) == "9:y"
-
-
-def test_labels_by_node():
-    table = places(label=None).labelled({"tip": 7, "shroud": [9]})
-    assert table.label.tolist() == ["tip", "tip", "shroud", "shroud"]
-    with pytest.raises(KeyError, match="8 is no node"):
-        places().labelled({"root": 8})
-    with pytest.raises(ValueError, match="no other name"):
-        places().labelled({"root": [7, 9], "foot": 9})
-
-
-@pytest.mark.parametrize(
-    ("changes", "words"),
-    [
+    )),
+    (lambda: places(label="rim").number("rim:x"), KeyError, "nodes 7, 9; say which"),
+    (lambda: places().labelled({"root": 8}), KeyError, "8 is no node"),
+    (lambda: places().labelled({"root": [7, 9], "foot": 9}), ValueError, "no other name"),
+    *((lambda changes=changes: places(**changes), ValueError, words) for changes, words in (
         (dict(direction=["x", "x", "x", "y"]), "node 7 has 'x' twice"),
         (dict(direction=["x", "y", "x", "up"]), "direction='up'"),
         (dict(direction=["x", "y"]), "expected 4 texts"),
@@ -96,26 +87,36 @@ def test_labels_by_node():
         (dict(coordinates=np.full((4, 3), np.nan)), "finite"),
         (dict(label=["8", "8", "", ""]), "no number"),
         (dict(label=["a:b", "a:b", "", ""]), "no colon"),
-    ],
-)
-def test_tables_that_are_none(changes, words):
-    with pytest.raises(ValueError, match=words):
-        places(**changes)
+    )),
+    (lambda: model(nodes=NODES, direction=DIRECTIONS), KeyError, "did you mean 'node'"),
+    (lambda: model(node=[1], direction=["x"]), ValueError, "expected 4 "),
+    (lambda: model(node=NODES), ValueError, "column 'direction'"),
+    (lambda: sh.Model(*MATRICES, places=[1, 2, 3, 4]), TypeError, r"symhbm\.Places"),
+    (lambda: sh.Model(*MATRICES).number_of("tip:x"), KeyError, "give it places="),
+    (lambda: rubbing(("tip:x", "7:x")), ValueError, "two different"),
+    (lambda: rubbing({"tip:x": 1.0, "7:x": 1.0}), ValueError, "each place once"),
+    (lambda: rubbing(("tpi:x",)), KeyError, r"contacts\['shroud'\], tangential\[0\].*nearest"),
+    (lambda: rubbing(("tip",)), TypeError, "as 'tip:y'"),
+    (lambda: rubbing("tip:x"), TypeError, "sequence of DOF pairs"),
+    (lambda: rubbing(("tip:x", 4)), ValueError, "from 0 to 3"),
+    *((lambda force=force: under(force), KeyError, "nearest are 'tip'") for force in UNKNOWN),
+    (lambda: under(sh.forces.StaticLoad({"tip:x": 1.0, 0: 1.0})), ValueError, "each place once"),
+])  # fmt: skip
+
+
+def test_a_label_of_several_nodes_is_no_place_but_a_set_of_nodes():
+    table = places(label="rim")
+    assert table.nodes_of("rim").tolist() == [7, 9]
+    assert table.name(3) == "9:y"
+
+
+def test_labels_by_node():
+    table = places(label=None).labelled({"tip": 7, "shroud": [9]})
+    assert table.label.tolist() == ["tip", "tip", "shroud", "shroud"]
 
 
 def test_tables_of_a_model():
-    named = sh.Model(*MATRICES, places=dict(node=NODES, direction=DIRECTIONS))
-    assert named.number_of("9:y") == 3
-    with pytest.raises(KeyError, match="did you mean 'node'"):
-        sh.Model(*MATRICES, places=dict(nodes=NODES, direction=DIRECTIONS))
-    with pytest.raises(ValueError, match="expected 4 "):
-        sh.Model(*MATRICES, places=dict(node=[1], direction=["x"]))
-    with pytest.raises(ValueError, match="column 'direction'"):
-        sh.Model(*MATRICES, places=dict(node=NODES))
-    with pytest.raises(TypeError, match=r"symhbm\.Places"):
-        sh.Model(*MATRICES, places=[1, 2, 3, 4])
-    with pytest.raises(KeyError, match="give it places="):
-        sh.Model(*MATRICES).number_of("tip:x")
+    assert model(node=NODES, direction=DIRECTIONS).number_of("9:y") == 3
 
 
 def test_contacts_by_name_are_those_by_number():
@@ -127,22 +128,6 @@ def test_contacts_by_name_are_those_by_number():
     friction = dict(contact_stiffness=1e4, friction_coefficient=0.3, normal_load=2.0)
     short = sh.Model(*MATRICES, contacts=[("tip:x", "9:x")], places=places(), **friction)
     assert short.contacts == ((0, 2),)
-
-
-@pytest.mark.parametrize(
-    ("tangential", "error", "words"),
-    [
-        (("tip:x", "7:x"), ValueError, "two different"),
-        ({"tip:x": 1.0, "7:x": 1.0}, ValueError, "each place once"),
-        (("tpi:x",), KeyError, r"contacts\['shroud'\], tangential\[0\].*nearest"),
-        (("tip",), TypeError, "as 'tip:y'"),
-        ("tip:x", TypeError, "sequence of DOF pairs"),
-        (("tip:x", 4), ValueError, "from 0 to 3"),
-    ],
-)
-def test_contacts_that_are_none(tangential, error, words):
-    with pytest.raises(error, match=words):
-        pair(shroud=shroud(tangential))
 
 
 def test_other_contacts_replace_those_there_were():
@@ -175,14 +160,6 @@ def test_other_contacts_replace_those_there_were():
 def test_forces_by_name_are_those_by_number(named, numbered):
     problem = sh.HarmonicBalance(pair(), named, (0, 1))
     assert problem.excitation == numbered
-
-
-def test_forces_on_unknown_places():
-    for force in (sh.forces.PointForce("tpi:x"), sh.forces.StaticLoad({"tpi:x": 1.0})):
-        with pytest.raises(KeyError, match="nearest are 'tip'"):
-            sh.HarmonicBalance(pair(), force, (0, 1))
-    with pytest.raises(ValueError, match="each place once"):
-        sh.HarmonicBalance(pair(), sh.forces.StaticLoad({"tip:x": 1.0, 0: 1.0}), (0, 1))
 
 
 def test_results_have_places_and_problems_are_rebuilt_with_them(tmp_path):

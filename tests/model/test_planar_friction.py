@@ -6,10 +6,9 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 import symhbm as sh
-from symhbm.model.contacts import Motions, marched
+from symhbm.model.contacts import marched
 from symhbm.numerics import FourierBasis
 from tests.law_slopes import at_motion, figures_of, force_of, returned, turned_by, values_of
-from tests.quick import quick_first
 from tests.stored.problems import case
 
 # Every first use compiles the loops for a minute; the examples of a property are not to blame.
@@ -24,20 +23,6 @@ KINDS = {
 def random_motion(rng, basis, directions):
     decay = np.maximum(basis.order, 1) ** -1.5
     return rng.normal(size=(directions, basis.n_components)) * decay
-
-
-@pytest.mark.slow
-def test_explicit_motion():
-    basis, law = FourierBasis((0, 1, 2)), sh.laws.PlanarFriction()
-    motion = [[0, 2, 0, 0, 0.3], [0, 0, 1.2, 0.2, 0], [0, 0.3, 0.2, 0, 0]]
-    force, located = force_of(law, basis, motion, values_of(law))
-    expected = [
-        [0.062988092138, 0.448080690991, -0.653757143168, 0.13039259697, 0.091863143442],
-        [0.108136441766, 0.584910453973, 0.330227235396, 0.028672164788, 0.050787466513],
-    ]
-    np.testing.assert_allclose(force[:2], expected, rtol=0, atol=1e-11)
-    np.testing.assert_allclose(force[2], motion[2], rtol=0, atol=1e-15)
-    assert located.states.tolist() == [[True, False, True]]
 
 
 @pytest.mark.parametrize("kind", KINDS)
@@ -218,17 +203,6 @@ def test_histories_without_friction_show_the_normal_force():
     np.testing.assert_allclose(press[changes], 0, atol=1e-12)
 
 
-def test_imposed_stick_is_linear():
-    law, basis, rng = KINDS["load"], FourierBasis((0, 1, 2)), np.random.default_rng(8)
-    motion, values = random_motion(rng, basis, 3), values_of(KINDS["load"], load=3.5)
-    free, located = force_of(law, basis, motion, values)
-    assert located.states[0, 0]
-    force, located = force_of(law, basis, motion, values, held=[False, False, True])
-    np.testing.assert_allclose(force[:2, 1:], motion[:2, 1:], rtol=1e-14)
-    assert not located.states[0, 0]
-    assert np.abs(force - free).max() > 1e-3
-
-
 @pytest.mark.parametrize("law", [sh.laws.PlanarFriction, sh.laws.VariableLoadFriction])
 def test_words(law):
     with pytest.raises(ValueError, match="given='force': expected one of 'normal_load', 'gap'"):
@@ -242,23 +216,6 @@ def test_words(law):
     assert sh.laws.PlanarFriction() != sh.laws.PlanarFriction("gap")
 
 
-@pytest.mark.slow
-@pytest.mark.parametrize("number", quick_first([34, 4], 1))
-def test_slopes_at_onsets_are_those_of_slip(number):
-    """On the side where the contact slips, whatever round-off says of the margin there."""
-    problem, band, _ = case("contacts that open", number)
-    path = sh.frf(problem, band, progress=False)
-    events = [*zip(path.event_frequency.values, path.event_kind.values, strict=True)]
-    beside = {f: f * (1 + (1e-9 if kind == "onset of slip" else -1e-9)) for f, kind in events}
-    grid = sh.frf(problem, band, at=sorted(beside.values()), progress=False)
-    points = path.swap_dims(point="frequency")
-    for frequency, kind in events:
-        name = "amplitude_slope" if kind == "onset of slip" else "amplitude_slope_before"
-        slope = points[name].sel(frequency=frequency).values
-        near = grid.amplitude_slope.sel(frequency=beside[frequency]).values
-        np.testing.assert_allclose(slope, near, rtol=0, atol=1e-3 * np.abs(near).max())
-
-
 def test_no_peak_where_slip_ends_on_a_flank():
     """A wrong slope before the end of slip made it a corner."""
     problem, _, _ = case("contacts that open", 34)
@@ -266,29 +223,6 @@ def test_no_peak_where_slip_ends_on_a_flank():
     assert response.event_kind.values.tolist() == ["end of slip"]
     assert (response.amplitude.isel(dof=0).diff("frequency") < 0).all()
     assert response.n_peaks == 0
-
-
-@pytest.mark.slow
-def test_many_contacts_are_each_their_own():
-    law, basis, rng = KINDS["load"], FourierBasis((0, 1, 2)), np.random.default_rng(9)
-    motions = np.array([random_motion(rng, basis, 3).ravel() for _ in range(6)])
-    single = values_of(law)
-    values = {name: np.repeat(value, 6) for name, value in single.items()}
-    values["normal_load"] = np.array([3.0, 1.0, 0.2, -0.3, 8.0, 0.0])
-    at = Motions(basis, motions, 1.0, values)
-    located = law.locate(at)
-    forces = law.forces(at, located)
-    for j, motion in enumerate(motions):
-        own = single | {"normal_load": values["normal_load"][[j]]}
-        np.testing.assert_array_equal(force_of(law, basis, motion, own)[0].ravel(), forces[j])
-    weights = rng.normal(size=motions.shape)
-    whole = law.moving_events(at, located, weights)
-    for j in range(6):
-        one = at.of([j])
-        alone = law.moving_events(one, law.locate(one), weights[[j]])[0]
-        np.testing.assert_array_equal(alone, whole[j])
-    parts = located.details.split(2)
-    np.testing.assert_array_equal(parts[1].figures, located.details.figures[3:])
 
 
 @pytest.mark.parametrize("kind", ["constant", "load"])

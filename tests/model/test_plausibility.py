@@ -1,6 +1,5 @@
 """Models, bands and harmonic sets that are not what was meant are refused, or warned of."""
 
-import pickle
 import warnings
 
 import numpy as np
@@ -13,6 +12,7 @@ from symhbm.balance.mean_position import is_held
 from symhbm.continuation.start import linear_response
 from symhbm.model import plausibility
 from symhbm.model.plausibility import DOUBT, _highest, _lowest, _resonances
+from tests.refusals import refused
 
 ONE = np.eye(2)
 DAMPING = 0.5 * ONE
@@ -64,34 +64,25 @@ def test_doubts_are_looked_for_once(monkeypatch):
 # Contacts that do nothing
 
 
-@pytest.mark.parametrize("name", CONTACT)
-def test_a_contact_parameter_that_was_forgotten(name):
-    given = {other: value for other, value in CONTACT.items() if other != name}
-    with pytest.raises(ValueError, match=f"{name}=None: expected contact_stiffness"):
-        sh.Model(ONE, DAMPING, STIFFNESS, contacts=[(0, 1)], **given)
-    with pytest.raises(ValueError, match=f"{name}=None"):
-        sh.Model(ONE, DAMPING, STIFFNESS, contacts=[(0, 1)], cubic_stiffness=1.0, **given)
-    for builder in (sh.single_blade, lambda **values: sh.bladed_disk(3, **values)):
-        with pytest.raises(ValueError, match=f"{name}=None"):
-            builder(**BLADE | {name: None})
+def contact(**given):
+    return sh.Model(ONE, DAMPING, STIFFNESS, contacts=[(0, 1)], **given)
 
 
-def test_contacts_without_any_parameter():
-    with pytest.raises(ValueError, match="without them contacts do nothing"):
-        sh.Model(ONE, DAMPING, STIFFNESS, contacts=[(0, 1)])
-    with pytest.raises(ValueError, match="a linear spring is a part of stiffness_matrix"):
-        sh.Model(ONE, DAMPING, STIFFNESS, contacts=[(0, 1)], contact_stiffness=1e4)
-
-
-@pytest.mark.parametrize("name", CONTACT)
-def test_a_contact_that_is_to_slide_freely(name):
-    """An explicit 0 is asked for; nothing is asked of a structure without contacts."""
-    free = two_masses(**{name: 0.0})
-    alone = sh.Model(ONE, DAMPING, STIFFNESS)
-    force = sh.forces.PointForce(amplitude=1.0)
-    values = [sh.solve(sh.HarmonicBalance(m, force), 20.0).amplitude for m in (free, alone)]
-    np.testing.assert_allclose(*values, rtol=1e-12)
-    assert pickle.loads(pickle.dumps(free)).parameters[name].tolist() == [0.0]
+test_a_contact_parameter_that_was_forgotten = refused([
+    (lambda: contact(), ValueError, "without them contacts do nothing"),
+    (lambda: contact(contact_stiffness=1e4),
+     ValueError, "a linear spring is a part of stiffness_matrix"),
+    *(
+        (call, ValueError, f"{name}=None")
+        for name in CONTACT
+        for call in (
+            lambda none={name: None}: contact(**CONTACT | none),
+            lambda none={name: None}: contact(cubic_stiffness=1.0, **CONTACT | none),
+            lambda none={name: None}: sh.single_blade(**BLADE | none),
+            lambda none={name: None}: sh.bladed_disk(3, **BLADE | none),
+        )
+    ),
+])  # fmt: skip
 
 
 # Matrices and bands
@@ -278,30 +269,6 @@ def test_even_forces_need_a_mean(harmonics):
     for call in calls:
         with pytest.raises(ValueError, match=words):
             call()
-
-
-@pytest.mark.parametrize(
-    ("excitation", "harmonics"),
-    [
-        (ODD, (1, 3)),
-        (ODD, (1, 2, 3)),
-        (sh.forces.PointForce(harmonic=2), (2,)),
-        (sh.forces.PointForce(harmonic=2), (1, 2, 3)),
-        (sh.forces.HarmonicForce(sine={2: [1.0], 6: [0.5]}), (2, 6)),
-        (sh.forces.HarmonicForce(cosine={1: [1.0], 2: [0.0]}), (1, 2)),
-    ],
-    ids=str,
-)
-def test_forces_that_need_no_mean(excitation, harmonics):
-    """They are mirror images of themselves: the mean force of friction is 0."""
-    problem = free_body(excitation, harmonics)
-    found = sh.solve(problem, 10.0, throw=True)
-    assert np.isfinite(found.amplitude).all()
-    held = sh.Model([[1.0]], [[0.5]], [[1e4]], contacts=[(0,)], **CONTACT)
-    with_mean = sh.HarmonicBalance(held, excitation, (0, *harmonics))
-    found = sh.solve(with_mean, 10.0, throw=True)
-    mean = found.coefficient.sel(harmonic=0, component="cos")
-    assert abs(float(mean.item())) <= 1e-12 * float(found.amplitude.max())
 
 
 def test_a_mean_that_matters():

@@ -88,28 +88,6 @@ def test_a_pattern_that_repeats_makes_sectors_of_several_blades():
 
 
 @pytest.mark.slow
-def test_accuracy_and_other_parameters_on_one_sector():
-    problem = sh.HarmonicBalance(ring(normal_load=10.0), sh.forces.EngineOrder(1))
-    grid = [62.0, 77.0]
-    sector, whole = (
-        sh.frf(problem.with_by_sector(flag), (60, 80), at=grid, accuracy=1e-3)
-        for flag in (True, False)
-    )
-    assert sector.highest_harmonic.max() > 1
-    np.testing.assert_allclose(sector.amplitude, whole.amplitude, rtol=AGREE)
-    followed = [
-        sh.follow(
-            problem.with_by_sector(flag), name, band, at=np.linspace(*band, 4), frequency=75.0
-        )
-        for name, band in (("normal_load", (5, 100)), ("stiffness", (9e3, 1.1e4)))
-        for flag in (True, False)
-    ]
-    assert [int(each.n_sectors) for each in followed] == [13, 1, 13, 1]
-    assert_alike(*followed[:2])
-    assert_alike(*followed[2:])
-
-
-@pytest.mark.slow
 def test_each_set_of_a_sweep_is_judged_by_itself():
     """A mistuned set needs the ring, and engine orders beside each other their own waves."""
     problem = sh.HarmonicBalance(ring(), sh.forces.EngineOrder(3))

@@ -13,60 +13,7 @@ from symhbm.model.contacts import Motions, SmoothForce
 from symhbm.numerics import FourierBasis
 from symhbm.results.archive import ArchiveError
 from tests.quick import quick_first
-
-GAP = {"k": (3e4, "N/m"), "g": (3e-4, "m")}
-
-
-def beyond(y, v, p):
-    return y - p["g"]
-
-
-def rubbing(y, v, p):
-    """Friction that grows with the load of a gap: two directions."""
-    load = p["k"] * ca.fmax(y[1] - p["g"], 0)
-    return load * ca.vertcat(0.3 * ca.tanh(v[0] / p["e"]), 1)
-
-
-LAWS = {
-    "dashpot": (lambda y, v, p: p["c"] * v, {"c": (3, "N s/m")}, ()),
-    "spring": (lambda y, v, p: p["k5"] * y**5, {"k5": (1e13, "N/m^5")}, ()),
-    "rounded": (
-        lambda y, v, p: p["F"] * ca.tanh(v / p["e"]),
-        {"F": (3, "N"), "e": (0.1, "m/s")},
-        (),
-    ),
-    "drag": (
-        lambda y, v, p: p["c"] * v * ca.fabs(v),
-        {"c": (3, "N s2 m-2")},
-        lambda y, v, p: v,
-    ),
-    "gap": (lambda y, v, p: p["k"] * ca.fmax(y - p["g"], 0), GAP, beyond),
-    "hertz": (
-        lambda y, v, p: p["k"] * ca.fmax(y - p["g"], 0) ** 1.5,
-        {"k": (3e6, "1"), "g": (3e-4, "m")},
-        beyond,
-    ),
-    "magnet": (
-        lambda y, v, p: -p["b"] / (p["g"] - y) ** 2,
-        {"b": (1e-3, "N m2"), "g": (2e-2, "m")},
-        (),
-    ),
-    "rubbing": (rubbing, GAP | {"e": (0.1, "m/s")}, lambda y, v, p: y[1] - p["g"]),
-}
-
-
-def group_of(name, **values):
-    expression, parameters, breakpoints = LAWS[name]
-    parameters = {k: (values.get(k, entry[0]), *entry[1:]) for k, entry in parameters.items()}
-    directions = {"along": [(0,)], "across": [(1,)]} if name == "rubbing" else [(0, 1)]
-    return sh.laws.SmoothLaw(expression, parameters, directions, breakpoints)
-
-
-def problem_of(group, harmonics=(0, 1, 2, 3), amplitude=2.0, **others):
-    contacts = {"own": group, **others}
-    stiffness = [[1e4, -1e3], [-1e3, 2e4]]
-    model = sh.Model(np.eye(2), np.diag([2.0, 3.0]), stiffness, contacts=contacts)
-    return sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=amplitude), harmonics)
+from tests.smooth_laws import LAWS, beyond, group_of, problem_of
 
 
 def unknowns_like(problem, seed=0, size=1e-3):
@@ -106,44 +53,6 @@ def test_derivatives_to_second_order(name, seed):
     bent = size * (weights @ (slope_ahead - slope_behind)) / (2 * step)
     expected = size * (hessian @ along)
     np.testing.assert_allclose(bent, expected, rtol=0, atol=1e-5 * np.abs(expected).max())
-
-
-def test_a_cube_is_the_cubic_spring():
-    own = sh.laws.SmoothLaw(lambda y, v, p: p["c3"] * y**3, {"c3": (1e9, "N/m^3")}, [(0, 1)])
-    cubic = sh.Contacts(sh.laws.CubicSpring(), [(0, 1)], cubic_stiffness=1e9)
-    one, other = (problem_of(group, (1, 3, 5)) for group in (own, cubic))
-    found, expected = (p.evaluate(unknowns_like(p), 90.0) for p in (one, other))
-    np.testing.assert_allclose(found.residual, expected.residual, rtol=1e-12)
-    np.testing.assert_allclose(found.jacobian, expected.jacobian, rtol=1e-12, atol=1e-9)
-
-
-def test_a_dashpot_is_damping():
-    own = problem_of(group_of("dashpot"))
-    each = np.array([[1.0, -1.0]])
-    damping = np.diag([2.0, 3.0]) + 3.0 * each.T @ each
-    model = sh.Model(np.eye(2), damping, [[1e4, -1e3], [-1e3, 2e4]])
-    plain = sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=2.0), (0, 1, 2, 3))
-    found, expected = (p.evaluate(unknowns_like(p), 90.0) for p in (own, plain))
-    np.testing.assert_allclose(found.residual, expected.residual, rtol=1e-12)
-    np.testing.assert_allclose(found.jacobian, dense(expected.jacobian), rtol=1e-12, atol=1e-9)
-    np.testing.assert_allclose(found.by_parameter, expected.by_parameter, rtol=1e-10, atol=1e-12)
-    one, other = (sh.solve(p, 16.0, stability=True) for p in (own, plain))
-    np.testing.assert_allclose(one.amplitude, other.amplitude, rtol=1e-11)
-    np.testing.assert_allclose(one.growth_rate, other.growth_rate, rtol=1e-9)
-
-
-def test_rounded_friction_tends_to_friction():
-    """The difference falls with the velocity over which the sign is rounded off."""
-    rub = dict(contact_stiffness=1e9, friction_coefficient=1.0, normal_load=0.5)
-    dry = problem_of(sh.Contacts(sh.laws.Coulomb(), [(0, 1)], **rub), (1, 3, 5))
-    expected = sh.solve(dry, 17.0).amplitude.values
-    differences = []
-    for small in (3e-2, 3e-3):
-        found = sh.solve(problem_of(group_of("rounded", F=0.5, e=small), (1, 3, 5)), 17.0)
-        assert found.sampling_error < 1e-9
-        differences.append(np.abs(found.amplitude.values / expected - 1).max())
-    assert differences[0] < 1e-2
-    assert differences[1] < 0.1 * differences[0]
 
 
 MOTION = np.array([1.0, 0.0, 0.1, 0.05, 0.0, 0.02]) / 90
@@ -218,29 +127,17 @@ def test_kinks_converge_slowly_and_say_so():
     assert len(exact.breaks[0].angle) == 2
 
 
-@pytest.mark.slow
-def test_break_points_are_exact_for_powers_and_near_touches():
-    """A force that begins as a root of the distance, and a contact that just touches."""
+def test_break_points_of_a_near_touch_are_found():
+    """A force that begins as a root of the distance, and a contact that does not touch."""
     highest = FourierBasis((1, 3, 5)).values(2 * np.pi * np.arange(2**16) / 2**16) @ MOTION
-    for depth in (1e-3, 1e-5, 1e-7):
-        gap = highest.max() * (1 - depth)
-        parameters = {"k": (1e3, "N/m"), "g": (gap, "m")}
+    for depth, touches in ((1e-3, 2), (1e-7, 2), (-1e-6, 0)):
+        parameters = {"k": (1e3, "N/m"), "g": (highest.max() * (1 - depth), "m")}
         found, details = located_force(
-            lambda y, v, p: p["k"] * ca.fmax(y - p["g"], 0) ** 1.5,
-            parameters,
-            lambda y, v, p: y - p["g"],
+            lambda y, v, p: p["k"] * ca.fmax(y - p["g"], 0) ** 1.5, parameters, beyond
         )
-        assert len(details.breaks[0].angle) == 2
-        mean = summed(lambda y, v, gap=gap: 1e3 * np.maximum(y - gap, 0) ** 1.5, 2**20)
-        assert np.abs(found - mean).max() < 1e-5 * np.abs(mean).max()
-        # The distance itself has lost digits.
-        assert details.error.max() < (1e-12 + 1e-15 / depth) * np.abs(found).max()
-    apart = {"k": (1e3, "N/m"), "g": (highest.max() * (1 + 1e-6), "m")}
-    found, details = located_force(
-        lambda y, v, p: p["k"] * ca.fmax(y - p["g"], 0), apart, lambda y, v, p: y - p["g"]
-    )
-    assert not found.any()
-    assert not len(details.breaks[0].angle)
+        assert len(details.breaks[0].angle) == touches
+        assert found.any() == (touches > 0)
+        assert details.error.max() <= (1e-12 + 1e-15 / abs(depth)) * np.abs(found).max()
 
 
 @pytest.mark.slow

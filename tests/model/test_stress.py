@@ -14,6 +14,7 @@ from scipy.sparse.linalg import spsolve
 
 import symhbm as sh
 from symhbm.model.mesh import Mesh, Program, element
+from tests.refusals import refused
 
 MODULUS, POISSON = 2.1e11, 0.3
 STEEL = {"steel": {"modulus": MODULUS, "poisson": POISSON}}
@@ -137,39 +138,40 @@ def test_a_node_has_the_mean_of_its_elements():
     np.testing.assert_allclose(rows @ motion.ravel(), points[:, 0] / 2 * whole, rtol=1e-12)
 
 
-def test_what_is_not_known_is_refused_in_words():
-    mesh = MESHES["tetra"]()
-    places = places_of(mesh)
-    for materials, words in (
-        (None, "no material is known"),
-        ({"steel": {"modulus": MODULUS}}, "poisson: .*steel has none"),
-        (STEEL | {"brass": {"modulus": 1e11, "poisson": 0.3}}, "modulus: .*brass has 1"),
-    ):
-        other = replace(places, program=Program("by hand", materials=materials))
-        with pytest.raises(ValueError, match=words):
-            other.stress(1)
-        given = other.stress(1, modulus=MODULUS, poisson=POISSON)
-        assert abs(given["xx"] - places.stress(1)["xx"]).max() == 0
-    with pytest.raises(ValueError, match=r"modulus=-1.*expected a positive modulus"):
-        places.stress(1, modulus=-1.0)
-    with pytest.raises(ValueError, match=r"poisson=0\.5: expected"):
-        places.stress(1, poisson=0.5)
-    with pytest.raises(KeyError, match="nodes: 99 is no node of the mesh"):
-        places.stress([1, 99])
-    with pytest.raises(ValueError, match=r"nodes=.*expected one node at least"):
-        places.stress([])
-    twice = places.stress([2, 1, 2])["xy"].toarray()
-    np.testing.assert_array_equal(twice, places.stress([1, 2])["xy"].toarray()[[1, 0, 1]])
-    with pytest.raises(KeyError, match="tipp"):
-        places.stress("tipp")
-    with pytest.raises(ValueError, match="places: expected a mesh"):
-        sh.Places([1], "x").stress(1)
-    lonely = Mesh([*mesh.node, 99], np.vstack([mesh.coordinates, [9, 9, 9]]), mesh.elements)
-    with pytest.raises(ValueError, match="nodes: 99 is in no solid"):
-        places_of(lonely).stress([1, 99])
-    flat = replace(mesh, coordinates=mesh.coordinates * [1, 1, 0])
-    with pytest.raises(ValueError, match="is flat or inside out"):
-        places_of(flat).stress(1)
+TETRA = MESHES["tetra"]()
+KNOWN = places_of(TETRA)
+LONELY = Mesh([*TETRA.node, 99], np.vstack([TETRA.coordinates, [9, 9, 9]]), TETRA.elements)
+FLAT = replace(TETRA, coordinates=TETRA.coordinates * [1, 1, 0])
+MATERIALS = [
+    (None, "no material is known"),
+    ({"steel": {"modulus": MODULUS}}, "poisson: .*steel has none"),
+    (STEEL | {"brass": {"modulus": 1e11, "poisson": 0.3}}, "modulus: .*brass has 1"),
+]
+
+
+def of(materials):
+    return replace(KNOWN, program=Program("by hand", materials=materials))
+
+
+test_what_is_not_known_is_refused_in_words = refused([
+    *((lambda of_it=told: of(of_it).stress(1), ValueError, words) for told, words in MATERIALS),
+    (lambda: KNOWN.stress(1, modulus=-1.0), ValueError, r"modulus=-1.*expected a positive modulus"),
+    (lambda: KNOWN.stress(1, poisson=0.5), ValueError, r"poisson=0\.5: expected"),
+    (lambda: KNOWN.stress([1, 99]), KeyError, "nodes: 99 is no node of the mesh"),
+    (lambda: KNOWN.stress([]), ValueError, r"nodes=.*expected one node at least"),
+    (lambda: KNOWN.stress("tipp"), KeyError, "tipp"),
+    (lambda: sh.Places([1], "x").stress(1), ValueError, "places: expected a mesh"),
+    (lambda: places_of(LONELY).stress([1, 99]), ValueError, "nodes: 99 is in no solid"),
+    (lambda: places_of(FLAT).stress(1), ValueError, "is flat or inside out"),
+])  # fmt: skip
+
+
+def test_what_is_given_is_taken_and_each_node_has_its_row():
+    for materials, _ in MATERIALS:
+        given = of(materials).stress(1, modulus=MODULUS, poisson=POISSON)
+        assert abs(given["xx"] - KNOWN.stress(1)["xx"]).max() == 0
+    twice = KNOWN.stress([2, 1, 2])["xy"].toarray()
+    np.testing.assert_array_equal(twice, KNOWN.stress([1, 2])["xy"].toarray()[[1, 0, 1]])
 
 
 def read(job):

@@ -5,8 +5,6 @@ from math import comb
 
 import numpy as np
 import pytest
-from hypothesis import given, settings
-from hypothesis import strategies as st
 from scipy.integrate import quad_vec
 
 from symhbm.numerics import FourierBasis, largest_displacement, turning_points
@@ -54,30 +52,6 @@ def test_over_a_full_period_the_basis_is_orthonormal():
     np.testing.assert_allclose(
         basis.products(moments), np.eye(basis.n_components), rtol=0, atol=1e-14
     )
-
-
-@pytest.mark.slow
-@settings(max_examples=150)
-@given(st.integers(0, 2**32 - 1), st.sampled_from([(1, 2), (1, 3, 5), (0, 1, 2, 3, 4), (1, 7, 10)]))
-def test_every_turning_point_is_found(seed, harmonics):
-    basis, rng = FourierBasis(harmonics), np.random.default_rng(seed)
-    coefficients = rng.normal(size=basis.n_components) / np.maximum(basis.order, 1) ** rng.uniform(
-        0, 2
-    )
-    points = turning_points(basis, coefficients[None])
-    count = points.count[0]
-    angle = points.angle[0, :count]
-    bound = np.abs(coefficients) @ basis.order
-    assert np.all(np.abs(basis.values(angle, 1) @ coefficients) < 1e-12 * bound * basis.highest)
-    assert np.all(np.diff(angle) > 0)
-    assert angle[-1] - angle[0] < 2 * np.pi
-    tau = np.linspace(0, 2 * np.pi, 20001)[:-1]
-    slope = basis.values(tau, 1) @ coefficients
-    seen = np.count_nonzero((slope < 0) != (np.roll(slope, 1) < 0))
-    # The grid may miss a close pair, never the other way round.
-    assert count >= seen
-    assert count % 2 == 0
-    assert points.value[0, 0] >= (basis.values(tau) @ coefficients).max() - 1e-12 * bound
 
 
 @pytest.mark.parametrize("harmonics", [(1, 2), (1, 3, 5), (0, 1, 2, 3, 4), (1, 3, 9), (3, 9)])

@@ -6,14 +6,12 @@ import numpy as np
 import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
-from scipy.integrate import solve_ivp
 
 import symhbm as sh
 from studies import fig03_single_blade as fig03
 from studies import fig08_engine_orders as fig08
-from symhbm.continuation.newton import newton
 from symhbm.model import force_coefficients as coefficients_of
-from symhbm.numerics import FourierBasis, largest_displacement
+from symhbm.numerics import FourierBasis
 from symhbm.numerics.loops.polynomials import crossings
 from symhbm.time_domain.event_march import march
 from symhbm.time_domain.exact_motion import exact_motion
@@ -21,6 +19,7 @@ from symhbm.time_domain.linear_motion import DEGREE, LinearMotion, extremes
 from tests.problems import ring_of_blades
 from tests.quick import quick_first
 from tests.reference import EXACT
+from tests.refusals import refused
 
 TURN = 2 * np.pi
 HARMONICS = (0, 1, 2, 3, 4, 5, 6, 7, 9, 15, 31)
@@ -192,33 +191,6 @@ def test_harmonic_balance_of_the_exact_motion(name):
     np.testing.assert_allclose(sum(terms), 0.0, atol=1e-10 * largest)
 
 
-@each_case
-def test_friction_from_a_slider_marched_over_samples(name):
-    """Samples miss the tips of reversals, by an eighth of the second difference of ``k_d y``."""
-    problem, motion = solved(name)
-    model = problem.model
-    limit = model.friction_coefficient * model.normal_load
-    count = 25_000
-    tau = TURN * np.arange(count) / count
-    x, _, friction = motion.at(tau)
-    spring = model.contact_stiffness * (x @ model.directions.toarray().T)
-    steps = np.diff(spring, axis=0, append=spring[:1])
-    force = np.zeros(model.n_contacts)
-    marched = np.empty_like(spring)
-    for _ in range(2):
-        for i in range(count):
-            marched[i] = force
-            force = np.minimum(np.maximum(force + steps[i], -limit), limit)
-    # A contact that has settled inside its limits keeps a constant that the law does not know.
-    settled = np.isin(np.arange(model.n_contacts), motion.neutral_contacts)
-    marched[:, settled] -= (marched.max(axis=0) + marched.min(axis=0))[settled] / 2
-    # One part in a million beyond the bound, for the sampled extremes of the settled ones.
-    bound = np.abs(np.diff(steps, axis=0)).max(axis=0) / 8 + 1e-12 * limit
-    bound[settled] *= 2
-    assert np.all(bound <= 1e-6 * np.maximum(limit, np.abs(spring).max()))
-    assert np.all(np.abs(marched - friction) <= bound)
-
-
 def test_neutral_multipliers_are_ones_of_the_whole_derivative():
     """Eigenvalues of the full derivative: those named, and a one for every contact that sticks."""
     problem, motion = solved("13 blades")
@@ -228,71 +200,6 @@ def test_neutral_multipliers_are_ones_of_the_whole_derivative():
     named = np.sort([*np.abs(motion.multipliers), *np.ones(len(motion.neutral_contacts))])
     # Zeros of defective blocks are good to a root of round-off; they are not looked at.
     np.testing.assert_allclose(whole[whole > 0.1], named[named > 0.1], rtol=1e-9)
-
-
-def test_against_a_general_integrator():
-    """One period of a smooth stretch, tolerance 1e-12: contacts that slip but do not turn."""
-    problem, motion = solved("gyroscopic")
-    model, linear = problem.model, motion._linear
-    n = model.n_dof
-    angles = np.sort(np.concatenate([[0.0], motion.event_angle, [TURN]]))
-    widest = np.argmax(np.diff(angles))
-    left, right = angles[widest : widest + 2]
-    middle = motion.at((left + right) / 2)[2]
-    limit = model.friction_coefficient * model.normal_load
-    stick = np.where(np.abs(middle) < limit * (1 - 1e-12), model.contact_stiffness, 0.0)
-    directions = model.directions.toarray()
-    basis = FourierBasis((1, 2, 3))
-    force = force_coefficients(problem, basis)
-
-    def rates(tau, state):
-        x, slope, friction = np.split(state, [n, 2 * n])
-        push = force @ basis.values(tau) - directions.T @ friction
-        push -= linear.stiffness @ x + motion.frequency * linear.damping @ slope
-        bend = np.linalg.solve(linear.mass, push) / motion.frequency**2
-        return np.concatenate([slope, bend, stick * (directions @ slope)])
-
-    x, velocity, friction = motion.at(left)
-    start = np.concatenate([x, velocity / motion.frequency, friction])
-    inside = right - 1e-9
-    run = solve_ivp(rates, (left, inside), start, method="DOP853", rtol=1e-12, atol=1e-16)
-    x, velocity, friction = motion.at(inside)
-    np.testing.assert_allclose(run.y[:n, -1], x, rtol=0, atol=1e-10 * np.abs(x).max())
-    np.testing.assert_allclose(run.y[2 * n :, -1], friction, rtol=0, atol=1e-9 * limit.max())
-
-
-@pytest.mark.parametrize(("name", "size"), [("blade", 1e-3), ("all harmonics, slip", 1e-4)])
-def test_unique_from_random_starts(name, size):
-    """Multipliers below 0.9998 magnify 1e-14 by 5000: 1e-8 leaves a margin."""
-    problem, motion = solved(name)
-    rng = np.random.default_rng(7)
-    tau = np.linspace(0, TURN, 100)
-    for _ in range(3):
-        start = np.concatenate(
-            [
-                size * rng.normal(size=2 * problem.model.n_dof),
-                rng.uniform(-1, 1, problem.model.n_contacts)
-                * problem.model.friction_coefficient
-                * problem.model.normal_load,
-            ]
-        )
-        other = exact_motion(problem, motion.frequency, start)
-        assert other.converged
-        assert other.iterations > motion.iterations
-        for a, b in zip(other.at(tau), motion.at(tau), strict=True):
-            np.testing.assert_allclose(a, b, rtol=0, atol=1e-8 * np.abs(b).max())
-
-
-def test_half_period_is_no_restriction():
-    """A force with a vanishing even harmonic takes the map of the whole period."""
-    problem, motion = solved("blade")
-    force = sh.forces.HarmonicForce(cosine={1: [1.0], 2: [1e-13]})
-    whole = exact_motion(sh.HarmonicBalance(problem.model, force, (1, 2)), motion.frequency)
-    assert motion._linear.antiperiodic
-    assert not whole._linear.antiperiodic
-    # The even harmonic itself is 1e-13 of the force, next to a static stiffness twice that of it.
-    np.testing.assert_allclose(whole.state, motion.state, atol=1e-11 * np.abs(motion.state).max())
-    np.testing.assert_allclose(whole.multipliers, motion.multipliers, atol=1e-9)
 
 
 @pytest.mark.parametrize("share", [1 - 1e-11, 1 + 1e-11])
@@ -319,32 +226,6 @@ def onsets(problem, band):
     events = np.unique(sh.frf(problem, band, progress=False).event_frequency.dropna("event"))
     gap = np.array([1e-6, 1e-4, 1e-3])
     return [*events[0] * (1 + gap), *events[-1] * (1 - gap)]
-
-
-@pytest.mark.parametrize(
-    ("hertz", "start"),
-    [(314.8072332321196, "default"), (314.8286168381219, "stuck neighbour")],
-)
-def test_just_beyond_the_onset_of_slip_of_a_ring(hertz, start):
-    """All contacts slip 3 to 5 % of the period; 26 events at once in every step."""
-    problem = ring(6)
-    neighbour = {"default": None, "stuck neighbour": 310.0}[start]
-    state = None if neighbour is None else exact_motion(problem, TURN * neighbour).state
-    motion = exact_motion(problem, TURN * hertz, state)
-    assert motion.converged
-    assert motion.periodicity < 1e-12
-    assert motion.iterations < 20
-    slip = 1 - motion.stick_fraction
-    assert slip.min() > 0.01
-    # A wave; an angle of onset is known to a root of the round-off of the state.
-    np.testing.assert_allclose(slip, slip[0], rtol=1e-6)
-    balance = sh.HarmonicBalance(problem.model, problem.excitation, range(1, 32, 2))
-    near = motion.coefficients(balance.harmonics)[0].ravel()
-    found = newton(partial(balance.evaluate, frequency=motion.frequency), near)
-    assert found.converged
-    wave = balance.layout.coefficients(found.unknowns)
-    amplitude = largest_displacement(balance.basis, wave)[0]
-    np.testing.assert_allclose(amplitude, motion.amplitude, rtol=1e-5)
 
 
 @pytest.mark.parametrize("seed", quick_first(range(20), 2))
@@ -414,37 +295,6 @@ def test_order_zero_and_no_force_rest():
     np.testing.assert_array_equal(rest.amplitude, 0.0)
 
 
-def test_a_body_held_by_its_contact_alone():
-    """The stiffness matrix is singular, friction carries the body along."""
-    model = sh.Model(
-        np.eye(2),
-        np.diag([0.5, 0.0]),
-        np.diag([1e4, 0.0]),
-        contacts=[(0, 1)],
-        contact_stiffness=1e4,
-        friction_coefficient=0.5,
-        normal_load=1.0,
-    )
-    motion = exact_motion(sh.HarmonicBalance(model, sh.forces.PointForce()), TURN * 20.0)
-    assert motion.converged
-    assert motion.friction_loss[0] > 0
-    # Its momentum after half a period is the integral of the friction force alone.
-    tau = np.linspace(0, np.pi, 4001)
-    _, velocity, friction = motion.at(tau)
-    # Trapezoids: h^2 / 12 of a force with slopes that jump.
-    push = np.trapezoid(friction[:, 0], tau) / motion.frequency
-    assert velocity[-1, 1] - velocity[0, 1] == pytest.approx(push, rel=1e-5)
-
-
-def test_start_from_a_neighbour():
-    problem, motion = solved("ring, order 3")
-    near = exact_motion(problem, 1.001 * motion.frequency, motion.state)
-    other = exact_motion(problem, 1.001 * motion.frequency)
-    np.testing.assert_allclose(near.amplitude, other.amplitude, rtol=1e-10)
-    # All 13 contacts move their events: a line search is needed, a march from rest takes 26 steps.
-    assert near.iterations < 12
-
-
 def test_undamped_resonance_is_singular():
     body = sh.HarmonicBalance(sh.Model([[1.0]], [[0.0]], [[1e4]]), sh.forces.PointForce())
     motion = exact_motion(body, 100.0)
@@ -452,18 +302,16 @@ def test_undamped_resonance_is_singular():
     assert motion.status == sh.Status.SYSTEM_SINGULAR
 
 
-def test_bad_input():
-    with pytest.raises(ValueError, match="Cubic"):
-        exact_motion(blade(cubic_stiffness=1.0), 100.0)
-    with pytest.raises(ValueError, match="frequency"):
-        exact_motion(blade(), 0.0)
-    with pytest.raises(ValueError, match=r"start: expected shape \(3,\)"):
-        exact_motion(blade(), 100.0, np.zeros(4))
-    with pytest.raises(TypeError, match="start"):
-        exact_motion(blade(), 100.0, ["a"])
-    singular = sh.Model(np.ones((2, 2)), np.eye(2), np.eye(2))
-    with pytest.raises(ValueError, match="mass_matrix"):
-        exact_motion(sh.HarmonicBalance(singular, sh.forces.PointForce()), 1.0)
+SINGULAR = sh.Model(np.ones((2, 2)), np.eye(2), np.eye(2))
+test_bad_input = refused([
+    (lambda: exact_motion(blade(cubic_stiffness=1.0), 100.0), ValueError, "Cubic"),
+    (lambda: exact_motion(blade(), 0.0), ValueError, "frequency"),
+    (lambda: exact_motion(blade(), 100.0, np.zeros(4)),
+     ValueError, r"start: expected shape \(3,\)"),
+    (lambda: exact_motion(blade(), 100.0, ["a"]), TypeError, "start"),
+    (lambda: exact_motion(sh.HarmonicBalance(SINGULAR, sh.forces.PointForce()), 1.0),
+     ValueError, "mass_matrix"),
+])  # fmt: skip
 
 
 def polynomial(roots):

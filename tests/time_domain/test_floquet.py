@@ -97,25 +97,6 @@ def test_against_the_exact_motion(name):
     assert np.all(np.diff(np.abs(computed)) <= 0)
 
 
-@each_case
-def test_events_of_the_exact_motion_leave_no_error(name, monkeypatch):
-    problem, omega, motion = solved(name)
-
-    def exact_intervals(*_):
-        rows = []
-        for contact in np.unique(motion.event_contact):
-            mine = motion.event_contact == contact
-            angle, sticks = motion.event_angle[mine], motion.event_kind[mine] == "stick"
-            assert np.all(sticks != np.roll(sticks, 1))
-            end = np.append(angle[1:], angle[0] + TURN)
-            rows += [(contact, a, b) for a, b in zip(angle[sticks], end[sticks], strict=True)]
-        return tuple(map(np.array, zip(*rows, strict=True)))
-
-    monkeypatch.setattr(sliders, "stick_intervals", exact_intervals)
-    computed = multipliers(problem, omega, np.zeros(problem.n_unknowns))
-    assert distance(computed, motion.multipliers) < 1e-11
-
-
 @settings(max_examples=50)
 @given(
     coefficients=st.lists(st.floats(-1, 1), min_size=7, max_size=7),
@@ -137,20 +118,6 @@ def test_intervals_are_those_of_the_located_force(coefficients, stiffness):
     # Every stick run crosses to the other limit, or comes back to its own.
     travel = stiffness * (basis.values(end) - basis.values(begin)) @ motion[0]
     assert np.minimum(np.abs(travel), np.abs(np.abs(travel) - 2)).max() < 1e-9
-
-
-@given(
-    cosine=st.floats(-1, 1).map(lambda x: round(x, 3)),
-    sine=st.floats(-1, 1).map(lambda x: round(x, 3)),
-)
-def test_one_harmonic_has_the_intervals_of_several(cosine, sine):
-    law = np.array([5.0]), np.array([0.7])
-    one = stick_intervals(FourierBasis((1,)), np.array([[cosine, sine]]), *law)
-    two = stick_intervals(FourierBasis((1, 3)), np.array([[cosine, sine, 0, 0]]), *law)
-    assert len(one[0]) == len(two[0])
-    for left, right in zip(one[1:], two[1:], strict=True):
-        # From the maximum on, which either may give a period later.
-        assert np.exp(1j * left) == pytest.approx(np.exp(1j * right), abs=1e-7)
 
 
 def several(harmonics):
@@ -292,28 +259,6 @@ def test_no_friction_motion_lets_a_small_one_grow(case, omega):
     n_slipping = np.count_nonzero(problem.locate(unknowns, omega).switches)
     assert computed.shape == (2 * problem.model.n_dof + n_slipping,)
     assert np.abs(computed).max() <= 1 + 1e-9
-
-
-def test_a_period_may_repeat_its_equations():
-    """The same motion among harmonics that hide its symmetries."""
-    problem, omega = blade((3, 9), 3), 30.0
-    few = np.array([2e-3, 1e-3, 1e-4, -1e-4])
-    computed = multipliers(problem, omega, few)
-    for harmonics in [(1, 3, 9), (0, 3, 9), (0, 1, 3, 9)]:
-        basis = FourierBasis(harmonics)
-        unknowns = np.zeros(basis.n_components)
-        unknowns[[basis.component(n, s) for n in (3, 9) for s in (False, True)]] = few
-        assert distance(multipliers(blade(harmonics, 3), omega, unknowns), computed) < 1e-12
-
-
-def test_sampled_problems_have_the_located_multipliers():
-    problem, omega = blade((1, 3)), TURN * 15
-    unknowns = solution(problem, omega)
-    sampled = sh.HarmonicBalance(problem.model, problem.excitation, (1, 3), samples=64)
-    assert (
-        multipliers(sampled, omega, unknowns).tolist()
-        == multipliers(problem, omega, unknowns).tolist()
-    )
 
 
 @pytest.mark.parametrize(

@@ -112,14 +112,3 @@ def test_stability_of_balances(name, highest):
     expected = np.log(np.abs(motion.multipliers[0])) * 21.5
     # One harmonic is a fifth off in the motion of the saddle.
     assert rate == pytest.approx(expected, rel=1e-3 if highest == 9 else 0.3)
-
-
-def test_dataset():
-    data = sh.periodic_motion(gap_stop(normal_load=1.0), 14.0, throw=True)
-    assert sorted(data.event_kind.values.tolist()) == ["closing", "opening"]
-    assert data.contact_state.values.tolist() == [2]
-    assert data.neutral.values.tolist() == [False]
-    assert float(data.largest_normal_force[0]) == pytest.approx(
-        float(data.normal_force.max()), 1e-3
-    )
-    assert float(data.stick_fraction[0] + data.open_fraction[0]) == 1

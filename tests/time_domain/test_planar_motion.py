@@ -11,7 +11,6 @@ from symhbm.time_domain.motion import exact_motion_of
 from symhbm.time_domain.perturbations import multipliers
 from symhbm.time_domain.planar_march import planar_march, planar_shot
 from symhbm.time_domain.planar_motion import PlanarMotion
-from tests.quick import quick_first
 
 MATRICES = np.eye(3), np.diag([2.0, 2.5, 3.0]), np.diag([1e4, 1.21e4, 2.25e4])
 ELLIPSE = sh.forces.HarmonicForce(cosine={1: [10, 0, 6]}, sine={1: [0, 7, 0]})
@@ -30,51 +29,6 @@ def pressed(normal_load, across=True, **values):
 
 def problem_of(contacts, force=ELLIPSE, harmonics=range(6)):
     return sh.HarmonicBalance(sh.Model(*MATRICES, contacts=contacts), force, harmonics)
-
-
-SYSTEMS = {
-    "constant load, sticks at times": (dict(pad=pad(8.0)), 16.0, (1, 0)),
-    "constant load, slips always": (dict(pad=pad(8.0)), 24.0, (0, 0)),
-    "varying load": (dict(pad=pressed(12.0)), 16.0, (1, 0)),
-    "opens": (dict(pad=pressed(3.0)), 24.0, (0, 1)),
-    "gap beside friction of one direction": (
-        dict(
-            pad=pressed(None, gap=2e-4),
-            own=sh.Friction(
-                tangential=(1,), contact_stiffness=5e3, friction_coefficient=0.2, normal_load=4.0
-            ),
-        ),
-        24.0,
-        (0, 1),
-    ),
-    "beside a cubic spring": (
-        dict(pad=pressed(9.0), own=sh.Contacts(sh.laws.CubicSpring(), [(0,)], cubic_stiffness=1e7)),
-        18.5,
-        (0, 0),
-    ),
-}
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", quick_first(SYSTEMS, 1))
-def test_the_balance_approaches_it(name):
-    contacts, hertz, (sticks, opens) = SYSTEMS[name]
-    problem = problem_of(contacts)
-    motion = exact_motion_of(problem, RADIANS * hertz)
-    assert motion.converged
-    assert motion.periodicity < 1e-10
-    assert (motion.stick_fraction[0] > 1e-3, motion.open_fraction[0] > 0) == (sticks, opens)
-    lost = motion.friction_loss.sum() + motion.damping_loss
-    assert motion.work == pytest.approx(lost, rel=1e-10)
-    errors = []
-    for highest in (3, 8, 16):
-        balance = problem.with_harmonics(range(highest + 1))
-        found = balance.layout.coefficients(solve_point(balance, RADIANS * hertz).unknowns)
-        error = np.abs(found - motion.coefficients(range(highest + 1))[0]).max()
-        errors.append(error / np.abs(found).max())
-    assert errors[0] < 1e-3
-    assert errors[2] < max(0.05 * errors[0], 3e-11)
-    assert errors[2] < 2e-5
 
 
 @pytest.mark.parametrize(
@@ -150,27 +104,6 @@ def test_multipliers_of_a_balance():
     motion = exact_motion_of(problem, RADIANS * 24)
     balanced = multipliers(problem, RADIANS * 24, solve_point(problem, RADIANS * 24).unknowns)
     np.testing.assert_allclose(np.abs(balanced), np.abs(motion.multipliers), atol=1e-4)
-
-
-@pytest.mark.slow
-def test_a_contact_that_never_slips_is_in_the_middle():
-    contacts = SYSTEMS["gap beside friction of one direction"][0] | dict(pad=pressed(500.0))
-    problem = problem_of(contacts, harmonics=range(16))
-    motion = exact_motion_of(problem, RADIANS * 18.5)
-    np.testing.assert_array_equal(motion.neutral_contacts, [0])
-    balance = problem.layout.coefficients(solve_point(problem, RADIANS * 18.5).unknowns)
-    error = np.abs(balance - motion.coefficients(problem.harmonics)[0]).max()
-    assert error < 1e-5 * np.abs(balance).max()
-
-
-def test_dataset():
-    problem = problem_of(dict(pad=pressed(3.0)))
-    motion = sh.periodic_motion(problem, 24)
-    circle = np.hypot(motion.friction_force, motion.friction_force_across)
-    assert (circle <= 0.3 * motion.normal_force + 1e-9).all()
-    assert motion.least_normal_force.item() == 0
-    assert set(motion.event_kind.values) == {"opening", "closing"}
-    assert motion.integration_tolerance == 1e-12
 
 
 @pytest.mark.slow

@@ -4,13 +4,10 @@ from functools import cache
 
 import numpy as np
 import pytest
-import xarray as xr
-from scipy.integrate import solve_ivp
 
 import symhbm as sh
 from studies import fig03_single_blade as fig03
 from studies import fig08_engine_orders as fig08
-from symhbm.model import force_coefficients
 from symhbm.time_domain.motion import shoot
 from tests.problems import duffing as of_problems
 from tests.quick import quick_first
@@ -71,12 +68,6 @@ def multipliers(motion):
     return motion.multiplier_real.values + 1j * motion.multiplier_imag.values
 
 
-def force_at(problem, tau):
-    """Exciting force (n, n_dof) [N]."""
-    force = force_coefficients(problem.excitation, problem.model.n_dof, problem.basis)
-    return problem.basis.values(tau) @ force.T
-
-
 @pytest.mark.parametrize("omega", [0.8, 1.2, 1.5])
 def test_all_solutions_of_harmonic_balance(omega):
     """Amplitudes and exponents of nine harmonics, each motion from its own response."""
@@ -98,36 +89,6 @@ def test_all_solutions_of_harmonic_balance(omega):
         assert (largest < 1) == bool(response.stability == 1)
 
 
-@pytest.mark.parametrize("cubic", [1e-12, -1e-12])
-def test_linear_limit(cubic):
-    omega, problem = 1.2, duffing(cubic=cubic, harmonics=(1,))
-    motion = sh.periodic_motion(problem, omega / TURN, throw=True)
-    response = 0.18 / (1 - omega**2 + 0.05j * omega)
-    # What the spring adds is 1e-12; the integrator keeps 1e-12 per step.
-    assert float(motion.amplitude[0]) == pytest.approx(abs(response), rel=1e-11)
-    expected = [response.real, -response.imag]
-    np.testing.assert_allclose(motion.coefficient.values[0, 0], expected, rtol=1e-11)
-    velocity = np.real(1j * omega * response * np.exp(1j * motion.angle.values))
-    np.testing.assert_allclose(motion.velocity.values[:, 0], velocity, rtol=0, atol=1e-11)
-    exponent = -0.025 + 1j * np.sqrt(1 - 0.025**2)
-    computed = multipliers(motion)
-    computed = computed[np.argmax(computed.imag)]
-    expected = np.exp(exponent * TURN / omega)
-    assert min(abs(computed - expected), abs(computed - expected.conj())) < 1e-11
-
-
-@pytest.mark.parametrize("name", ["duffing", "chain without friction"])
-def test_multipliers_shrink_as_the_volume(name):
-    """Liouville: their product is ``exp(-trace(M^-1 C) T)`` whatever the springs do."""
-    problem, motion = solved(name)
-    model = problem.model
-    trace = np.trace(np.linalg.solve(model.mass_matrix.toarray(), model.damping_matrix.toarray()))
-    product = np.prod(multipliers(motion))
-    # Eigenvalues of a matrix of norm one, and the integrator's tolerance per step.
-    expected = np.exp(-trace / float(motion.frequency))
-    assert product == pytest.approx(expected, rel=1e-10)
-
-
 @each_case
 def test_periodic_and_energy_balanced(name):
     """What is done is lost, to 1e-9; an unstable motion grows from the integrator's tolerance."""
@@ -142,38 +103,6 @@ def test_periodic_and_energy_balanced(name):
     samples = np.abs(motion.displacement).max("angle")
     assert np.all(samples <= motion.amplitude * (1 + 1e-12))
     assert np.all(samples >= motion.amplitude * (1 - 1e-2))
-
-
-@each_case
-def test_balance_of_all_harmonics(name):
-    """Eq. (9) to harmonic 31 of the motion's own coefficients, cubes by sums over samples."""
-    problem, motion = solved(name)
-    model, omega = problem.model, TURN * float(motion.frequency)
-    x, friction = (
-        motion[key].values[..., 0] - 1j * motion[key].values[..., 1]
-        for key in ("coefficient", "friction_force_coefficient")
-    )
-    order = motion.harmonic.values
-    tau = motion.angle.values
-    y = motion.displacement.values @ model.directions.toarray().T
-
-    def transform(values):
-        sums = 2 * np.fft.rfft(values, axis=0)[: len(order)].T / len(tau)
-        sums[:, 0] /= 2
-        return sums
-
-    terms = [
-        model.mass_matrix @ x * -((omega * order) ** 2),
-        model.damping_matrix @ x * (1j * omega * order),
-        model.stiffness_matrix @ x,
-        model.directions.T @ friction,
-        model.directions.T @ transform(model.cubic_stiffness * y**3),
-        -transform(force_at(problem, tau)),
-    ]
-    largest = max(np.abs(term).max() for term in terms)
-    # Kinks of friction: a cube has harmonics that fall with the fifth power of the order, those
-    # of 512 samples less 31 are folded back, 1e-11; inertia multiplies the rest by 31.
-    np.testing.assert_allclose(sum(terms), 0.0, atol=1e-9 * largest)
 
 
 @pytest.mark.parametrize(
@@ -204,58 +133,6 @@ def test_contact_that_never_slips_is_centred():
     assert abs(float(force.mean())) > 1e-3 * float(force.max())
     # The largest of 512 samples misses a peak by (pi / 512)^2 n^2 / 2, n up to 5.
     assert float(force.max()) == pytest.approx(-float(force.min()), rel=1e-3)
-
-
-@pytest.mark.slow
-def test_motion_without_the_symmetry_of_its_force():
-    """A pair of mirrored motions of a symmetric oscillator, beside a symmetric unstable one."""
-    problem, frequency = duffing((1, 3, 5), damping=0.2, cubic=1.0, force=6.0), 1 / TURN
-    options = dict(harmonics=range(6), throw=True)
-
-    def rates(t, state):
-        return [state[1], 6 * np.cos(t) - 0.2 * state[1] - state[0] - state[0] ** 3]
-
-    t = np.arange(256) * TURN / 256
-    settled = solve_ivp(rates, (0, 9 * TURN), [2.16204, -0.06041], t_eval=t + 8 * TURN, rtol=1e-8)
-    spectrum = 2 * np.fft.rfft(settled.y[0])[:10] / 256
-    spectrum[0] /= 2
-    coefficient = np.stack([spectrum.real, -spectrum.imag], axis=-1)[None]
-    start = xr.Dataset(
-        {"coefficient": (("dof", "harmonic", "component"), coefficient)},
-        {"harmonic": np.arange(10), "component": ["cos", "sin"]},
-    )
-    motion = sh.periodic_motion(problem, frequency, start=start, **options)
-    start["coefficient"] = start.coefficient * (-1.0) ** (start.harmonic + 1)
-    mirror = sh.periodic_motion(problem, frequency, start=start, **options)
-    symmetric = sh.periodic_motion(problem, frequency, **options)
-    assert float(np.abs(motion.coefficient.sel(harmonic=2)).max()) > 0.1
-    x = motion.displacement.values[:, 0]
-    half = np.roll(x, 256)
-    # The integrator's tolerance; one motion is the other half a period later, upside down.
-    np.testing.assert_allclose(mirror.displacement.values[:, 0], -half, rtol=0, atol=1e-9)
-    # The tolerance of the start's integration.
-    np.testing.assert_allclose(x[::2], settled.y[0], rtol=0, atol=1e-4)
-    assert np.abs(multipliers(motion)).max() < 1 < np.abs(multipliers(symmetric)).max()
-    assert float(np.abs(symmetric.coefficient.sel(harmonic=[0, 2, 4])).max()) < 1e-10
-
-
-def test_units_do_not_matter():
-    """Micrometres, milligrams and megahertz."""
-    length, mass, rate = 1e-6, 1e-9, 1e6
-    scaled = sh.Model(
-        [[mass]],
-        [[0.05 * mass * rate]],
-        [[mass * rate**2]],
-        contacts=[(0,)],
-        cubic_stiffness=0.1 * mass * rate**2 / length**2,
-    )
-    force = sh.forces.PointForce(amplitude=0.18 * mass * length * rate**2)
-    motion = sh.periodic_motion(
-        sh.HarmonicBalance(scaled, force, NINE), 1.2 * rate / TURN, throw=True
-    )
-    # The steps are the same but for round-off.
-    expected = length * float(solved("duffing")[1].amplitude[0])
-    assert float(motion.amplitude[0]) == pytest.approx(expected, rel=1e-11)
 
 
 @pytest.mark.slow

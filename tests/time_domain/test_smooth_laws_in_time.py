@@ -1,6 +1,5 @@
 """Exact motions, multipliers and Hill's method with forces of velocities and of any expression."""
 
-import casadi as ca
 import numpy as np
 import pytest
 
@@ -9,50 +8,14 @@ from symhbm.numerics import RADIANS, unknowns_of
 from symhbm.time_domain.motion import shoot
 from symhbm.time_domain.perturbations import multipliers
 from tests.quick import quick_first
+from tests.smooth_laws import LAWS, group_of, problem_of
 
 ALL, ODD = tuple(range(30)), tuple(range(1, 30, 2))
-GAP = {"k": (3e4, "N/m"), "g": (3e-4, "m")}
-LAWS = {
-    "dashpot": (lambda y, v, p: p["c"] * v, {"c": (3, "N s/m")}, (), ODD, 1e-10),
-    "spring": (lambda y, v, p: p["k5"] * y**5, {"k5": (1e13, "N/m^5")}, (), ODD, 1e-10),
-    "rounded": (
-        lambda y, v, p: p["F"] * ca.tanh(v / p["e"]),
-        {"F": (3, "N"), "e": (0.1, "m/s")},
-        (),
-        ODD,
-        1e-9,
-    ),
-    "drag": (
-        lambda y, v, p: p["c"] * v * ca.fabs(v),
-        {"c": (3, "N s2 m-2")},
-        lambda y, v, p: v,
-        ODD,
-        1e-7,
-    ),
-    "magnet": (
-        lambda y, v, p: -p["b"] / (p["g"] - y) ** 2,
-        {"b": (1e-3, "N m2"), "g": (2e-2, "m")},
-        (),
-        ALL[:16],
-        1e-10,
-    ),
-    "gap": (
-        lambda y, v, p: p["k"] * ca.fmax(y - p["g"], 0),
-        GAP,
-        lambda y, v, p: y - p["g"],
-        ALL,
-        1e-5,
-    ),
-}
-
-
-def problem_of(name, harmonics=None, **others):
-    expression, parameters, breakpoints, orders, _ = LAWS[name]
-    own = sh.laws.SmoothLaw(expression, parameters, [(0, 1)], breakpoints)
-    stiffness = [[1e4, -1e3], [-1e3, 2e4]]
-    contacts = {"own": own, **others}
-    model = sh.Model(np.eye(2), np.diag([2.0, 3.0]), stiffness, contacts=contacts)
-    return sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=2.0), harmonics or orders)
+MANY = {
+    "dashpot": (ODD, 1e-10), "spring": (ODD, 1e-10), "rounded": (ODD, 1e-9), "drag": (ODD, 1e-7),
+    "magnet": (ALL[:16], 1e-10), "gap": (ALL, 1e-5),
+}  # fmt: skip
+"""Harmonics of responses that are close to exact motions, and how close."""
 
 
 def unknowns_at(problem, response):
@@ -60,10 +23,11 @@ def unknowns_at(problem, response):
     return unknowns_of(problem.basis, problem.harmonics, coefficient)
 
 
-@pytest.mark.parametrize("name", quick_first(LAWS, 3))
+@pytest.mark.parametrize("name", quick_first(MANY, 3))
 def test_the_exact_motion_is_that_of_many_harmonics(name):
     """By shooting; its multipliers are the exponents of Hill's method and those of Floquet."""
-    problem, precision = problem_of(name), LAWS[name][-1]
+    orders, precision = MANY[name]
+    problem = problem_of(group_of(name), orders)
     point = sh.solve(problem, 15.0, stability=True)
     motion = sh.periodic_motion(problem, 15.0, start=point)
     assert bool(motion.converged)
@@ -79,28 +43,6 @@ def test_the_exact_motion_is_that_of_many_harmonics(name):
     expected = motion.multiplier_real.values + 1j * motion.multiplier_imag.values
     distance = np.abs(found[:, None] - expected).min(axis=1)
     assert distance.max() < max(30 * precision, 1e-8)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", quick_first(["rounded", "spring", "gap"], 1))
-def test_multipliers_beside_friction_that_slips(name):
-    """From event to event of a contact that slips, against the derivative of the exact motion."""
-    rub = sh.Contacts(
-        sh.laws.Coulomb(), [(1,)], contact_stiffness=5e3, friction_coefficient=0.3, normal_load=1.0
-    )
-    cube = sh.Contacts(sh.laws.CubicSpring(), [(0,)], cubic_stiffness=1e9)
-    harmonics = ALL[:20] if name == "gap" else ODD
-    problem = problem_of(name, harmonics, rub=rub, cube=cube)
-    point = sh.solve(problem, 17.0, stability=True)
-    assert point.contact_state.values.tolist() == [-1, 1, -1]
-    unknowns = unknowns_at(problem, point)
-    motion = shoot(problem, unknowns, RADIANS * 17.0)
-    assert motion.converged
-    found = multipliers(problem, RADIANS * 17.0, unknowns)
-    precision = {"gap": 2e-3}.get(name, 1e-4)
-    distance = np.abs(found[:, None] - motion.multipliers).min(axis=1)
-    assert distance.max() < precision
-    assert float(point.growth_rate) == pytest.approx(np.log(abs(found[0])) * 17.0, rel=1e-9)
 
 
 def test_a_negative_dashpot_is_unstable():
@@ -132,13 +74,32 @@ def test_a_rounded_motor_starts_to_grow_where_it_should():
 
 @pytest.mark.slow
 def test_kinks_without_break_points_keep_the_tolerance():
-    problem = problem_of("gap")
-    expression, parameters, *_ = LAWS["gap"]
-    plain = sh.laws.SmoothLaw(expression, parameters, [(0, 1)])
-    stiffness = [[1e4, -1e3], [-1e3, 2e4]]
-    model = sh.Model(np.eye(2), np.diag([2.0, 3.0]), stiffness, contacts={"own": plain})
-    other = sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=2.0), (0, 1, 2, 3, 4, 5))
+    expression, parameters, _ = LAWS["gap"]
+    other = problem_of(sh.laws.SmoothLaw(expression, parameters, [(0, 1)]), range(6))
+    problem = problem_of(group_of("gap"), ALL)
     start = sh.solve(problem, 15.0)
     one, two = (sh.periodic_motion(p, 15.0, start=start) for p in (problem, other))
     assert bool(two.converged)
     np.testing.assert_allclose(one.amplitude, two.amplitude, rtol=1e-10)
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize("name", quick_first(["rounded", "spring", "gap"], 1))
+def test_multipliers_beside_friction_that_slips(name):
+    """From event to event of a contact that slips, against the derivative of the exact motion."""
+    rub = sh.Contacts(
+        sh.laws.Coulomb(), [(1,)], contact_stiffness=5e3, friction_coefficient=0.3, normal_load=1.0
+    )
+    cube = sh.Contacts(sh.laws.CubicSpring(), [(0,)], cubic_stiffness=1e9)
+    harmonics = ALL[:20] if name == "gap" else ODD
+    problem = problem_of(group_of(name), harmonics, rub=rub, cube=cube)
+    point = sh.solve(problem, 17.0, stability=True)
+    assert point.contact_state.values.tolist() == [-1, 1, -1]
+    unknowns = unknowns_at(problem, point)
+    motion = shoot(problem, unknowns, RADIANS * 17.0)
+    assert motion.converged
+    found = multipliers(problem, RADIANS * 17.0, unknowns)
+    precision = {"gap": 2e-3}.get(name, 1e-4)
+    distance = np.abs(found[:, None] - motion.multipliers).min(axis=1)
+    assert distance.max() < precision
+    assert float(point.growth_rate) == pytest.approx(np.log(abs(found[0])) * 17.0, rel=1e-9)

@@ -4,7 +4,6 @@ import numpy as np
 import pytest
 
 import symhbm as sh
-from symhbm.time_domain.perturbations import multipliers
 from symhbm.time_domain.stability import NEUTRAL, verdict
 from tests.problems import duffing, one_blade, problem
 
@@ -122,50 +121,6 @@ def test_linear_oscillator_has_its_decay_rate():
     # -c / (2 m); the cube of a motion of a nanometre is nothing.
     assert float(point.growth_rate) == pytest.approx(-0.025, rel=1e-9)
     assert int(point.stability) == 1
-
-
-@pytest.mark.parametrize("harmonics", [(1,), (1, 3)])
-def test_folds_of_a_slipping_blade(harmonics):
-    """Stability changes at the folds of the path, however few the harmonics are."""
-    model = sh.Model(
-        [[1.0]],
-        [[0.05]],
-        [[1.0]],
-        contacts=[(0,), (0,)],
-        cubic_stiffness=[0.1, 0.0],
-        contact_stiffness=[0.0, 1.0],
-        friction_coefficient=0.5,
-        normal_load=[0.0, 0.1],
-    )
-    problem = sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=0.18), harmonics)
-    curve = sh.frf(problem, (0.05, 0.4), throw=True)
-    folds = check_folds(curve)
-    slips = curve.contact_state.values[:, 1] == 1
-    assert not slips.all()
-    assert slips[folds[0] : folds[1]].all()
-    # Zero, but for the harmonics left out.
-    assert np.all(np.abs(curve.growth_rate.values[folds]) < 3e-3)
-    assert np.all(curve.growth_rate.values[~slips] == pytest.approx(-0.025, rel=1e-9))
-
-
-def test_small_motions_leave_the_static_force_of_a_stuck_contact():
-    model = sh.Model(
-        np.eye(2),
-        np.diag([0.05, 0.3]),
-        [[1.0, -0.3], [-0.3, 0.8]],
-        contacts=[(0,), (0,)],
-        cubic_stiffness=[0.4, 0.0],
-        contact_stiffness=[0.0, 5.0],
-        friction_coefficient=1.0,
-        normal_load=1e3,
-    )
-    force = sh.forces.HarmonicForce(cosine={0: [0.3, 0], 1: [0.3, 0], 2: [0.2, 0.1]})
-    problem = sh.HarmonicBalance(model, force, range(7))
-    point = sh.solve(problem, 0.3, throw=True)
-    # Without the sine of the mean.
-    unknowns = np.delete(point.coefficient.values.reshape(2, -1), 1, axis=1).ravel()
-    largest = np.abs(multipliers(problem, 0.3 * TURN, unknowns)[0])
-    assert float(point.growth_rate) == pytest.approx(0.3 * np.log(largest), rel=1e-6)
 
 
 def test_singular_mass_is_unknown():

@@ -7,15 +7,11 @@ from functools import cache, partial
 
 import numpy as np
 import pytest
-import scipy.linalg
 
 import symhbm as sh
-from studies import fig03_single_blade as fig03
-from symhbm.numerics import FourierBasis
 from symhbm.time_domain.active_contacts import APART, STICK
 from symhbm.time_domain.event_march import march
 from symhbm.time_domain.linear_motion import LinearMotion
-from symhbm.time_domain.motion import shoot
 from tests.pressed_contact import (
     CASES,
     TURN,
@@ -38,7 +34,6 @@ SYSTEMS = {
     "two blades, 24 Hz": (two_blades, 24.0),
     **{name: (partial(reference, case), case["f"]) for name, case in CASES.items()},
 }
-each_system = pytest.mark.parametrize("name", SYSTEMS)
 
 
 @cache
@@ -195,56 +190,6 @@ def test_random_structures(seeds):
     assert opened > len(seeds) / 2
 
 
-@each_system
-def test_equation_of_motion(name):
-    """Every harmonic balances: inertia, damping, stiffness and contact forces, the exciting one."""
-    problem, motion = found(name)
-    model, basis = problem.model, FourierBasis(tuple(range(10)))
-    tau, weight, (x, _, friction) = motion.quadrature(9)
-    functions = weight[:, None] * basis.values(tau) * basis.norm
-    directions = model.directions.toarray()
-    force, omega = np.zeros((model.n_dof, basis.n_components)), motion.frequency
-    (group,) = model.groups
-    load = np.maximum(group.law.load(omega, model.values_of(group)), 0.0)
-    for part, forces in ((0, friction), (1, motion.normal_force(tau) - load)):
-        force += directions[group.rows[:, part]].T @ (forces.T @ functions)
-    wave = x.T @ functions
-    matrices = (model.mass_matrix, model.damping_matrix, model.stiffness_matrix)
-    mass, damping, stiffness = (matrix.toarray() for matrix in matrices)
-    slope = omega * wave @ basis.derivative_matrix.T
-    bend = omega * slope @ basis.derivative_matrix.T
-    terms = [mass @ bend, damping @ slope, stiffness @ wave, force]
-    exciting = problem.excitation.amplitude * problem.excitation.shape(model.n_dof, basis)
-    largest = max(np.abs(term).max() for term in terms)
-    np.testing.assert_allclose(sum(terms), exciting, rtol=0, atol=1e-12 * largest)
-
-
-@pytest.mark.parametrize("state", [STICK, 1.0, -1.0, APART])
-def test_flow_of_a_state(state):
-    """The series of a cell is the exponential of its generator, however unsymmetric that is."""
-    values = dict(contact_stiffness=1e4, normal_stiffness=1e5, normal_load=1.0)
-    parts = np.eye(2), np.diag([2.0, 3.0]), [[1e4, 9e3], [9e3, 1e4]], two_way().excitation
-    problem = structure(*parts, [(0,)], [(1,)], friction_coefficient=300.0, **values)
-    linear = LinearMotion(problem, TURN * 18.0)
-    flow = linear.flow(np.array([state]))
-    matrix = linear.stiffness.copy()
-    if state != APART:
-        matrix[1, 1] += 1e5
-        matrix[0] += [1e4, 0] if state == STICK else [0, state * 300 * 1e5]
-    inertia = linear.frequency**2 * linear.mass
-    damping = np.linalg.solve(inertia, linear.frequency * linear.damping)
-    generator = np.block(
-        [[np.zeros((2, 2)), np.eye(2)], [-np.linalg.solve(inertia, matrix), -damping]]
-    )
-    whole = scipy.linalg.expm(flow.width * generator)
-    # The force of the springs at the start of a cell is given beside its displacement.
-    given = np.linalg.solve(inertia, matrix - linear.stiffness)
-    full = flow.transition(1.0)
-    ours = full[:, :4].copy()
-    ours[:, :2] -= full[:, 4:] @ given
-    np.testing.assert_allclose(ours, whole, rtol=1e-12, atol=1e-13 * np.abs(whole).max())
-
-
 KINDS = {
     "two-way, 18 Hz": {(STICK, 1), (1, STICK), (STICK, -1), (-1, APART), (APART, -1)},
     "two-way, 24 Hz": {(APART, STICK), (STICK, 1), (-1, APART)},
@@ -277,47 +222,6 @@ def test_derivative_of_the_march(name):
             (ends[0] - ends[1]) / 2 / size, run.jacobian @ step / size, rtol=0, atol=1e-10
         )
     assert KINDS[name] <= seen
-
-
-def test_constant_load_is_the_limit():
-    """Without a normal spring it is the law of Coulomb: the same motion to round-off."""
-    parts = np.eye(2), np.diag([2.0, 3.0]), np.diag([1e4, 2.25e4])
-    force = sh.forces.HarmonicForce(cosine={1: [10, 0]}, sine={1: [0, 10], 2: [1, 0]})
-    coulomb = sh.Contacts(
-        sh.laws.Coulomb(), [(0,)], contact_stiffness=1e4, friction_coefficient=0.3, normal_load=5
-    )
-    constant = sh.Model(*parts, contacts={"shroud": coulomb})
-    expected = solved(sh.HarmonicBalance(constant, force, range(4)), 18.0)
-    values = dict(contact_stiffness=1e4, friction_coefficient=0.3, normal_load=5.0)
-    for stiffness, tolerance in ((0.0, 1e-13), (1e-9, 1e-10)):
-        problem = structure(*parts, force, [(0,)], [(1,)], normal_stiffness=stiffness, **values)
-        motion = solved(problem, 18.0)
-        np.testing.assert_allclose(motion.event_angle, expected.event_angle, atol=10 * tolerance)
-        assert motion.event_kind.tolist() == expected.event_kind.tolist()
-        np.testing.assert_allclose(motion.amplitude, expected.amplitude, rtol=tolerance)
-        assert motion.friction_loss[0] == pytest.approx(expected.friction_loss[0], rel=tolerance)
-        np.testing.assert_allclose(motion.normal_force([0.0, 1.0])[:, 0], 5.0, rtol=1e-10)
-    assert np.isnan(expected.normal_force(0.0)).all()
-
-
-def test_preload_on_the_structure():
-    """Coupled preloads and static loads move the equilibrium, and nothing else."""
-    rest, pressed = 2e-4, 5.0 - 1e4 * 2e-4
-    coupled = two_way(preload="coupled", normal_load=pressed)
-    load = 2.25e4 * rest + 5.0
-    force = sh.forces.HarmonicForce(cosine={0: [0, load], 1: [10, 0]}, sine={1: [0, 10]})
-    problem = sh.HarmonicBalance(coupled.model, force, range(4))
-    moved, still = solved(problem, 18.0), solved(two_way(), 18.0)
-    tau = np.linspace(0, TURN, 50)
-    size = still.amplitude.max()
-    x = moved.at(tau)[0] - [0, rest]
-    np.testing.assert_allclose(x, still.at(tau)[0], rtol=0, atol=1e-11 * size)
-    np.testing.assert_allclose(moved.at(tau)[2], still.at(tau)[2], rtol=0, atol=1e-10)
-    np.testing.assert_allclose(moved.normal_force(tau), still.normal_force(tau), atol=1e-10)
-    # Without a spring a coupled load presses with a constant force.
-    only = two_way(preload="coupled", normal_stiffness=0.0)
-    x = solved(only, 18.0).coefficients((0, 1))[0]
-    assert x[1, 0] == pytest.approx(-5.0 / 2.25e4, rel=1e-12)
 
 
 def test_never_slipping_contact_is_centred():
@@ -378,29 +282,6 @@ def test_linear_limits(values, hertz, springs, state):
     assert np.isfinite(motion.normal_force([0.0, 2.0])).all()
 
 
-@pytest.mark.parametrize("hertz", [14.0, 18.0, 23.0])
-@pytest.mark.parametrize("values", [{"friction_coefficient": 0.0}, {"contact_stiffness": 0.0}])
-def test_gap_without_friction(values, hertz):
-    """What opens and has no friction is the same with or without a tangential spring."""
-    motion = solved(two_way(normal_load=0.5, **values), hertz)
-    assert 0 < motion.open_fraction[0] < 1
-    assert motion.friction_loss[0] == 0
-    assert not motion.at(np.linspace(0, TURN, 9))[2].any()
-    wave = linear_wave(two_way(), (0, 0), hertz)
-    found = motion.coefficients((1,))[0]
-    assert found[0, 0] - 1j * found[0, 1] == pytest.approx(wave[0], rel=1e-10)
-
-
-@pytest.mark.parametrize("load", [0.0, 1e-13, -1e-13])
-def test_touching_without_preload(load):
-    """Closed half of the time without friction in the way; continuous in the load."""
-    motion = solved(two_way(normal_load=load), 18.0)
-    near = solved(two_way(normal_load=1e-6), 18.0)
-    assert 0.4 < motion.open_fraction[0] < 0.6
-    np.testing.assert_allclose(motion.amplitude, near.amplitude, rtol=1e-5)
-    assert motion.work == pytest.approx(motion.friction_loss[0] + motion.damping_loss, rel=1e-12)
-
-
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_a_limit_that_moves_with_the_slider(sign):
     """Inclined so that ``k_t cos = mu k_n sin``: one limit never moves off the force."""
@@ -429,39 +310,3 @@ def test_grazing():
         kinds = ["slip", "stick", "slip", "apart", "slip", "stick"]
         assert below.event_kind.tolist() == kinds
         assert above.event_kind.tolist() == kinds[:2] * 2
-
-
-@pytest.mark.slow
-def test_beside_a_smooth_law():
-    """With a cubic spring that does next to nothing, integrated to its tolerance."""
-    group = two_way().model.groups[0]
-    values = two_way().model.values_of(group)
-    contacts = {
-        "shroud": sh.Contacts(group.law, [(0,)], [(1,)], **values),
-        "stop": sh.Contacts(sh.laws.CubicSpring(), [(0,)], cubic_stiffness=1e-3),
-    }
-    model = sh.Model(np.eye(2), np.diag([2.0, 3.0]), np.diag([1e4, 2.25e4]), contacts=contacts)
-    problem = sh.HarmonicBalance(model, two_way().excitation, range(20))
-    expected = found("two-way, 18 Hz")[1]
-    motion = shoot(problem, expected.coefficients(problem.harmonics)[0].ravel(), TURN * 18.0)
-    assert motion.converged
-    np.testing.assert_allclose(motion.amplitude, expected.amplitude, rtol=1e-9)
-    np.testing.assert_allclose(motion.event_angle, expected.event_angle, atol=1e-8)
-    assert motion.friction_loss[0] == pytest.approx(expected.friction_loss[0], rel=1e-8)
-
-
-def test_dataset():
-    problem, motion = found("two-way, 18 Hz")
-    data = sh.periodic_motion(problem, 18.0, throw=True)
-    kinds = ["onset of slip", "end of slip", "onset of slip", "opening", "closing", "end of slip"]
-    assert data.event_kind.values.tolist() == kinds
-    np.testing.assert_allclose(data.event_angle, motion.event_angle, rtol=1e-12)
-    assert dict(data.normal_force.sizes) == {"angle": 512, "contact": 1}
-    assert data.normal_force.units == "N"
-    np.testing.assert_array_equal(data.normal_force == 0, motion.states(data.angle) == "apart")
-    assert float(data.mean_normal_force[0]) == pytest.approx(float(data.normal_force.mean()), 1e-3)
-    assert float(data.least_normal_force[0]) == 0
-    assert float(data.open_fraction[0] + data.stick_fraction[0]) < 1
-    again = sh.periodic_motion(problem, 18.0, start=data, throw=True)
-    np.testing.assert_allclose(again.amplitude, data.amplitude, rtol=1e-12)
-    assert "normal_force" not in sh.periodic_motion(fig03.problem(), 18.0)

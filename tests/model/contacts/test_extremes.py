@@ -5,19 +5,10 @@ import pytest
 
 import symhbm as sh
 
-BAND = 10, 25
 PRESSED = dict(
     tangential=(0,), normal=(1,), contact_stiffness=1e4, normal_stiffness=2e4,
     friction_coefficient=0.4, normal_load=3.0,
 )  # fmt: skip
-
-
-def problem_of(**changes):
-    """Two degrees of freedom, the directions of a contact to the ground."""
-    matrices = np.eye(2), np.diag([2.0, 3.0]), [[1e4, 5e2], [5e2, 1.6e4]]
-    model = sh.Model(*matrices, contacts={"shroud": sh.Friction(**(PRESSED | changes))})
-    wave = sh.forces.HarmonicForce(cosine={1: [5, 0]}, sine={1: [0, 8]})
-    return sh.HarmonicBalance(model, wave, range(8))
 
 
 @pytest.mark.parametrize(
@@ -41,60 +32,6 @@ def test_a_small_force_has_the_response_of_a_larger_one(contact):
         assert response.status.item() == sh.Status.REACHED_END
         found.append(response.amplitude.values / size)
     np.testing.assert_allclose(*found, rtol=1e-9)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("none", ["friction_coefficient", "contact_stiffness"])
-def test_without_friction_a_contact_is_a_stop(none):
-    alone = sh.frf(problem_of(**{none: 0.0}), BAND, progress=False)
-    neither = problem_of(friction_coefficient=0.0, contact_stiffness=0.0)
-    both = sh.frf(neither, BAND, progress=False)
-    assert both.status.item() == alone.status.item() == sh.Status.REACHED_END
-    np.testing.assert_allclose(both.peak_amplitude, alone.peak_amplitude, rtol=1e-9)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("hertz", "changes"),
-    [(9.9, dict(normal=(0,))), (10.0, dict(friction_coefficient=100.0))],
-)
-def test_cold_starts_come_from_frequencies_beside(hertz, changes):
-    problem = problem_of(**changes)
-    point = sh.solve(problem, hertz)
-    assert point.status.item() == sh.Status.SUCCESS
-    motion = sh.periodic_motion(problem, hertz, start=point)
-    np.testing.assert_allclose(point.amplitude, motion.amplitude, rtol=5e-3)
-
-
-@pytest.mark.slow
-def test_constant_planar_friction_beside_a_coupled_stop():
-    pad = sh.Friction(
-        tangential=(0,), across=(1,),
-        contact_stiffness=5e3, friction_coefficient=0.3, normal_load=2.0,
-    )  # fmt: skip
-    stop = sh.Gap(normal=(0,), normal_stiffness=1e4, gap=1e-3, preload="coupled")
-    matrices = np.eye(2), np.diag([2.0, 3.0]), np.diag([1e4, 1.6e4])
-    model = sh.Model(*matrices, contacts={"pad": pad, "stop": stop})
-    load = sh.forces.StaticLoad([20.0, 0.0])
-    wave = sh.forces.HarmonicForce(cosine={1: [5, 0]}, sine={1: [0, 5]})
-    problem = sh.HarmonicBalance(model, wave + load, range(4))
-    response = sh.frf(problem, (12, 20), progress=False)
-    assert response.status.item() == sh.Status.REACHED_END
-    assert response.residual_norm.max() < 1e-11
-    # The spring of the stop takes its share of the load, whatever friction does.
-    at_rest = sh.static_states(problem).static_displacement.values
-    assert at_rest[0, 0] == pytest.approx((20.0 + 1e4 * 1e-3) / 2e4, rel=1e-9)
-
-
-@pytest.mark.slow
-def test_stored_results_of_contacts_are_verified():
-    response = sh.frf(problem_of(), (14, 16), progress=False)
-    assert sh.verify(response, exact="none", progress=False).contact_mismatch.max() < 1e-9
-    for name in ("open_fraction", "mean_normal_force", "largest_normal_force", "slip_distance"):
-        wrong = response.copy(deep=True)
-        wrong[name][5, 0] = 1.01 * wrong[name][5, 0] + 1e-4
-        found = sh.verify(wrong, exact="none", progress=False).contact_mismatch
-        assert found.max() == found[5] > 1e-4, name
 
 
 @pytest.mark.parametrize("harmonics", [(1,), (1, 3)], ids=["closed", "located"])
@@ -134,3 +71,24 @@ def test_a_static_displacement_takes_no_digits_of_planar_friction():
         assert beside.states.margins == pytest.approx(near.states.margins, abs=1e-14)
         force = beside.residual - 1e4 * offset.ravel()
         assert force == pytest.approx(near.residual, abs=1e-11)
+
+
+def problem_of(**changes):
+    """Two degrees of freedom, the directions of a contact to the ground."""
+    matrices = np.eye(2), np.diag([2.0, 3.0]), [[1e4, 5e2], [5e2, 1.6e4]]
+    model = sh.Model(*matrices, contacts={"shroud": sh.Friction(**(PRESSED | changes))})
+    wave = sh.forces.HarmonicForce(cosine={1: [5, 0]}, sine={1: [0, 8]})
+    return sh.HarmonicBalance(model, wave, range(8))
+
+
+@pytest.mark.slow
+@pytest.mark.parametrize(
+    ("hertz", "changes"),
+    [(9.9, dict(normal=(0,))), (10.0, dict(friction_coefficient=100.0))],
+)
+def test_cold_starts_come_from_frequencies_beside(hertz, changes):
+    problem = problem_of(**changes)
+    point = sh.solve(problem, hertz)
+    assert point.status.item() == sh.Status.SUCCESS
+    motion = sh.periodic_motion(problem, hertz, start=point)
+    np.testing.assert_allclose(point.amplitude, motion.amplitude, rtol=5e-3)

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import symhbm as sh
-from symhbm.continuation.start import _grow_force, linear_response, position_at_rest
+from symhbm.continuation.start import position_at_rest
 
 SLOPE = np.radians(35)
 COSINE, SINE = np.cos(SLOPE), np.sin(SLOPE)
@@ -62,18 +62,6 @@ def test_a_load_that_pulls_apart_closes_nothing():
     """The body flies off: no equilibrium is made up, and the blade moves alone."""
     found = sh.solve(wedge(push=-PUSH), 10.0)
     assert not found.status.item().startswith("success")
-
-
-def test_vibrations_grow_about_the_place_of_rest():
-    problem, omega = wedge(amplitude=8.0), 2 * np.pi * 22.5
-    stuck = linear_response(problem, omega)
-    assert stuck is not None
-    grown = _grow_force(problem, stuck, omega)
-    assert grown is not None
-    assert problem.evaluate(grown, omega).norm < 1e-9
-    rest = position_at_rest(problem, omega)
-    still = problem.with_parameters(force_amplitude=0.0)
-    assert still.evaluate(rest, omega).norm < 1e-12
 
 
 def test_problems_without_static_loads_start_from_rest():

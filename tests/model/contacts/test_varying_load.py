@@ -2,17 +2,14 @@
 
 from functools import partial
 
-import casadi as ca
 import numpy as np
 import pytest
 
 import symhbm as sh
-from symhbm.model.contacts import Motions
 from symhbm.model.contacts.varying_load.march import APART, BEGIN, END, KIND, march, walls
 from symhbm.numerics import FourierBasis
 from tests.law_slopes import OneContact, figures_of, force_of, returned
 from tests.law_slopes import values_of as values_of_law
-from tests.problems import rub
 from tests.quick import quick_first
 from tests.reference import STATED
 
@@ -56,25 +53,6 @@ def test_events_of_a_contact_that_sticks_at_contact():
     np.testing.assert_allclose(begins, [3.399862536, 5.882149750, 8.838462927], atol=1e-9)
 
 
-def test_a_contact_that_just_touches_is_not_open():
-    """Two zeros of its load are one but for round-off, in any order."""
-    rng, basis, values = (
-        np.random.default_rng(0),
-        FourierBasis((0, 1, 2)),
-        values_of(1.3, 0.8, 0.4, 0),
-    )
-    for k in range(300):
-        angle = k * np.pi / 2 if k % 2 else rng.uniform(0, 2 * np.pi)
-        noise = 10.0 ** rng.uniform(-200, -9, 2) * rng.choice([-1, 0, 1], 2)
-        tangential = rng.normal(size=5) * (k % 3)
-        touching = [1.0, np.cos(angle), np.sin(angle) + noise[0], noise[1], 0.0]
-        pressed = [1.0 + 1e-7, np.cos(angle), np.sin(angle), 0.0, 0.0]
-        found, near = (
-            force(basis, np.array([*tangential, *normal]), values) for normal in (touching, pressed)
-        )
-        np.testing.assert_allclose(found, near, atol=1e-4)
-
-
 @pytest.mark.parametrize("seed", quick_first(range(6), 3))
 def test_a_march_over_samples_agrees_within_its_error(seed):
     rng = np.random.default_rng(seed)
@@ -88,68 +66,6 @@ def test_a_march_over_samples_agrees_within_its_error(seed):
     np.testing.assert_allclose(
         force(basis, motion, values_of(*numbers)), expected, atol=3e-4 * np.abs(expected).max()
     )
-
-
-def test_constant_load_is_todays_law():
-    rng = np.random.default_rng(3)
-    for harmonics in ((0, 1), (1, 3, 5), (0, 1, 2, 3)):
-        basis = FourierBasis(harmonics)
-        size, n = basis.n_components, 60
-        u = rng.normal(size=(n, size)) / (1 + basis.order)
-        of_today = dict(
-            **rub(rng.uniform(0.5, 2, n), rng.uniform(0.1, 0.6, n), rng.uniform(0.1, 3, n)),
-        )
-        coulomb = sh.laws.Coulomb()
-        at_today = Motions(basis, u, 1.0, of_today)
-        today = coulomb.locate(at_today)
-        values = of_today | {"normal_stiffness": np.zeros(n)}
-        motion = np.concatenate([u, rng.normal(size=u.shape)], axis=1)
-        at_motions = Motions(basis, motion, 1.0, values)
-        at = LAW.locate(at_motions)
-        expected = coulomb.forces(at_today, today)
-        found = LAW.forces(at_motions, at)
-        np.testing.assert_allclose(found[:, :size], expected, atol=1e-13)
-        np.testing.assert_allclose(found[:, size:], 0, atol=1e-14)
-        np.testing.assert_array_equal(at.states[:, 0], today.states[:, 0])
-        assert {True, False} == {*today.states[:, 0].tolist()}
-        before = coulomb.results(at_today, today)
-        after = LAW.results(at_motions, at)
-        for name in ("contact_state", "stick_fraction", "dissipation"):
-            np.testing.assert_allclose(after[name], before[name], atol=1e-12, err_msg=name)
-
-
-def random_cases(count, seed):
-    rng = np.random.default_rng(seed)
-    basis = FourierBasis((0, 1, 2, 3))
-    size = 2 * basis.n_components
-    for _ in range(count):
-        motion = rng.normal(size=size) / (1 + np.tile(basis.order, 2)) ** 1.5
-        yield basis, motion * rng.choice([0.3, 1, 3]), rng
-
-
-def test_slip_keeps_its_derivative_at_the_limit_whatever_round_off_says():
-    """Held in slip at motions next to each other, one short of the limit, one beyond it."""
-    met = 0
-    for basis, motion, rng in random_cases(40, seed=3):
-        values = values_of(*rng.uniform([0.5, 0.5, 0.2, 1.0], [2, 2, 1, 2]))
-        motion[[0, len(motion) // 2]] = 0
-
-        def margin(size, basis=basis, motion=motion, values=values):
-            return located(basis, size * motion, values).margins[0]
-
-        low, high = 1e-6, 1.0
-        if not margin(low)[0] < 0 < margin(high)[0]:
-            continue
-        while np.nextafter(low, high) < high:
-            middle = (low + high) / 2
-            low, high = (middle, high) if margin(middle)[0] < 0 else (low, middle)
-        if margin(high)[1] > 0:
-            continue
-        points = (np.array([*size * motion, *_in_order(values)]) for size in (low, high))
-        slips = [OneContact(LAW, basis, point, [True, False, True]).slope for point in points]
-        np.testing.assert_allclose(*slips, atol=1e-6)
-        met += 1
-    assert met >= 5
 
 
 LIMITS = {
@@ -200,16 +116,6 @@ def _in_order(values):
     return [values[name][0] for name in LAW.parameters]
 
 
-@pytest.mark.parametrize("ratio", [0.5, 1.0, -1.0])
-def test_inclined_contacts_with_a_wall_that_rests(ratio):
-    """With ``k_t u = mu k_n v`` one wall does not move at all."""
-    basis, u = FourierBasis((0, 1, 2)), np.array([0.1, 1.0, 0.4, 0.3, 0])
-    motion = np.concatenate([u, ratio * u])
-    numbers = 1.0, 2.0, 0.5, 0.7
-    expected = returned(LAW, basis, motion, values_of(*numbers), 200_000).ravel()
-    np.testing.assert_allclose(force(basis, motion, values_of(*numbers)), expected, atol=1e-4)
-
-
 def test_a_contact_that_touches_by_round_off_is_apart():
     """``-(1 - cos(t - a)) (1 + cos(t - b) / 2)`` is 0 at its maximum alone, but for round-off."""
     random = np.random.default_rng(28)
@@ -226,22 +132,6 @@ def test_a_contact_that_touches_by_round_off_is_apart():
         count = march(waves, noise, -1, pieces, np.empty((4, 2)))
         apart = pieces[:count][pieces[:count, KIND] == APART]
         assert np.sum(apart[:, END] - apart[:, BEGIN]) == pytest.approx(2 * np.pi, abs=1e-3)
-
-
-@pytest.mark.parametrize("seed", range(4))
-def test_terms_are_at_least_as_large_as_the_force(seed):
-    """Round-off scales with them, whatever the sign of what gaps and loads leave."""
-    law, basis = sh.laws.VariableLoadFriction(), FourierBasis((0, 1, 2))
-    rng = np.random.default_rng(seed)
-    values = dict(
-        contact_stiffness=2e3, normal_stiffness=1e3, friction_coefficient=0.4, normal_load=1.0
-    )
-    for motion in 2e-3 * rng.normal(size=(10, 2 * basis.n_components)):
-        each = {name: np.array([value]) for name, value in values.items()}
-        events = ca.DM(located(basis, motion, each).events[0])
-        at = Motions(basis, ca.DM(motion), 100.0, values)
-        force, (terms, _) = law.force(at, events), law.terms(at, ca.DM(abs(motion)), events)
-        assert np.all(np.array(terms) >= np.abs(np.array(force)) * (1 - 1e-12))
 
 
 def test_second_derivatives_without_friction_are_those_of_a_constant_load():

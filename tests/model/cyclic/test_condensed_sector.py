@@ -4,8 +4,6 @@ import pickle
 
 import numpy as np
 import pytest
-import scipy.sparse as sp
-from scipy.sparse.linalg import spsolve
 from sectors import random_disk, wave, with_friction
 
 import symhbm as sh
@@ -38,43 +36,6 @@ def damped_disk(grid, n_sectors=24, opens=False):
     pattern = {f"{one}:z": 900.0, f"{foot}:y": 400j, f"{edge}:x": 90.0}
     pattern |= {f"{inside}:z": 300 - 200j, f"{inside}:x": 150.0}
     return disk, f"{one}:z", pattern
-
-
-def direct(disk, n, s, force):
-    """Response of all degrees of freedom that are not right to a force, by one factorisation."""
-    mass, damping, stiffness = disk.matrices(n)
-    return spsolve(sp.csc_array(stiffness + 1j * s * damping - s**2 * mass, dtype=complex), force)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("order", quick_first([3, 21, 0], 1))
-def test_condensed_stiffness_is_that_of_all_equations(order):
-    """At frequencies that it was not made from, of both senses of one wave, and of none."""
-    disk, tip, pattern = damped_disk((2, 3, 1, 2))
-    force = sh.forces.EngineOrder(order, pattern={1: pattern, 2: pattern})
-    small = sh.condense(disk, force, (800, 2200), (1, 2), places=[tip])
-    assert small.certificate.error < 1e-9
-    assert small.certificate.friction_bound < 1e-7
-    problem = sh.HarmonicBalance(small, force, (1, 2))
-    masters = np.searchsorted(disk.kept, small.dofs)
-    shape = force.placed(disk.number_of).shape(disk.n_whole, problem.basis)
-    for hertz in (843.21, 1257.3, 1311.7, 2093.9):
-        for harmonic in (1, 2):
-            n, s = small.wave(harmonic), 2 * np.pi * hertz * harmonic
-            cosine = 2 * harmonic - 2
-            push = disk.interfaces.folded(shape[:, cosine] - 1j * shape[:, cosine + 1], n)
-            exact = direct(disk, n, s, push)[masters]
-            load = problem.force(2 * np.pi * hertz)[:, cosine : cosine + 2] @ [1, -1j]
-            stiffness, slope = small.dynamic_stiffness(harmonic, s / harmonic)
-            assert np.linalg.norm(np.linalg.solve(stiffness, load) - exact) < 1e-8 * np.linalg.norm(
-                exact
-            )
-            ahead, behind = (
-                small.dynamic_stiffness(harmonic, s / harmonic + d)[0] for d in (0.1, -0.1)
-            )
-            assert np.allclose(
-                (ahead - behind) / 0.2, slope, rtol=1e-5, atol=1e-4 * abs(slope).max()
-            )
 
 
 def test_peaks_are_those_of_the_sector():

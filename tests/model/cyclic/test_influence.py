@@ -5,6 +5,7 @@ import pytest
 from sectors_to_reduce import plate_sector
 
 import symhbm as sh
+from tests.refusals import refused
 
 N, ORDER, FREQUENCY = 8, 3, 30.0
 COEFFICIENTS = {-1: 60 + 300j, 0: -100 + 500j, 1: 30 - 250j, 2: 10 + 20j}
@@ -86,38 +87,32 @@ def test_coefficients_of_waves_are_those_of_distances():
         assert whole[1, 1] == pytest.approx(waves[n])
 
 
-@pytest.mark.parametrize(
-    ("arguments", "error", "words"),
-    [
-        (({}, {0: 1.0}, 30), ValueError, "shape={}"),
-        (({0: 1.0}, {}, 30), TypeError, "coefficients={}"),
-        (({0: 1.0}, {0: "much"}, 30), TypeError, "complex numbers"),
-        (({0: 1.0}, {0: np.nan}, 30), ValueError, "finite"),
-        (({0: 1.0}, {0.5: 1.0}, 30), ValueError, "distance"),
-        (({0: 1.0}, {0: 1.0}, 0), ValueError, "frequency=0"),
-    ],
-)
-def test_what_is_no_influence_is_refused(arguments, error, words):
-    with pytest.raises(error, match=words):
-        sh.Influence(*arguments)
+def moved_by(*arguments):
+    return disk().with_influences(sh.Influence(*arguments))
 
 
-def test_a_shape_is_one_of_the_sector():
-    with pytest.raises(ValueError, match="shape"):
-        disk().with_influences(sh.Influence(np.ones(4), {0: 1.0}, 30))
-    # Short and long ones, of zeros as well, are of another sector.
-    for shape in ([1.0, 0.5], [1.0, 0.5, 0.0, 0.0], [1.0]):
-        with pytest.raises(ValueError, match=f"each of the 3 .* got {len(shape)}; {{place"):
-            disk().with_influences(sh.Influence(shape, {0: 1.0}, 30))
-    with pytest.raises(TypeError, match="influences"):
-        disk().with_influences({0: 1.0})
-
-
-@pytest.mark.parametrize("count", [N - 1, N + 1, 2 * N, 1])
-def test_waves_are_as_many_as_sectors(count):
+def by_waves(count):
     influence = sh.Influence.by_nodal_diameter(SHAPE, np.ones(count), FREQUENCY)
-    with pytest.raises(ValueError, match=f"waves 0 to {N - 1} of {N} sectors, got {count}"):
-        disk().with_influences(influence)
+    return disk().with_influences(influence)
+
+
+test_what_is_no_influence_is_refused = refused([
+    (lambda: moved_by({}, {0: 1.0}, 30), ValueError, "shape={}"),
+    (lambda: moved_by({0: 1.0}, {}, 30), TypeError, "coefficients={}"),
+    (lambda: moved_by({0: 1.0}, {0: "much"}, 30), TypeError, "complex numbers"),
+    (lambda: moved_by({0: 1.0}, {0: np.nan}, 30), ValueError, "finite"),
+    (lambda: moved_by({0: 1.0}, {0.5: 1.0}, 30), ValueError, "distance"),
+    (lambda: moved_by({0: 1.0}, {0: 1.0}, 0), ValueError, "frequency=0"),
+    (lambda: moved_by(np.ones(4), {0: 1.0}, 30), ValueError, "shape"),
+    # Short and long ones, of zeros as well, are of another sector.
+    *((lambda shape=shape: moved_by(shape, {0: 1.0}, 30),
+       ValueError, f"each of the 3 .* got {len(shape)}; {{place")
+      for shape in ([1.0, 0.5], [1.0, 0.5, 0.0, 0.0], [1.0])),
+    (lambda: disk().with_influences({0: 1.0}), TypeError, "influences"),
+    *((lambda count=count: by_waves(count),
+       ValueError, f"waves 0 to {N - 1} of {N} sectors, got {count}")
+      for count in (N - 1, N + 1, 2 * N, 1)),
+])  # fmt: skip
 
 
 @pytest.mark.parametrize("place", [77, 16])
@@ -134,24 +129,3 @@ def test_influences_and_outputs_of_a_reduced_sector_number_places_of_the_whole(p
     one, other = (sh.solve(sh.HarmonicBalance(each, force), 17.0) for each in (before, after))
     for name in ("coefficient", "bending_coefficient"):
         np.testing.assert_allclose(one[name], other[name], rtol=1e-12, atol=1e-20)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("damping", [sh.RayleighDamping(2.0, 1e-5), sh.ModalDamping(0.01)])
-def test_a_reduced_sector_and_its_ring_take_them_along(damping):
-    tip, blade = 77, range(40, 80)
-    whole = plate_sector(6, damping)
-    wind = sh.Influence({tip: 1.0, 75: 0.5}, {-1: 4e3j, 0: 3e4 + 9e3j, 1: -3e3j}, 20.0)
-    moved = whole.with_influences(wind)
-    reduced = sh.craig_bampton(moved, 12, (5, 40), places=[tip], blade=blade)
-    force = sh.forces.EngineOrder(2, pattern={tip: 1.0}, amplitude=0.01)
-    models = moved, reduced, sh.mistuned_ring(reduced), sh.craig_bampton(whole, 12, (5, 40))
-    tips = []
-    for model in models:
-        point = sh.solve(sh.HarmonicBalance(model, force), 17.0)
-        numbers = point.structure_dof.values
-        tips.append(point.coefficient.values[np.flatnonzero(numbers == tip)[0]])
-    scale = np.abs(tips[0]).max()
-    assert np.abs(tips[1] - tips[0]).max() < reduced.structure.certificate.error * scale
-    assert np.abs(tips[2] - tips[1]).max() < 1e-9 * scale
-    assert np.abs(tips[3] - tips[0]).max() > 0.01 * scale

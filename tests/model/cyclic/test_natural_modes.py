@@ -6,8 +6,6 @@ import weakref
 import numpy as np
 import pytest
 import scipy.sparse as sp
-from rings import assembled
-from scipy.linalg import eigh
 
 import symhbm as sh
 from symhbm.model.linear import eigenmodes
@@ -58,19 +56,6 @@ def test_disk_of_finite_elements(grid):
         assert found.round(3).tolist() == [*frequencies]
 
 
-def test_a_whole_ring_has_the_frequencies_of_all_waves():
-    """Both by dense matrices, the ring assembled from its sectors in common axes."""
-    sector = open_sector.open_sector((1, 3, 1, 1), n_sectors=6)
-    modes = sh.natural_modes(sector.disk, count=sector.disk.n_dof)
-    counts = [1, 2, 2, 1]
-    waves = np.concatenate([np.repeat(f, c) for f, c in zip(modes.frequency, counts, strict=True)])
-    ring = assembled(sector.disk)
-    squares = eigh(*(getattr(ring.model, f"{n}_matrix").toarray() for n in ("stiffness", "mass")))
-    whole = np.sqrt(squares[0]) / (2 * np.pi)
-    assert len(whole) == 6 * sector.disk.n_dof
-    assert abs(np.sort(waves) / whole - 1).max() < 1e-11
-
-
 def test_modes_are_of_unit_mass_and_sparse_ones_those_of_dense_matrices(monkeypatch):
     sector = open_sector.open_sector((2, 3, 1, 2))
     disk = sector.disk
@@ -109,25 +94,6 @@ def test_factors_of_a_wave_are_let_go_at_once(monkeypatch):
         assert factors() is None
     finally:
         gc.enable()
-
-
-def test_models_and_stuck_contacts():
-    n = 600
-    stiffness = 1e4 * sp.diags_array(
-        [2 * np.ones(n), -np.ones(n - 1), -np.ones(n - 1)], offsets=[0, 1, -1]
-    )
-    chain = sh.Model(
-        sp.eye_array(n), 0 * stiffness, stiffness, contacts=[(300,)],
-        contact_stiffness=1e6, friction_coefficient=0.3, normal_load=1,
-    )  # fmt: skip
-    free = 2 * 100 * np.sin(np.pi * np.arange(1, 4) / (2 * (n + 1))) / (2 * np.pi)
-    found = sh.natural_modes(chain, count=3)
-    assert np.allclose(found.frequency, free, rtol=1e-9)
-    assert found.mode_shape.sizes == {"mode": 3, "dof": n, "component": 2}
-    assert not found.mode_shape[..., 1].any()
-    stuck = sh.natural_modes(chain, count=3, stuck=True).frequency.values
-    assert stuck[0] > 1.9 * free[0]
-    assert stuck[1] == pytest.approx(free[1], rel=5e-3)
 
 
 def test_what_is_no_wave_says_so():

@@ -1,6 +1,5 @@
 """Tuned responses of disks from one sector, held against the assembled ring of all of them."""
 
-import pickle
 from importlib import import_module
 
 import numpy as np
@@ -11,6 +10,7 @@ from sectors import FRICTION, random_disk, wave, with_friction, with_opening
 import symhbm as sh
 from symhbm.numerics import unknowns_of
 from tests.quick import quick_first
+from tests.refusals import refused
 
 histories = import_module("symhbm.plot.contact.histories")
 
@@ -57,60 +57,6 @@ def test_contacts_of_one_interface_are_the_same_left_and_right():
     assert np.allclose(found[0].coefficient, found[1].coefficient, rtol=1e-12, atol=0)
 
 
-def test_axes_of_the_cylinder_give_what_cartesian_ones_give():
-    """The same disk in both: directions of a node turned with its sector."""
-    n_sectors, angle = 12, 2 * np.pi / 12
-    mass, k, c = np.diag([1.0, 1.0, 0, 0]), 3e4, 2.0
-    radial = np.array([[np.cos(angle), -np.sin(angle)], [np.sin(angle), np.cos(angle)]])
-    link = np.array([[2e4, 5e3], [5e3, 1e4]])
-    both = np.block([[link + k * np.eye(2), -link], [-link, link]])
-    cylinder = sh.Sector(
-        sh.Model(mass, c * mass, both), left=[0, 1], right=[2, 3], n_sectors=n_sectors
-    )
-    spread = np.block([[np.eye(2), np.zeros((2, 2))], [np.zeros((2, 2)), radial]])
-    places = sh.Places(
-        [1, 1, 2, 2], [*"xyxy"],
-        [[1, 0, 0]] * 2 + [[np.cos(angle), np.sin(angle), 0]] * 2, ["tip", "tip", "", ""],
-    )  # fmt: skip
-    turned = sh.Model(mass, c * mass, spread @ both @ spread.T, places=places)
-    cartesian = sh.Sector(turned, ["1:x", "1:y"], ["2:x", "2:y"], n_sectors, rotation="z")
-    for n in range(7):
-        given = [sh.natural_modes(disk, n).frequency.values for disk in (cylinder, cartesian)]
-        assert given[0] == pytest.approx(given[1], rel=1e-12)
-    # "y" of the next tip in the axes of this sector, by its own radial and tangential directions.
-    weights = {1: 1.0, sh.next_sector(0): -radial[1, 0], sh.next_sector(1): -radial[1, 1]}
-    first = cylinder.with_contacts(rub=sh.Friction(tangential=weights, **FRICTION))
-    pair = ("tip:y", sh.next_sector("tip:y"))
-    second = cartesian.with_contacts(rub=sh.Friction(tangential=pair, **FRICTION))
-    forces = ({0: 1.0, 1: 2j}, {"tip:x": 1.0, "tip:y": 2j})
-    points = [
-        sh.solve(
-            sh.HarmonicBalance(disk, sh.forces.EngineOrder(3, 5.0, pattern=pattern), (1, 3)), 30.0
-        )
-        for disk, pattern in zip((first, second), forces, strict=True)
-    ]
-    assert points[0].contact_state.item() == 1
-    assert np.allclose(points[0].coefficient, points[1].coefficient, rtol=0, atol=1e-15)
-    assert points[1].label.values.tolist() == ["tip", "tip"]
-
-
-@pytest.mark.slow
-def test_another_engine_order_and_copies():
-    disk = with_friction(random_disk(6, True))
-    problem = sh.HarmonicBalance(disk, wave(2, disk), HARMONICS)
-    moved = problem.with_parameters(engine_order=1, normal_load=1.0)
-    again = sh.HarmonicBalance(disk.with_parameters(normal_load=1.0), wave(1, disk), HARMONICS)
-    points = [sh.solve(each, 24.0) for each in (moved, again, pickle.loads(pickle.dumps(again)))]
-    assert points[0].identical(points[1]) or np.allclose(
-        points[0].coefficient, points[1].coefficient, rtol=1e-12, atol=0
-    )
-    assert np.array_equal(points[1].coefficient, points[2].coefficient)
-    swept = sh.frf(problem, (22, 26), over={"engine_order": [1, 2, 7]})
-    assert np.allclose(*swept.amplitude.sel(engine_order=[1, 7]).dropna("point"), rtol=1e-12)
-    with pytest.raises(ValueError, match="engine order"):
-        disk.dynamic_stiffness(1, 10.0)
-
-
 def test_narrow_resonances_are_counted_wave_by_wave():
     disk = with_friction(random_disk(6, True)).in_wave(2)
     springs = np.full(4, 3e3)
@@ -141,6 +87,7 @@ def test_narrow_resonances_are_counted_wave_by_wave():
         (lambda m: m.with_contacts(a=sh.Gap(normal=(0, sh.next_sector(0)), normal_stiffness=1.0,
                                             gap=1.0)), TypeError, "only a symhbm.Sector"),
         (lambda m: sh.next_sector(sh.next_sector(1)), TypeError, "this sector"),
+        (lambda m: sector(m).dynamic_stiffness(1, 10.0), ValueError, "under an engine order"),
         (lambda m: sh.HarmonicBalance(sector(m), sh.forces.EngineOrder(2)), ValueError, "pattern="),
         (lambda m: sh.HarmonicBalance(sector(m), sh.forces.PointForce()),
          ValueError, "EngineOrder"),
@@ -178,22 +125,29 @@ def two_orders():
     return one_order() + sh.forces.EngineOrder(3, pattern={0: 1.0})
 
 
-def test_interfaces_that_do_not_fit_are_refused():
-    disk = random_disk(6, True)
-    model, ends = disk.structure, disk.interfaces
-    with pytest.raises(ValueError, match="exchange the two"):
-        sh.Sector(model, ends.right, ends.left, 6, rotation="z")
-    with pytest.raises(ValueError, match=r"turned by 51\.4"):
-        sh.Sector(model, ends.left, ends.right, 7, rotation="z")
-    with pytest.raises(ValueError, match="same order"):
-        sh.Sector(model, ends.left, ends.right[::-1], 6, rotation="z")
-    with pytest.raises(ValueError, match="rotation=None: expected the axis"):
-        sh.Sector(model, ends.left, ends.right, 6)
-    bare = sh.Places(model.places.node, model.places.direction)
-    without = sh.Model(model.mass_matrix, model.damping_matrix, model.stiffness_matrix, places=bare)
-    with pytest.raises(ValueError, match="rotation=None: expected the axis"):
-        sh.Sector(without, ends.left, ends.right, 6)
-    assert sh.Sector(without, ends.left, ends.right, 6, rotation="z").n_sectors == 6
+DISK = random_disk(6, True)
+MODEL, ENDS = DISK.structure, DISK.interfaces
+BARE = sh.Model(
+    MODEL.mass_matrix, MODEL.damping_matrix, MODEL.stiffness_matrix,
+    places=sh.Places(MODEL.places.node, MODEL.places.direction),
+)  # fmt: skip
+
+
+def joined(left, right, count=6, rotation="z", model=MODEL):
+    return sh.Sector(model, left, right, count, rotation=rotation)
+
+
+test_interfaces_that_do_not_fit_are_refused = refused([
+    (lambda: joined(ENDS.right, ENDS.left), ValueError, "exchange the two"),
+    (lambda: joined(ENDS.left, ENDS.right, 7), ValueError, r"turned by 51\.4"),
+    (lambda: joined(ENDS.left, ENDS.right[::-1]), ValueError, "same order"),
+    *((lambda model=model: joined(ENDS.left, ENDS.right, 6, None, model),
+       ValueError, "rotation=None: expected the axis") for model in (MODEL, BARE)),
+])  # fmt: skip
+
+
+def test_places_without_coordinates_have_interfaces():
+    assert joined(ENDS.left, ENDS.right, model=BARE).n_sectors == 6
 
 
 def test_a_large_sector_asks_to_be_condensed():

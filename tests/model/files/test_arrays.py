@@ -29,14 +29,6 @@ def test_arrays_of_numpy(tmp_path):
     with pytest.warns(UserWarning, match=r"other\.npz: not read: M$"):
         model = sh.read_structure(tmp_path / "other.npz", names={"mass": "mine"})
     assert rods.same(model, damping=False)
-    with pytest.raises(KeyError, match="did you mean 'mine'"):
-        sh.read_structure(tmp_path / "other.npz", names={"mass": "mines"})
-    np.savez(tmp_path / "none.npz", a=mass)
-    with pytest.raises(ValueError, match="it holds a; names="):
-        sh.read_structure(tmp_path / "none.npz")
-    np.savez(tmp_path / "two.npz", M=mass, maa=mass, K=stiffness)
-    with pytest.raises(ValueError, match="expected one mass matrix, got M, maa"):
-        sh.read_structure(tmp_path / "two.npz")
 
 
 def test_matrices_that_are_not_read_are_told(tmp_path):
@@ -62,9 +54,6 @@ def test_sparse_matrices_of_numpy(tmp_path):
     for name, matrix in zip(("M", "C", "K"), rods.matrices(), strict=True):
         sp.save_npz(tmp_path / f"rod_{name}.npz", matrix)
     assert rods.same(rods.read(tmp_path / "rod_K.npz"))
-    rods.halved(tmp_path / "rod_K.npz")
-    with pytest.raises(ValueError, match=r"truncated, damaged, or no file of numpy\.savez"):
-        sh.read_structure(tmp_path / "rod_M.npz")
 
 
 @pytest.mark.parametrize("form", [sp.csc_array, lambda matrix: matrix.toarray()])
@@ -75,28 +64,11 @@ def test_matlab(tmp_path, form):
     model = rods.read(path)
     assert rods.same(model)
     assert model.number_of("tip:z") == 11
-    rods.halved(path)
-    with pytest.raises(ValueError, match="truncated, damaged, or no MATLAB file"):
-        sh.read_structure(path)
-    path.write_bytes(b"no matrices")
-    with pytest.raises(ValueError, match="no MATLAB file"):
-        sh.read_structure(path)
-
-
-def test_matlab_7_3_says_how_to_convert(tmp_path):
-    path = tmp_path / "rod.mat"
-    head = b"MATLAB 7.3 MAT-file, Platform: GLNXA64".ljust(124) + b"\x00\x02IM"
-    path.write_bytes(head + bytes(400))
-    with pytest.raises(ValueError, match=r"save.*'-v7'") as caught:
-        sh.read_structure(path)
-    assert "\n" not in str(caught.value)
 
 
 def test_triangles_in_files_of_several(tmp_path):
     mass, _, stiffness = (matrix.toarray() for matrix in rods.matrices())
     np.savez(tmp_path / "rod.npz", M=mass, K=np.tril(stiffness))
-    with pytest.raises(ValueError, match="stiffness: expected the whole matrix"):
-        sh.read_structure(tmp_path / "rod.npz")
     with pytest.warns(UserWarning, match="stiffness completed"):
         model = sh.read_structure(tmp_path / "rod.npz", symmetric=True)
     assert rods.same(model, damping=False)

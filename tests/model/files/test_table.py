@@ -49,41 +49,6 @@ def test_a_table_of_other_nodes_that_fits_is_told(tmp_path):
 
 
 @pytest.mark.parametrize(
-    ("text", "words"),
-    [
-        ("node,x\n1,2\n", "columns x, y and z"),
-        ("x,y,z\n1,2,3\n", "the column 'node'"),
-        ("node,direction\n1,x\n2\n", "expected 2 values in each line"),
-        ("node,direction\n1,x\nb,y\n", "node=.*expected real numbers"),
-        ("node,direction\n1,up\n", "direction='up'"),
-        ("node,direction\n1,x\n", "expected 12"),
-        ("node\n1\n2\n3\n4\n5\n", "not 1, 2, 3 or 6"),
-        ("node\n1\n1\n3\n4\n", "each node once"),
-        ("node\n1\n1.5\n3\n4\n", "expected integers"),
-    ],
-)
-def test_tables_that_are_none(tmp_path, text, words):
-    table = tmp_path / "places.csv"
-    table.write_text(text)
-    with pytest.raises((TypeError, ValueError), match=words) as caught:
-        sh.read_structure(rods.saved(tmp_path / "rod.npz"), places=table)
-    assert "\n" not in str(caught.value)
-
-
-def test_arguments_that_do_not_fit(tmp_path):
-    path = rods.saved(tmp_path / "rod.npz")
-    with pytest.raises(FileNotFoundError, match="no such file"):
-        sh.read_structure(path, places=tmp_path / "nowhere.csv")
-    with pytest.raises(KeyError, match="did you mean 'direction'"):
-        sh.read_structure(path, places=dict(node=rods.NODES, directions=["x"]))
-    with pytest.raises(ValueError, match="labels: expected places="):
-        sh.read_structure(path, labels={"tip": 3})
-    for units in ("mm", "mm-t-h", 3):
-        with pytest.raises(ValueError, match="as 'mm-t-s' or 'mm-kg-ms'"):
-            sh.read_structure(path, units=units)
-
-
-@pytest.mark.parametrize(
     ("units", "length", "mass", "time"),
     [
         ("mm-t-s", 1e-3, 1e3, 1.0),

@@ -1,5 +1,7 @@
 """Disks of reduced sectors whose blades deviate."""
 
+from functools import partial
+
 import numpy as np
 import pytest
 from numpy.testing import assert_allclose
@@ -77,15 +79,6 @@ def whole_ring(disk, added):
 
 def tips(point):
     return point.coefficient.values[point.structure_dof.values % 80 == TIP]
-
-
-def test_a_tuned_ring_has_the_waves_of_its_sector(disk):
-    ring = sh.mistuned_ring(disk)
-    each = [
-        sh.natural_modes(disk, min(wave, N - wave), count=8).frequency.values for wave in range(N)
-    ]
-    expected = np.sort(np.concatenate(each))[: 4 * N]
-    assert_allclose(sh.natural_modes(ring, count=4 * N).frequency, expected, rtol=1e-9)
 
 
 def test_a_tuned_ring_responds_as_its_sector():
@@ -275,7 +268,7 @@ def test_a_frequency_deviation_is_one_of_the_square(of_chains):
     assert abs(difference).max() < 1e-12 * abs(by_frequency.stiffness_matrix).max()
 
 
-def test_modes_in_sweeps_draws_and_archives(of_modes, tmp_path):
+def test_modes_in_sweeps_draws_and_archives(of_modes):
     name = "frequency_deviation_1"
     draws = sh.mistuning.uniform(of_modes, 2, seed=1, **{name: 0.05, "normal_load": 0.1})
     assert draws[name].dims == ("sample", "blade")
@@ -284,72 +277,39 @@ def test_modes_in_sweeps_draws_and_archives(of_modes, tmp_path):
     assert response[name].dims == ("sample", "blade")
     assert response[name].units == "1"
     assert response[name].long_name == "deviation of the frequency of mode 1 of the blade alone"
-    sh.save(response, tmp_path / "ring.nc")
-    loaded = sh.load(tmp_path / "ring.nc")
-    again = sh.datasets.rebuild(loaded.isel(sample=1))
+    again = sh.datasets.rebuild(response.isel(sample=1))
     chosen = of_modes.with_parameters(**{n: draws[n][1] for n in (name, "normal_load")})
-    for matrix in ("mass_matrix", "damping_matrix", "stiffness_matrix"):
-        one, other = (getattr(problem.model, matrix) for problem in (chosen, again))
-        assert abs(one - other).max() == 0
-    for parameter, value in chosen.model.parameters.items():
-        np.testing.assert_array_equal(again.model.parameters[parameter], value)
     coefficients = [sh.solve(problem, 18.0).coefficient.values for problem in (chosen, again)]
     np.testing.assert_array_equal(*coefficients)
     assert again.records[name] == of_modes.records[name]
-    listed = sh.frf(of_modes, BAND, over={name: [0.0, 0.02]}, progress=False)
-    assert listed[name].dims == (name,)
 
 
-@pytest.mark.parametrize("keep", ["displacements", "touched"])
-def test_a_condensed_ring_agrees(of_modes, keep):
-    ring, force = of_modes.model, of_modes.excitation
-    tips = np.flatnonzero(ring.kept % 5 == 3)
-    small = sh.condense(ring, force, BAND, (1,), places=tips, keep=keep)
-    whole, condensed = (sh.solve(sh.HarmonicBalance(m, force), 17.0) for m in (ring, small))
-    assert condensed.sizes["dof"] < whole.sizes["dof"]
-    scale = np.abs(whole.coefficient).max()
-    of_tips = condensed.coefficient.values[np.isin(condensed.structure_dof, tips)]
-    assert_allclose(of_tips, whole.coefficient.values[tips], atol=1e-8 * scale)
+BAD = [
+    (dict(stiffness_deviation=-1.0), ValueError, "above -1"),
+    (dict(frequency_deviation=[0.0, 0.1]), ValueError, "frequency_deviation"),
+    (dict(mass_deviation="light"), TypeError, "mass_deviation"),
+    (dict(frequency_deviation_0=-1.0), ValueError, "frequency_deviation_0: .* above -1"),
+    (dict(frequency_deviation_1=[0.1]), ValueError, "frequency_deviation_1"),
+    (dict(frequency_deviation=[0, 0, -0.4, 0], frequency_deviation_1=-0.3),
+     ValueError, "those of blade 2 it is -0.15 of the tuned"),
+    (dict(frequency_deviation_2=0.1), KeyError, "'frequency_deviation_2' .* 2 modes .*_1"),
+    (dict(blade_modes=2), ValueError, "blade_modes=2: expected 0"),
+    (dict(blade=BLADE, blade_modes=21), ValueError, "blade_modes=21: expected at most 20"),
+    (dict(blade=BLADE, blade_modes=-1), ValueError, "blade_modes=-1"),
+]  # fmt: skip
 
 
-def test_statistics_keep_the_modes_of_blades(of_modes):
-    draws = sh.mistuning.uniform(of_modes, 3, seed=1, frequency_deviation_1=0.05)
-    response = sh.frf(of_modes, BAND, at=[15.0, 17.0], over=draws, progress=False)
-    again = sh.datasets.rebuild(sh.statistics.envelope(response)).model
-    assert abs(again.stiffness_matrix - of_modes.model.stiffness_matrix).max() == 0
-
-
-def test_modes_are_followed(of_modes):
-    name = "frequency_deviation_0"
-    curve = sh.follow(of_modes, name, (-0.05, 0.05), frequency=17.0, progress=False)
-    assert curve[name].dims == ("point",)
-    assert curve[f"{name}_nominal"].dims == ("blade",)
-    at = of_modes.with_parameters(**{name: curve[name].values[-1]})
-    expected = sh.solve(at, 17.0).coefficient.values
-    scale = np.abs(expected).max()
-    assert_allclose(curve.coefficient.values[-1], expected, atol=1e-8 * scale)
-
-
-@pytest.mark.parametrize(
-    ("arguments", "error", "told"),
-    [
-        (dict(stiffness_deviation=-1.0), ValueError, "above -1"),
-        (dict(frequency_deviation=[0.0, 0.1]), ValueError, "frequency_deviation"),
-        (dict(mass_deviation="light"), TypeError, "mass_deviation"),
-        (dict(sector=3), TypeError, "expected a Sector"),
-        (dict(frequency_deviation_0=-1.0), ValueError, "frequency_deviation_0: .* above -1"),
-        (dict(frequency_deviation_1=[0.1]), ValueError, "frequency_deviation_1"),
-        (
-            dict(frequency_deviation=[0, 0, -0.4, 0], frequency_deviation_1=-0.3),
-            ValueError,
-            "those of blade 2 it is -0.15 of the tuned",
-        ),
-        (dict(frequency_deviation_2=0.1), KeyError, "'frequency_deviation_2' .* 2 modes .*_1"),
-    ],
-)
-def test_bad_deviations_are_refused(of_chains, arguments, error, told):
+@pytest.mark.parametrize(("given", "error", "told"), BAD)
+def test_bad_deviations_and_numbers_of_modes_are_refused(of_chains, given, error, told):
+    reduce = partial(sh.craig_bampton, plate_sector(4), 5, (1, 40))
+    make = reduce if "blade_modes" in given else partial(sh.mistuned_ring, of_chains)
     with pytest.raises(error, match=told):
-        sh.mistuned_ring(**{"sector": of_chains} | arguments)
+        make(**given)
+
+
+def test_a_ring_is_one_of_sectors():
+    with pytest.raises(TypeError, match="expected a Sector"):
+        sh.mistuned_ring(3)
 
 
 def test_modes_of_one_frequency_are_told():
@@ -366,32 +326,6 @@ def test_deviations_that_together_leave_no_stiffness_are_refused_when_set(of_mod
     assert again.model.frequency_deviation[0] == -0.6
 
 
-@pytest.mark.parametrize(
-    ("arguments", "told"),
-    [
-        (dict(blade_modes=2), "blade_modes=2: expected 0"),
-        (dict(blade=BLADE, blade_modes=21), "blade_modes=21: expected at most 20"),
-        (dict(blade=BLADE, blade_modes=-1), "blade_modes=-1"),
-    ],
-)
-def test_bad_numbers_of_modes_are_refused(arguments, told):
-    with pytest.raises(ValueError, match=told):
-        sh.craig_bampton(plate_sector(4), 5, (1, 40), **arguments)
-
-
-def test_a_reduced_sector_of_an_archive_has_its_blade(tmp_path):
-    """A ring of the sector that an archive holds deviates as one of the sector itself."""
-    disk = plate_sector(4)
-    small = sh.craig_bampton(disk, 12, (1, 40), places=[TIP], blade=BLADE, blade_modes=2)
-    problem = sh.HarmonicBalance(small, sh.forces.EngineOrder(1, pattern={TIP: 1.0}))
-    sh.save(sh.solve(problem, 20.0), tmp_path / "sector.nc")
-    again = sh.datasets.rebuild(sh.load(tmp_path / "sector.nc")).model
-    deviations = dict(stiffness_deviation=0.05 * np.arange(4), frequency_deviation_1=0.02)
-    rings = [sh.mistuned_ring(sector, **deviations) for sector in (small, again)]
-    assert (rings[0].stiffness_matrix != rings[1].stiffness_matrix).nnz == 0
-    assert (rings[0].mass_matrix != rings[1].mass_matrix).nnz == 0
-
-
 def shrouded(damping=None, air=()):
     """Five sectors, a mass of the disk and one of the blade, whose tips rub on each other."""
     stiffness = np.array([[5e4, -2e4, -2e4], [-2e4, 2e4, 0], [-2e4, 0, 2e4]])
@@ -402,32 +336,6 @@ def shrouded(damping=None, air=()):
         **rub(3e3, 0.5, 1.0),
     )
     return disk.with_contacts(shroud=shroud).with_influences(*air)
-
-
-@pytest.mark.slow
-def test_archives_of_condensed_rings_are_those_of_the_ring(tmp_path):
-    """The pattern of a sector acts on all of them, static loads, too; interrupted runs go on."""
-    ring = sh.mistuned_ring(shrouded(), stiffness_deviation=0.02 * np.arange(5))
-    waves = (
-        sh.forces.EngineOrder(2, pattern={1: 5.0 + 1j}),
-        sh.forces.EngineOrder(3, pattern={1: 2.0}),
-    )
-    for force in (waves[0], waves[0] + waves[1]):
-        problem = sh.HarmonicBalance(sh.condense(ring, force, (15, 60), progress=False), force)
-        path = tmp_path / f"{type(force).__name__}.nc"
-        response = sh.frf(problem, (15, 60), archive=path, progress=False)
-        rebuilt = sh.datasets.rebuild(sh.load(path))
-        expected = sh.solve(sh.HarmonicBalance(ring, force), 35.0).amplitude.values
-        kept = response.structure_dof.values
-        found = sh.solve(rebuilt, 35.0).amplitude.values
-        np.testing.assert_allclose(found, expected[kept], rtol=1e-9)
-        audit = sh.verify(sh.load(path), progress=False)
-        assert audit.residual_stored.max() < 1e-9
-        slopes = sh.datasets.sensitivity(sh.load(path)).peak_amplitude_by_normal_load
-        own = sh.datasets.sensitivity(response).peak_amplitude_by_normal_load
-        leading = np.isfinite(own)
-        assert leading.any("contact").any("peaking_dof").all()
-        np.testing.assert_allclose(slopes.values, own.values, rtol=1e-6, atol=1e-12)
 
 
 def test_slopes_of_rings_with_a_loss_factor_are_those_that_are_known():

@@ -1,7 +1,5 @@
 """Structures that turn: at one speed, along an engine order, sectors of them."""
 
-import pickle
-
 import numpy as np
 import pytest
 import scipy.sparse as sp
@@ -9,6 +7,7 @@ import xarray as xr
 
 import symhbm as sh
 from tests.designs import ring
+from tests.refusals import refused
 
 ORDER, PER_MINUTE = 3, 2 * np.pi / 60
 MASS, DAMPING = np.array([[1.0, 0.1], [0.1, 0.8]]), np.diag([2.0, 3.0])
@@ -94,21 +93,6 @@ def test_the_speed_of_swept_engine_orders_is_that_of_each(archived, tmp_path):
     )
 
 
-def test_peaks_along_an_engine_order_are_maxima():
-    rotor, force = rotor_of(**contacts()), Wave(ORDER, amplitude=8.0)
-    response = sh.frf(sh.HarmonicBalance(rotor, force, (0, 1)), (10, 60), progress=False)
-    assert response.status.item() == "the end of the band was reached"
-    peak = int(np.nanargmax(response.peak_amplitude))
-    at, height = (response[name].values[peak] for name in ("peak_frequency", "peak_amplitude"))
-    heights = []
-    for frequency in at * (1 + np.array([-2e-5, 0.0, 2e-5])):
-        still = rotor.at(60 * frequency / ORDER)
-        point = sh.solve(sh.HarmonicBalance(still, force, (0, 1)), frequency)
-        heights.append(point.amplitude.values.max())
-    assert heights[1] == pytest.approx(height, rel=1e-8)
-    assert max(heights) == heights[1]
-
-
 def test_a_whirling_rotor_splits_by_its_speed():
     """Isotropic, in its rotating frame: ``omega_0 - Omega`` and ``omega_0 + Omega``."""
     mass, natural = 2.0, 100.0
@@ -166,56 +150,36 @@ def test_motions_that_grow_are_refused_of_many_degrees_of_freedom_too():
         sh.natural_modes(rotor.at(1000), count=5)  # between 100 and 109.5 rad/s
 
 
-def test_a_sector_along_an_engine_order_is_one_at_its_speed():
-    parts = [np.diag([1.0, 0.8, 0]), np.diag([2.0, 1.0, 0])]
-    coupled = np.array([[9e3, -1e3, -4e3], [-1e3, 2e4, 0], [-4e3, 0, 4e3]])
-    coriolis = np.zeros((3, 3))
-    coriolis[0, 1], coriolis[1, 0] = -0.4, 0.4
-    runs = {s: coupled + (PER_MINUTE * s) ** 2 * np.diag([30.0, 10.0, 0]) for s in (0, 300)}
-    rotor = sh.RotatingModel(sh.Model(*parts, coupled), runs, coriolis=coriolis)
-    slider = sh.Friction(
-        tangential=(1, sh.next_sector(1)),
-        contact_stiffness=3e3, friction_coefficient=0.5, normal_load=0.05,
-    )  # fmt: skip
-    disk = sh.Sector(rotor, [0], [2], 5).with_contacts(shroud=slider)
-    force = sh.forces.EngineOrder(ORDER, amplitude=2.0, pattern={0: 1.0, 1: 0.5})
-    along, still = (
-        sh.solve(sh.HarmonicBalance(each, force, (1, 2, 3)), 20.0)
-        for each in (disk, disk.at(60 * 20.0 / ORDER))
-    )
-    np.testing.assert_allclose(along.coefficient, still.coefficient, rtol=1e-8, atol=1e-15)
-    assert along.stick_fraction.item() < 1
+def turned(stiffness, coriolis=None):
+    return sh.RotatingModel(sh.Model(MASS, DAMPING, AT_REST), stiffness, coriolis)
 
 
-def test_a_copy_keeps_the_rotation():
-    rotor = rotor_of(**contacts())
-    copy = pickle.loads(pickle.dumps(rotor))
-    difference = copy.at(300).stiffness_matrix - rotor.at(300).stiffness_matrix
-    assert difference.nnz == 0
-    assert rotor.with_parameters(normal_load=7.0).at(100).normal_load[0] == 7
+RUNS, PATTERN = {0: AT_REST, 100: AT_REST}, sh.forces.EngineOrder(ORDER, pattern={0: 1.0})
+RUBBING = rotor_of((0, 300), tip=sh.Contacts(sh.laws.Coulomb(), (0,), **SLIDER))
+DISK = sh.Sector(rotor_of((0, 300)), [0], [1], 6)
+test_what_is_no_rotation_is_refused = refused([
+    (lambda: turned({0: AT_REST}), ValueError, "two or three different speeds"),
+    (lambda: turned({0: AT_REST, -5: AT_REST}), ValueError, "speed of stiffness"),
+    (lambda: turned({0: AT_REST, 100: np.eye(3)}), ValueError, r"stiffness\[100\]"),
+    (lambda: turned(RUNS, np.eye(2)), ValueError, "skew-symmetric"),
+    (lambda: turned(RUNS, np.zeros((3, 3))), ValueError, "coriolis: expected shape"),
+    (lambda: sh.HarmonicBalance(rotor_of(), sh.forces.PointForce()),
+     ValueError, "one engine order"),
+    (lambda: sh.periodic_motion(sh.HarmonicBalance(rotor_of(), Wave(ORDER)), 20.0),
+     TypeError, r"RotatingModel.at\(speed\)"),
+    (lambda: sh.condense(RUBBING, Wave(ORDER), (10, 40)), TypeError, r"RotatingModel.at\(speed\)"),
+    (lambda: sh.craig_bampton(RUBBING, 1, (10, 40)), TypeError, r"RotatingModel.at\(speed\)"),
+    (lambda: sh.condense(DISK, PATTERN, (10, 40), (0, 1)), (TypeError, ValueError), r"at\(speed\)"),
+    (lambda: sh.craig_bampton(DISK, 1, (10, 40)), (TypeError, ValueError), r"at\(speed\)"),
+    (lambda: sh.mistuned_ring(DISK), (TypeError, ValueError), r"at\(speed\)"),
+    (lambda: sh.natural_modes(rotor_of()), TypeError, r"at\(speed\)"),
+    (lambda: sh.natural_modes(DISK), TypeError, r"at\(speed\)"),
+])  # fmt: skip
 
 
-@pytest.mark.parametrize(
-    ("stiffness", "coriolis", "words"),
-    [
-        ({0: AT_REST}, None, "two or three different speeds"),
-        ({0: AT_REST, -5: AT_REST}, None, "speed of stiffness"),
-        ({0: AT_REST, 100: np.eye(3)}, None, r"stiffness\[100\]"),
-        ({0: AT_REST, 100: AT_REST}, np.eye(2), "skew-symmetric"),
-        ({0: AT_REST, 100: AT_REST}, np.zeros((3, 3)), "coriolis: expected shape"),
-    ],
-)
-def test_what_is_no_rotation_is_refused(stiffness, coriolis, words):
-    with pytest.raises(ValueError, match=words):
-        sh.RotatingModel(sh.Model(MASS, DAMPING, AT_REST), stiffness, coriolis)
-
-
-def test_a_speed_needs_an_engine_order():
-    with pytest.raises(ValueError, match="one engine order"):
-        sh.HarmonicBalance(rotor_of(), sh.forces.PointForce())
-    problem = sh.HarmonicBalance(rotor_of(), Wave(ORDER))
-    with pytest.raises(TypeError, match=r"RotatingModel.at\(speed\)"):
-        sh.periodic_motion(problem, 20.0)
+def test_at_a_speed_it_is_reduced_and_has_modes():
+    assert sh.mistuned_ring(DISK.at(200)).n_dof == 6
+    assert sh.natural_modes(DISK.at(200), 1).sizes["mode"] == 1
 
 
 def test_blades_with_parameters_of_their_own_have_none_left():
@@ -224,32 +188,3 @@ def test_blades_with_parameters_of_their_own_have_none_left():
     rotor = sh.RotatingModel(disk, {0: at_rest, 300: 1.2 * at_rest})
     assert not {"mass", "stiffness", "damping"} & {*rotor.parameters}
     np.testing.assert_allclose(rotor.at(300).stiffness_matrix.toarray(), 1.2 * at_rest)
-
-
-def test_reductions_ask_for_one_speed():
-    rotor, force = (
-        rotor_of((0, 300), tip=sh.Contacts(sh.laws.Coulomb(), (0,), **SLIDER)),
-        Wave(ORDER),
-    )
-    with pytest.raises(TypeError, match=r"RotatingModel.at\(speed\)"):
-        sh.condense(rotor, force, (10, 40))
-    with pytest.raises(TypeError, match=r"RotatingModel.at\(speed\)"):
-        sh.craig_bampton(rotor, 1, (10, 40))
-    disk = sh.Sector(rotor_of((0, 300)), [0], [1], 6)
-    pattern = sh.forces.EngineOrder(ORDER, pattern={0: 1.0})
-    for reduce in (
-        lambda sector: sh.condense(sector, pattern, (10, 40), (0, 1)),
-        lambda sector: sh.craig_bampton(sector, 1, (10, 40)),
-        sh.mistuned_ring,
-    ):
-        with pytest.raises((TypeError, ValueError), match=r"at\(speed\)"):
-            reduce(disk)
-    assert sh.mistuned_ring(disk.at(200)).n_dof == 6
-
-
-def test_modes_are_those_of_one_speed():
-    disk = sh.Sector(rotor_of((0, 300)), [0], [1], 6)
-    for turning in (rotor_of(), disk):
-        with pytest.raises(TypeError, match=r"at\(speed\)"):
-            sh.natural_modes(turning)
-    assert sh.natural_modes(disk.at(200), 1).sizes["mode"] == 1
