@@ -57,7 +57,7 @@ def front() -> xr.Dataset:
 def named() -> xr.Dataset:
     places = sh.Places(np.repeat([10, 20], 3), [*"xyz"] * 2, label=["root"] * 3 + ["tip"] * 3)
     rub = sh.Friction(
-        tangential=[("tip:x",), ("root:x",)], contact_stiffness=[1e3, 2e3],
+        tangential=[("tip:z",), ("root:z",)], contact_stiffness=[1e3, 2e3],
         friction_coefficient=0.3, normal_load=[1.0, 2.0],
     )  # fmt: skip
     unit = np.eye(6)
@@ -188,11 +188,19 @@ def shown(name: str) -> dict[str, Any]:
         )
 
 
-def columns_of(found: xr.Dataset, kind: str) -> list[str]:
+def columns_of(found: xr.Dataset, kind: str) -> Any:
+    """Columns of a table: numbers, and the texts there are; or why there is none."""
     try:
-        return [*sh.datasets.table(found, kind, units=True).columns]
+        table = sh.datasets.table(found, kind, units=True)
     except (ValueError, KeyError) as error:
-        return [str(error)]
+        return str(error)
+    if kind == "points" and "point" in found.dims:
+        return [*table.columns]  # a path chooses its points
+    is_text = {name: table[name].dtype.kind == "O" for name in table.columns}
+    return {
+        name: sorted({*map(str, table[name])}) if is_text[name] else table[name].to_numpy()
+        for name in table.columns
+    }
 
 
 @each

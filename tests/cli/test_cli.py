@@ -133,22 +133,6 @@ def test_blocks_hold_every_row_once_and_in_order(shape, width, budget):
     assert rows == list(range(array.size))
 
 
-def test_an_exported_path_is_the_path_to_the_last_digit(archive):
-    ds = dataset("path")
-    found = table(archive("path"), "--variables", "all")
-    inside = np.isfinite(ds.frequency.values)
-    expected = {
-        "normal_load": np.broadcast_to(ds.normal_load.values[:, None], inside.shape),
-        "frequency": ds.frequency.values,
-        "amplitude_0": ds.amplitude.values[..., 0],
-        "coefficient_dof0_h3_sin": ds.coefficient.sel(harmonic=3, component="sin").values[..., 0],
-        "dissipation_0": ds.dissipation.values[..., 0],
-    }
-    for name, values in expected.items():
-        np.testing.assert_array_equal(np.array(found[name], dtype=float), values[inside])
-    assert found["converged"] == ["True"] * int(inside.sum())
-
-
 _ESCAPES = "\x1b]0;owned\x07\x1b[2Jtext\x9b2J\u202e"
 
 

@@ -80,18 +80,6 @@ def test_closed_form_of_the_load_that_damps_most(bounds):
 
 
 @pytest.mark.slow
-def test_dense_scan_finds_no_load_that_damps_more():
-    best = most_damped(PROBLEM, "normal_load", (0.1, 10), AMPLITUDE)
-    loads = np.append(np.geomspace(0.1, 10, 9), best.design_value.item())
-    scan = sh.nonlinear_modes(PROBLEM, at=[AMPLITUDE], over={"normal_load": loads}, progress=False)
-    ratios = scan.damping_ratio.values[:, 0, 0]
-    assert ratios.argmax() == 9
-    assert best.design_damping_ratio.item() == pytest.approx(ratios[-1], rel=1e-11)
-    near = ratios[:9].argmax()
-    assert loads[near - 1] < best.design_value.item() < loads[near + 1]
-
-
-@pytest.mark.slow
 @pytest.mark.parametrize("wave", quick_first([3, 1], 1))
 def test_ring_is_damped_most_as_a_scan_tells(wave):
     ring = sh.HarmonicBalance(sh.bladed_disk(13, **BLADE), harmonics=(1, 3, 5))
@@ -183,18 +171,6 @@ def test_limit_that_nothing_changes():
 
 
 @pytest.mark.slow
-def test_range_of_a_ring_ends_where_the_allowed_amplitude_is_damped_most():
-    ring = sh.HarmonicBalance(sh.bladed_disk(13, **BLADE), harmonics=(1, 3, 5))
-    wave = dict(nodal_diameter=3)
-    held = most_held(ring, "normal_load", (0.5, 8), (1e-4, AMPLITUDE), **wave)
-    for end, amplitude in (("design_from", 1e-4), ("design_to", AMPLITUDE)):
-        best = most_damped(ring, "normal_load", (0.1, 8), amplitude, **wave)
-        assert held[end].item() == pytest.approx(best.design_value.item(), rel=1e-7)
-        ratio = held.design_damping_ratio.item()
-        assert ratio == pytest.approx(best.design_damping_ratio.item(), rel=1e-11)
-
-
-@pytest.mark.slow
 def test_second_damper_holds_most_where_both_slip_alike():
     problem = two_dampers()
     best = most_held(problem, "normal_load[1]", (0.1, 10))
@@ -275,33 +251,6 @@ def test_missing_limits_are_told():
 
 
 # Datasets, pictures, arguments
-
-
-@pytest.mark.slow
-def test_problems_and_pictures():
-    given = dict(amplitudes=(1e-6, 4e-4), disturbance=[1e-6, 1e-4])
-    found = limits(ALONE, "normal_load", (1, 9), **given)
-    best = most_held(ALONE, "normal_load", (1, 9), (1e-6, 4e-4))
-    damped = most_damped(ALONE, "normal_load", (1, 9), AMPLITUDE)
-    for dataset in (found, best, damped):
-        assert sh.datasets.rebuild(dataset).parameters["normal_load"].tolist() == [3.0]
-    # Straight lines between values tell the limits.
-    inside = np.linspace(1.3, 8.7, 3)
-    exact = limits(ALONE, "normal_load", (1, 9), at=inside, **given)
-    for k in range(2):
-        drawn = np.interp(inside, found.normal_load, found.flutter_limit[:, k])
-        np.testing.assert_allclose(drawn, exact.flutter_limit[:, k], atol=3e-3 * 0.114)
-    axes = sh.plot.flutter_limit(found).axes[0]
-    labels = axes.get_legend_handles_labels()[1]
-    assert labels[:2] == ["disturbance of 0.001 mm", "disturbance of 0.1 mm"]
-    assert "two limit cycles meet" in labels
-    assert "below 0.4 mm" in axes.get_ylabel()
-    assert (
-        "first and last of the best values"
-        in (sh.plot.flutter_limit(best).axes[0].get_legend_handles_labels()[1])
-    )
-    with pytest.raises(TypeError, match="a result of flutter_limit"):
-        sh.plot.flutter_limit(damped)
 
 
 def test_bad_input_is_named():

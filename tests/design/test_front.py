@@ -1,7 +1,6 @@
 """Fronts of two aims: closed forms of ends and points between, dominated points, archives."""
 
 from dataclasses import replace
-from functools import partial
 
 import matplotlib.pyplot as plt
 import numpy as np
@@ -13,7 +12,7 @@ from symhbm.design.pareto import points as searched
 from symhbm.design.pareto.front import certificate_of
 from symhbm.design.pareto.points import BETWEEN, END, on_front
 from symhbm.design.program import Aim
-from tests.designs import BAND, BEST_AMPLITUDE, BEST_LOAD, blade, closed_peak, failing, minimum
+from tests.designs import BAND, BEST_AMPLITUDE, BEST_LOAD, blade, closed_peak, failing
 
 BOUNDS = (0.5, 20.0)
 AIMS = {
@@ -63,49 +62,6 @@ class TestOneBlade:
         assert "Not proved: that no design is better in both aims" in text
         assert front.sizes["removed"] == 0
 
-    @pytest.mark.slow
-    def test_it_is_a_sweep_of_responses(self, front):
-        assert front.peak_amplitude.max("peak").values == pytest.approx(
-            front.front_aim.values[:, 0], rel=DIGITS
-        )
-        problem = sh.datasets.rebuild(front.isel(front=2))
-        assert problem.parameters["normal_load"] == front.front_value[2].values
-        assert sh.verify(front, progress=False).residual_stored.max() < 1e-9
-
-
-@pytest.mark.slow
-def test_no_design_of_a_grid_is_better_in_both_aims():
-    """Brute force over two variables, with stored amplitudes of dense responses alone."""
-    names = ["normal_load", "contact_stiffness"]
-    bounds = {"normal_load": (2.0, 8.0), "contact_stiffness": (8e3, 2e4)}
-    aims = {
-        "peak": lambda peaks, p: peaks["largest"],
-        "cost": lambda peaks, p: p["normal_load"][0] * p["contact_stiffness"][0] ** 0.5 / 100,
-    }
-    front = front_of(blade(), bounds, names=names, aims=aims, n_points=4)
-    assert front.status.item() == Status.FRONT_FOUND
-    loads, stiffnesses = np.geomspace(2.0, 8.0, 9), np.geomspace(8e3, 2e4, 4)
-    frequencies = np.linspace(17.0, 26.0, 301)
-    dense = sh.frf(
-        blade(),
-        BAND,
-        at=frequencies,
-        over={"normal_load": loads, "contact_stiffness": stiffnesses},
-        keep=["amplitude"],
-        progress=False,
-    )
-    peaks = dense.amplitude.max(("frequency", "dof")).transpose("normal_load", "contact_stiffness")
-    cost = loads[:, None] * stiffnesses**0.5 / 100
-    for peak, price in front.front_aim.values:
-        # A grid of frequencies misses peaks by up to 1 part in 1e3.
-        assert not np.any((peaks.values < peak * (1 - 1e-3)) & (cost < price * (1 - 1e-9)))
-    # And the best of the grid at each price is close to the front, for its steps of a fifth.
-    order = np.argsort(front.front_aim.values[:, 1])
-    price, peak = np.log(front.front_aim.values[order][:, ::-1]).T
-    for number in range(1, len(price) - 1):
-        allowed = cost <= np.exp(price[number])
-        assert np.log(peaks.values[allowed].min()) < peak[number] + 0.35
-
 
 @pytest.mark.slow
 def test_of_several_optima_of_one_aim_the_end_is_the_best_in_the_other():
@@ -117,28 +73,6 @@ def test_of_several_optima_of_one_aim_the_end_is_the_best_in_the_other():
     assert friction == pytest.approx(0.8)
     assert load == pytest.approx(BEST_LOAD * 0.5 / 0.8, rel=2e-3)  # a millionth of the peak
     assert front.front_value.values[-1] == pytest.approx([0.5, 0.8], rel=1e-6)
-
-
-@pytest.mark.slow
-def test_two_bands_against_each_other():
-    """Two peaks are the aims: neither is a constraint on the design alone."""
-    soft = blade(contact_stiffness=2e4)
-    front = front_of(
-        blade(),
-        peaks={"stiff": {}, "soft": {"problem": soft}},
-        aims={"one": lambda peaks, _: peaks["stiff"], "other": lambda peaks, _: peaks["soft"]},
-    )
-
-    stiff, soft = (minimum(partial(closed_peak, contact_stiffness=k), BOUNDS) for k in (1e4, 2e4))
-    assert front.front_aim[0, 0].item() == pytest.approx(stiff[1], rel=1e-9)
-    assert front.front_aim[-1, 1].item() == pytest.approx(soft[1], rel=1e-9)
-    loads = front.front_value.values[:, 0]
-    assert loads.size == 5  # although the aims differ by some 1e-5 along the front
-    assert front.status.item() == Status.FRONT_FOUND
-    assert np.all(np.diff(loads) > 0) or np.all(np.diff(loads) < 0)
-    for load, aims in zip(loads, front.front_aim.values, strict=True):
-        expected = [closed_peak(load), closed_peak(load, 2e4)]
-        assert aims == pytest.approx(expected, rel=DIGITS)
 
 
 @pytest.mark.slow
@@ -280,16 +214,3 @@ def test_its_picture_has_all_points(front):
     plt.close(figure)
     with pytest.raises(TypeError, match="expected a result of pareto_front"):
         sh.plot.pareto_front(front.drop_vars("front_aim"))
-
-
-@pytest.mark.slow
-def test_the_command_line_tells_it(tmp_path):
-    from click.testing import CliRunner
-
-    from symhbm.cli import main
-
-    target = tmp_path / "front.nc"
-    front_of(blade(), archive=target, n_points=3)
-    told = CliRunner().invoke(main, ["info", str(target)], catch_exceptions=False).output
-    assert "front 0               peak 0.000308229, load 3.08858, normal_load 3.08858 N" in told
-    assert "3 of 3 points are on the front" in " ".join(told.split())

@@ -6,7 +6,7 @@ from xarray import DataArray
 
 import symhbm as sh
 from symhbm.continuation.status import Status
-from tests.designs import BAND, any_status, blade, design, minimum, ring
+from tests.designs import BAND, blade, design, minimum
 
 
 def test_response_at_one_frequency():
@@ -82,23 +82,6 @@ def test_a_peak_and_wear(goal, weight):
     )
 
 
-@pytest.mark.slow
-def test_the_contact_of_a_ring_that_dissipates_most():
-    """Its energy is that of a dense grid, which tells all contacts apart."""
-    problem = ring(3, 1e5, 1, stiffness=np.array([1e4, 1.05e4, 0.95e4]))
-    band = (30.0, 70.0)
-    optimum = design(
-        problem, bounds=(1.0, 6.0), frequency_band=band,
-        peaks={"tip": {}, "wear": {"goal": sh.goals.Dissipation("friction", 2)}},
-        objective=lambda peaks, _: peaks["tip"] + 0.01 * peaks["wear"],
-    )  # fmt: skip
-    best = problem.with_parameters(normal_load=optimum.design_value.item())
-    grid = sh.frf(best, band, at=np.linspace(*band, 8001), progress=False)
-    told = optimum.named_peak_amplitude.values[1]
-    assert grid.dissipation.isel(contact=2).max().item() == pytest.approx(told, rel=1e-5)
-    assert grid.dissipation.isel(contact=2).max().item() <= told * (1 + 1e-12)
-
-
 def test_contacts_that_stick_wear_nothing():
     optimum = design(
         blade(), bounds=(0.5, 500.0), peaks={"wear": {"goal": sh.goals.SlipDistance()}},
@@ -107,25 +90,6 @@ def test_contacts_that_stick_wear_nothing():
     assert optimum.design_aim.item() == 0.0
     assert optimum.named_peak_amplitude.item() == 0.0
     assert optimum.status.item() == Status.DESIGN_ON_PLATEAU
-
-
-@pytest.mark.slow
-def test_front_of_peak_and_wear():
-    given = dict(
-        aims={"peak": lambda peaks, _: peaks["tip"], "wear": lambda peaks, _: peaks["wear"]},
-        peaks={"tip": {}, "wear": {"goal": sh.goals.SlipDistance()}},
-        n_points=3, progress=False,
-    )  # fmt: skip
-    with any_status():
-        front = sh.pareto_front(blade(), "normal_load", (1.0, 6.0), BAND, **given)
-    aims = front.front_aim.values
-    assert front.status.item() == Status.FRONT_FOUND
-    assert np.all(np.diff(aims, axis=0) * [1, -1] > 0)
-    for load, (_, worn) in zip(front.front_value.values[:, 0], aims, strict=True):
-        one = blade().with_parameters(normal_load=load)
-        peak = sh.frf(one, BAND, progress=False).peak_frequency.values
-        at = sh.frf(one, BAND, at=peak, progress=False).dissipation.max().item()
-        assert at / (0.5 * load) == pytest.approx(worn, rel=1e-9)
 
 
 def test_a_negative_goal_is_refused():

@@ -240,19 +240,6 @@ def test_a_wrong_model_is_told(noisy):
 
 
 @pytest.mark.slow
-def test_far_points_count_little(exact):
-    spoilt = exact.copy(deep=True)
-    slipping = 2 * len(FREQUENCIES) + 12
-    spoilt["measured_value"].values[slipping] += 1e-3
-    given: Any = dict(profiles=False, progress=False, n_starts=1)
-    with pytest.warns(RuntimeWarning):
-        robust = sh.identify(blade(normal_load=4.0), spoilt, "normal_load", loss="cauchy", **given)
-    with pytest.warns(RuntimeWarning):
-        plain = sh.identify(blade(normal_load=4.0), spoilt, "normal_load", **given)
-    assert abs(robust.estimate - 3) < 0.01 * abs(plain.estimate - 3)
-
-
-@pytest.mark.slow
 def test_relations_priors_and_bounds(exact):
     given: Any = dict(profiles=False, progress=False)
     relation: Any = {

@@ -4,10 +4,8 @@ from typing import Any
 
 import numpy as np
 import pytest
-from scipy.optimize import least_squares
 
 import symhbm as sh
-from symhbm.design.identification.estimate import descend
 from symhbm.design.identification.identify import objective_of
 from symhbm.design.identification.objective import Objective
 from symhbm.design.identification.observations import Rows
@@ -115,19 +113,6 @@ def test_true_values_are_found(kind):
         data.append(measured_responses(problem, [1.0], np.linspace(14, 24, 5)))
     fit = sh.identify(wrong, data, unknown, profiles=False, progress=False, throw=True)
     np.testing.assert_allclose(fit.estimate, [TRUE[name] for name in unknown], rtol=1e-8)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("kind", ["modes", "peaks"])
-def test_differences_take_more_solutions_to_the_same_optimum(kind):
-    data: Any = peaks_of(blade()) if kind == "peaks" else modes_of(blade())
-    exact, other = (objective_of(blade(**WRONG), Rows.of(data), [*TRUE]) for _ in range(2))
-    found = descend(exact, exact.unknowns.start).point
-    tight: Any = dict(ftol=1e-9, xtol=1e-9, gtol=1e-9, bounds=tuple(other.unknowns.bounds))
-    by_differences = least_squares(lambda x: other.at(x).residuals, other.unknowns.start, **tight)
-    assert found is not None
-    np.testing.assert_allclose(found.x, by_differences.x, atol=1e-8)
-    assert exact.work.n_solved <= 1.5 / 4 * other.work.n_solved
 
 
 def test_a_fit_of_modes_has_the_mode_over_its_amplitude():

@@ -147,15 +147,6 @@ class TestOneBlade:
         by_force = best.design_amplitude_by_force_amplitude.item()
         assert by_force == pytest.approx(amplitude(best), rel=AMPLITUDE)
 
-    @pytest.mark.slow
-    def test_a_cubic_spring_beside_the_contact(self):
-        optimum = design(blade(cubic_stiffness=1e10), bounds=(1.0, 10.0))
-        assert optimum.status.item() == Status.DESIGN_OPTIMAL
-        text = optimum.certificate.item()
-        assert "over 5 to 40 Hz, on the path that was followed, is" in text
-        assert "Not proved: that contacts or negative damping make no larger response" in text
-        assert_lowest_peak(optimum, steps=(0.05,))
-
 
 CASES = {
     "contact_stiffness": np.array([1e4, 2e4]),
@@ -205,15 +196,6 @@ class TestSensitivity:
             by_amplitude, rel=DIFFERENCES, abs=1e-9 * amplitude(best)
         )
 
-    @pytest.mark.slow
-    @pytest.mark.parametrize("name", ["contact_stiffness"])
-    def test_derivatives_where_two_maxima_hold(self, both, name):
-        by_value, by_amplitude = resolved(name, both, CASES)
-        assert both[f"design_value_by_{name}"].item() == pytest.approx(by_value, rel=DIFFERENCES)
-        assert both[f"design_amplitude_by_{name}"].item() == pytest.approx(
-            by_amplitude, rel=DIFFERENCES
-        )
-
 
 def assert_two_hold(optimum, problem, band, swept):
     """Two maxima are equal, and their gradients, by differences of located peaks, cancel."""
@@ -237,13 +219,6 @@ def assert_two_hold(optimum, problem, band, swept):
 class TestTwoCases:
     def test_two_maxima_hold(self, both):
         assert_two_hold(both, blade(), BAND, over(**CASES))
-
-    @pytest.mark.slow
-    def test_two_engine_orders_hold(self):
-        swept = over(engine_order=np.array([1, 3]), force_amplitude=np.array([1.0, 8.0]))
-        optimum = design(ring(), frequency_band=(5.0, 350.0), over=swept)
-        assert_two_hold(optimum, ring(), (5.0, 350.0), swept)
-        assert (optimum.n_sectors == 13).all()
 
     def test_every_case_may_have_its_own_band(self, both):
         bands = DataArray([[5.0, 40.0], [15.0, 30.0]], dims=("case", "edge"))
@@ -461,18 +436,3 @@ def test_beside_a_resonance_the_ends_of_bands_count(band):
     assert best.design_amplitude.item() <= lowest * (1 + 1e-9)
     assert best.status.item() == sh.Status.DESIGN_WITHOUT_PEAK
     assert set(best.active_kind.values) <= {"edge"}
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("band", [(10.0, 17.0), (22.0, 30.0)])
-def test_nothing_is_certified_of_a_band_that_holds_no_peak(band):
-    """All loads that stick are alike below the resonances; the end holds the load above them."""
-    with pytest.warns(RuntimeWarning, match="no peak lies in the band") as caught:
-        best = sh.minimise_peak(blade(), "normal_load", (0.1, 50.0), band, progress=False)
-    assert len(caught) == 1
-    assert caught[0].filename == __file__
-    assert best.status.item() == Status.DESIGN_WITHOUT_PEAK
-    text = best.certificate.item()
-    assert text.count("a resonance outside may be higher") == 1
-    assert "minimum" not in text
-    assert "not at a peak" not in text

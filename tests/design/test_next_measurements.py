@@ -50,26 +50,6 @@ def test_expected_errors_are_those_of_a_fit_with_the_measurements(criterion):
     assert (np.diff(along) <= 0).all()
 
 
-@pytest.mark.slow
-def test_the_proposed_level_is_better_than_nine_of_ten_random_ones():
-    rng, ranks = np.random.default_rng(7), []
-    for _ in range(20):
-        changes = {"normal_load": rng.uniform(1, 6), "damping": rng.uniform(0.3, 3)}
-        problem, data, fit = fitted(**changes)
-        best = next_measurements(fit, candidates(np.geomspace(0.1, 10, 200)), criterion="A")
-        levels = [float(best.candidate_force_amplitude[0]), *np.exp(rng.uniform(-2.3, 2.3, 10))]
-        squares = []
-        for level in levels:
-            more = measured_responses(problem, [level], FREQUENCIES, deviation=2e-6)
-            both = sh.identify(
-                problem, [data, more], ["normal_load", "contact_stiffness"], profiles=False,
-                progress=False, n_starts=1,
-            )  # fmt: skip
-            squares.append(float(((both.standard_error / both.estimate) ** 2).mean()))
-        ranks.append(np.sum(squares[0] <= np.array(squares[1:])))
-    assert min(ranks) >= 9, ranks
-
-
 def test_bad_candidates_are_refused():
     _, _, fit = fitted()
     without = sh.datasets.measured(20.0, 0j, units="m")

@@ -6,7 +6,6 @@ import casadi as ca
 import numpy as np
 import pytest
 from scipy.optimize import Bounds, LinearConstraint, NonlinearConstraint
-from xarray import DataArray
 
 import symhbm as sh
 from symhbm.continuation.status import Status
@@ -80,16 +79,6 @@ class TestObjective:
         assert optimum.named_peak.values.tolist() == ["stiff", "soft"]
         assert optimum.active_named_peak.values.tolist() == [0, 1]
         assert optimum.active_multiplier.values == pytest.approx([0.5, 0.5], abs=1e-8)
-
-    @pytest.mark.slow
-    def test_it_is_that_of_statistics_of_cases(self):
-        cases = {"contact_stiffness": DataArray([1e4, 2e4], dims="case")}
-        options = dict(bounds=NEAR, over=cases, statistic="mean")
-        plain = design(blade(), **options)
-        same = design(blade(), objective=lambda peaks, _: peaks["largest"] ** 2, **options)
-        assert same.design_value.values == pytest.approx(plain.design_value.values, rel=1e-8)
-        assert same.design_aim.item() == pytest.approx(plain.design_amplitude.item() ** 2, 1e-9)
-        assert same.case_amplitude.dims == ("named_peak", "case")
 
     @pytest.mark.slow
     def test_one_degree_of_freedom_of_a_ring(self):
@@ -168,119 +157,6 @@ class TestConstraint:
         assert sh.load(sh.save(optimum, tmp_path / "none.nc")).identical(optimum)
         with pytest.raises(sh.SolveError, match="no design within the bounds was found"):
             design(blade(), bounds=NEAR, constraint=far, throw=True)
-
-
-def symbol_of_its_own(peaks, parameters):
-    return ca.SX.sym("own") * peaks["largest"]
-
-
-BAD = {
-    TypeError: [
-        (dict(objective=3), "objective=3: expected a function of peaks"),
-        (dict(objective=lambda peaks: 1), "objective: .*it raised TypeErr"),
-        (dict(objective=lambda p, q: 1.0), "objective: .*got 1.0, a number that"),
-        (dict(objective=lambda p, q: None), "objective: expected .*got None"),
-        (
-            dict(objective=lambda p, q: p["largest"] if p["largest"] > 0 else 0),
-            "objective: expected a function that CasADi's symbols go through",
-        ),
-        (dict(peaks={"a": {}}), "objective=None: expected a function"),
-        (dict(peaks={}), "peaks={}: expected a mapping of names"),
-        (dict(peaks={"a": 3}), r"peaks\['a'\]=3: expected a name, and a"),
-        (
-            dict(peaks={"a": {"problem": 4}}),
-            r"peaks\['a'\]\['problem'\]=4: expected a HarmonicBalance",
-        ),
-        (
-            dict(constraint=NonlinearConstraint(lambda x: 3.0, 0, 4)),
-            "constraint.fun: expected an expression of CasADi's symbols",
-        ),
-        (
-            dict(constraint=lambda p: p["normal_load"]),
-            "constraint: expected relations of parameters, for example",
-        ),
-        (
-            dict(constraint=lambda p: 1 <= p["normal_load"] <= 2),
-            "constraint: expected a function that CasADi's symbols go through",
-        ),
-        (dict(constraint=lambda p: p["mass"] <= 2), "constraint: expected"),
-    ],
-    KeyError: [
-        (dict(objective=lambda p, q: p["a"]), "'a' is no peak; .*largest"),
-        (
-            dict(objective=lambda p, q: q["normal_lod"]),
-            "objective: 'normal_lod' is no parameter of the problem.*did you mean 'normal_load'",
-        ),
-    ],
-    ValueError: [
-        (dict(objective=lambda p, q: q["mass"]), "objective: .*no design chan"),
-        (
-            dict(objective=lambda p, q: [p["largest"]] * 2),
-            r"objective: expected one expression, got one of shape \(2, 1\)",
-        ),
-        (
-            dict(objective=lambda p, q: p["largest"] * np.nan),
-            "objective: expected a positive number, got nan",
-        ),
-        (
-            dict(objective=lambda p, q: -p["largest"]),
-            "objective: expected a positive number, got -0.0003.* with largest = 0.0003",
-        ),
-        (
-            dict(objective=lambda p, q: 1 / p["largest"]),
-            "objective: expected an expression that falls with no peak that rises; .*'largest'",
-        ),
-        (dict(objective=symbol_of_its_own), "objective: .*has own of its own"),
-        (
-            dict(peaks={"a": {"freq": (5, 6)}}),
-            r"peaks\['a'\]: expected any of frequency, dof, problem, goal, got 'freq'",
-        ),
-        (
-            dict(peaks={"a": {"frequency": (5, 5)}}),
-            r"peaks\['a'\]\['frequency'\]=\(5, 5\): expected bands of some width",
-        ),
-        (dict(peaks={"a": {"dof": 4}}), r"peaks\['a'\]\['dof'\]: .*0 to 0"),
-        (
-            dict(peaks={"a": {"problem": ring(3)}}),
-            r"peaks\['a'\]\['problem'\]: expected 1 values of normal_load, .*got 3",
-        ),
-        (
-            dict(objective=weighted, fresh={"damping": [0.4]}),
-            "fresh: expected None .*with an objective",
-        ),
-        (dict(bounds=Bounds(3, 1)), "bounds: .*lower < upper for normal"),
-        (dict(bounds=Bounds(0, 1)), "bounds.lb=.*finite and > 0"),
-        (dict(bounds=Bounds([1, 2], 3)), "bounds.lb=.*1 variables"),
-        (
-            dict(constraint=[LinearConstraint([[1]], 5, 9), LinearConstraint([[1]], 1, 4)]),
-            r"constraint\[0\] and constraint\[1\]: expected limits that some values within",
-        ),
-        (
-            dict(constraint=[LinearConstraint([[1]], 1, 4), lambda p: p["normal_load"] >= 500]),
-            r"^constraint\[1\]: expected limits that some values",
-        ),
-        (
-            dict(constraint=NonlinearConstraint(lambda x: x[0] ** 2, 4, 2)),
-            "constraint: expected lower limits no larger than upper ones, row 0 has 4 and 2",
-        ),
-        (
-            dict(constraint=NonlinearConstraint(lambda x: x[0] ** 2, 0, 4, jac=lambda x: [[x[0]]])),
-            "constraint.jac: expected the derivative of fun, which at",
-        ),
-        (
-            dict(constraint=NonlinearConstraint(lambda x: ca.sqrt(x[0] - 5), 0, 4)),
-            "constraint: expected finite numbers within the bounds, row 0 has",
-        ),
-    ],
-}
-
-
-@pytest.mark.parametrize(
-    ("error", "options", "words"), [(e, *row) for e, rows in BAD.items() for row in rows]
-)
-def test_bad_input_is_named_with_what_is_allowed(error, options, words):
-    with pytest.raises(error, match=words):
-        design(blade(), **(dict(bounds=NEAR) | options))
 
 
 class TestFailures:

@@ -273,30 +273,3 @@ class TestExecutors:
         with pytest.warns(RuntimeWarning, match=r"the executor failed \((OS|Memory)Error:? no m"):
             optimum = design(blade(), bounds=NEAR, over=PAIR, executor=executor)
         assert same(optimum, pair)
-
-
-@pytest.fixture(scope="module")
-def draws():
-    disk = ring(5, 1e5, 2).model
-    return sh.mistuning.uniform(disk, 3, seed=7, friction_coefficient=0.2, normal_load=0.3)
-
-
-@pytest.mark.slow
-class TestRing:
-    """Mistuned rings of five blades."""
-
-    def best(self, draws, **options):
-        problem = ring(5, 1e5, 2)
-        return design(problem, frequency_band=(5.0, 120.0), over=draws, start=2.0, **options)
-
-    def test_worst_mean_and_tail(self, draws):
-        optima = {name: self.best(draws, statistic=name, tail=0.5) for name in Statistic}
-        values = {}
-        for name, best in optima.items():
-            assert best.status.item() == Status.DESIGN_OPTIMAL
-            for other in Statistic:
-                heights = np.log(best.case_amplitude.values)
-                values[name, other] = statistic_of(other, 0.5).value(heights)
-        for name in Statistic:
-            for other in Statistic:
-                assert values[name, name] <= values[other, name] + 1e-10

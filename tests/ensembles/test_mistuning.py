@@ -253,30 +253,28 @@ BAD = {
 }
 
 
-@pytest.mark.parametrize("case", BAD)
-def test_bad_draws(case):
-    options, word = BAD[case]
-    with pytest.raises((ValueError, KeyError, TypeError)) as caught:
-        sh.mistuning.uniform(PROBLEM, **({"n_samples": 3, "seed": 1} | options))
-    assert word in str(caught.value)
+CALLS = [
+    (lambda m: m.truncated_normal(DISK, 3, seed=1, stiffness=0.4), "0.333333"),
+    (lambda m: m.truncated_normal(DISK, 3, seed=1, cut=0.0, stiffness=0.1), "cut=0.0"),
+    (lambda m: m.uniform("disk", 3, seed=1, stiffness=0.1), "problem='disk'"),
+    (lambda m: m.explicit(DISK, stiffness=WAVE), "(n_samples, 13)"),
+    (lambda m: m.explicit(DISK, normal_load=[-WAVE]), "normal_load"),
+    (lambda m: m.explicit(DISK, stiffness=[WAVE], mass=[WAVE] * 2), "as many samples"),
+    (lambda m: m.explicit(DISK, stiffness={"A": WAVE}, mass={"B": WAVE}), "same patterns"),
+    (lambda m: m.pattern("AB", 4, A=1.0), "'B'"),
+    (lambda m: m.pattern("", 4, A=1.0), "letters=''"),
+    (lambda m: m.harmonic(4, -1, 0.1), "nodal_diameter=-1"),
+]
+
+
+def uniform(options):
+    return lambda m: m.uniform(PROBLEM, **({"n_samples": 3, "seed": 1} | options))
 
 
 @pytest.mark.parametrize(
-    ("call", "word"),
-    [
-        (lambda m: m.truncated_normal(DISK, 3, seed=1, stiffness=0.4), "0.333333"),
-        (lambda m: m.truncated_normal(DISK, 3, seed=1, cut=0.0, stiffness=0.1), "cut=0.0"),
-        (lambda m: m.uniform("disk", 3, seed=1, stiffness=0.1), "problem='disk'"),
-        (lambda m: m.explicit(DISK, stiffness=WAVE), "(n_samples, 13)"),
-        (lambda m: m.explicit(DISK, normal_load=[-WAVE]), "normal_load"),
-        (lambda m: m.explicit(DISK, stiffness=[WAVE], mass=[WAVE] * 2), "as many samples"),
-        (lambda m: m.explicit(DISK, stiffness={"A": WAVE}, mass={"B": WAVE}), "same patterns"),
-        (lambda m: m.pattern("AB", 4, A=1.0), "'B'"),
-        (lambda m: m.pattern("", 4, A=1.0), "letters=''"),
-        (lambda m: m.harmonic(4, -1, 0.1), "nodal_diameter=-1"),
-    ],
+    ("call", "word"), [*((uniform(options), word) for options, word in BAD.values()), *CALLS]
 )
-def test_more_bad_draws(call, word):
+def test_bad_draws(call, word):
     with pytest.raises((ValueError, KeyError, TypeError)) as caught:
         call(sh.mistuning)
     assert word in str(caught.value)

@@ -13,6 +13,7 @@ from scipy.optimize import minimize
 import symhbm as sh
 from symhbm.ensembles.statistics import population
 from symhbm.ensembles.statistics.confidence import drop
+from tests.problems import ring_of_blades
 
 BLADES = 5
 SAMPLES = 5
@@ -23,12 +24,13 @@ ROUND_OFF = 1e-12
 FAILED = "the path could not be continued"
 
 
-def ring(n_blades=BLADES, load=3.0, **values):
-    values = {"damping": 0.5, "contact_stiffness": 4e3, "normal_load": load} | values
-    return sh.bladed_disk(n_blades, mass=1.0, stiffness=1e4, friction_coefficient=0.5, **values)
+def problem_of(n_blades):
+    return sh.HarmonicBalance(
+        ring_of_blades(n_blades, contact_stiffness=4e3), sh.forces.EngineOrder(1)
+    )
 
 
-PROBLEM = sh.HarmonicBalance(ring(), sh.forces.EngineOrder(1))
+PROBLEM = problem_of(BLADES)
 
 
 @cache
@@ -326,18 +328,6 @@ def test_ends_of_intervals_are_equally_likely():
     assert np.isinf(float(fit.upper_bound_interval.sel(bound="upper"))) == no_bound
 
 
-@pytest.mark.slow
-def test_maxima_of_bounded_numbers_have_a_bound():
-    """Maxima of 25 numbers whose density falls to 0 linearly at 1: the Weibull type."""
-    values = np.random.default_rng(1).triangular(0, 0, 1, 5000)
-    fit = sh.statistics.extreme_value_fit(values, n_bootstrap=100)
-    # In the limit of large blocks; the standard error of the shape is 0.06 at most.
-    assert float(fit["shape"]) == pytest.approx(-0.5, abs=5 * 0.06)
-    assert float(fit.upper_bound) == pytest.approx(1.0, abs=0.1)
-    assert int(fit.n_blocks) == 200
-    np.testing.assert_array_equal(fit.block_maximum, values.reshape(200, 25).max(axis=1))
-
-
 def test_a_wrong_distribution_is_detected():
     """Gumbel's law on maxima of two far clusters."""
     rng = np.random.default_rng(2)
@@ -501,7 +491,7 @@ def silent():
     )
 
 
-PROBLEMS = {n: sh.HarmonicBalance(ring(n), sh.forces.EngineOrder(1)) for n in (3, 5, 13)}
+PROBLEMS = {n: problem_of(n) for n in (3, 5, 13)}
 
 
 @settings(max_examples=15)

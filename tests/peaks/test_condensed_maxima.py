@@ -88,35 +88,6 @@ def test_sensitivities_are_those_of_the_whole_structure():
             np.testing.assert_allclose(found / size, expected / size, atol=1e-8, rtol=0)
 
 
-@pytest.mark.slow
-def test_a_peak_curve_is_that_of_the_whole_structure():
-    whole, small = (
-        sh.peak_curve(
-            p, "normal_load", (0.5, 2), at=[0.7, 1.5], frequency_band=(0.5, 1.1), progress=False
-        )
-        for p in pair()
-    )
-    assert whole.status == small.status == sh.Status.REACHED_END
-    for name in ("peak_amplitude", "peak_frequency", "minimum_normal_load"):
-        np.testing.assert_allclose(small[name], whole[name], rtol=1e-8)
-    assert small.attrs["largest_of"] == "4 degrees of freedom kept of 24"
-
-
-@pytest.mark.slow
-def test_a_design_is_that_of_the_whole_structure():
-    whole, small = (
-        sh.minimise_peak(
-            p, "normal_load", (0.5, 60), frequency_band=(0.5, 1.1), n_starts=1, progress=False
-        )
-        for p in pair()
-    )
-    assert small.status == whole.status == sh.Status.DESIGN_OPTIMAL
-    np.testing.assert_allclose(small.design_value, whole.design_value, rtol=1e-7)
-    np.testing.assert_allclose(small.peak_amplitude.max(), whole.peak_amplitude.max(), rtol=1e-9)
-    best = sh.datasets.rebuild(small).parameters["normal_load"]
-    np.testing.assert_array_equal(best, small.design_value[0])
-
-
 def test_the_band_of_the_condensation_is_the_default():
     curve = sh.peak_curve(pair()[1], "normal_load", (1.0, 1.2), progress=False)
     assert curve.status == sh.Status.REACHED_END

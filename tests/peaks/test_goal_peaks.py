@@ -47,34 +47,6 @@ def test_values_of_zero_are_refused():
         curve(GOALS[0], [1.0, 1e3])
 
 
-@pytest.mark.slow
-def test_peaks_of_a_response_and_their_derivatives(tmp_path):
-    """`frf` has the peak of a goal, `sensitivity` its derivative, archives the goal."""
-    goal, step = sh.goals.SlipDistance("friction"), 1e-4
-
-    def response(load):
-        problem = blade((1, 3), normal_load=load).with_peaks_of(goal)
-        return sh.frf(problem, BAND, progress=False)
-
-    found = response(4.0)
-    assert found.peak_amplitude.attrs["units"] == "m"
-    assert found.peak_amplitude.attrs["long_name"] == f"{goal.meaning} at the peak"
-    grid = sh.frf(
-        blade((1, 3), normal_load=4.0), BAND, at=found.peak_frequency.values, progress=False
-    )
-    assert found.peak_amplitude.values[:1] == pytest.approx(
-        grid.dissipation.max().item() / 2.0, rel=1e-12
-    )
-    slope = (
-        response(4 + step).peak_amplitude.values[0] - response(4 - step).peak_amplitude.values[0]
-    )
-    stored = sh.load(sh.save(found, tmp_path / "slip.nc"))
-    assert sh.datasets.rebuild(stored).goal == goal
-    derived = sh.datasets.sensitivity(stored).peak_amplitude_by_normal_load.values[0].item()
-    assert derived == pytest.approx(slope / (2 * step), rel=1e-7)
-    assert sh.verify(stored).peak_amplitude_mismatch.max() < 1e-12
-
-
 def test_other_paths_have_no_peaks_of_goals():
     problem = blade((1, 3)).with_peaks_of(GOALS[0])
     with pytest.raises(ValueError, match=r"those of Dissipation.* are over the frequency"):

@@ -11,7 +11,7 @@ import symhbm as sh
 from studies.closed_form import EXACT_DIGITS, one_blade
 from symhbm.continuation.status import Status
 from symhbm.model.linear import natural_band
-from tests.designs import BAND, Failing, blade, mistuned, ring
+from tests.designs import BAND, Failing, blade, ring
 from tests.problems import duffing
 
 SINGLE = blade()
@@ -26,12 +26,6 @@ def interpolated(dataset, loads):
     load, amplitude = dataset.normal_load.values, dataset.peak_amplitude.values
     slope = dataset.peak_amplitude_slope.values * load / amplitude
     return np.exp(CubicHermiteSpline(np.log(load), np.log(amplitude), slope)(np.log(loads)))
-
-
-def largest(problem, loads, band):
-    """Largest peak of full frequency responses."""
-    dataset = sh.frf(problem, band, over={"normal_load": loads}, progress=False)
-    return dataset["peak_amplitude"].max("peak").values
 
 
 @pytest.fixture(scope="module")
@@ -87,41 +81,6 @@ def test_minimum_of_a_tuned_ring():
     amplitudes = [one_blade(dataset, normal_load=load * f).peak()[0] for f in (0.999, 1.0, 1.001)]
     assert dataset.minimum_amplitude.item() == pytest.approx(amplitudes[1], rel=EXACT_DIGITS)
     assert amplitudes[1] < min(amplitudes[0], amplitudes[2])
-
-
-@pytest.mark.slow
-def test_mistuned_ring():
-    problem, loads = mistuned(3, 1), np.array([3.0, 3.7, 4.4, 5.0])
-    exact = largest(problem, loads, (5.0, 400.0))
-    dataset = curve(problem, "normal_load", (3.0, 5.0), loads, frequency_band=(5, 400))
-    assert dataset.status.item() == Status.REACHED_END
-    # Both solve for the peaks; a missed peak makes a far larger difference.
-    np.testing.assert_allclose(dataset.peak_amplitude, exact, rtol=1e-6)
-    # These values are more than 8 % apart.
-    assert dataset.surveyed.values.all()
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(("n_blades", "order"), [(5, 2), (13, 3)])
-def test_mistuned_ring_over_two_decades(n_blades, order):
-    problem, loads = mistuned(n_blades, order), np.geomspace(0.5, 100.0, 50)
-    loads[0], loads[-1] = 0.5, 100.0
-    exact = largest(problem, loads, (5.0, 400.0))
-    dataset = curve(problem, "normal_load", (0.5, 100.0), loads, frequency_band=(5, 400))
-    assert dataset.status.item() == Status.REACHED_END
-    np.testing.assert_allclose(dataset.peak_amplitude, exact, rtol=1e-6)
-    without_grid = curve(problem, "normal_load", (0.5, 100.0), frequency_band=(5, 400))
-    np.testing.assert_allclose(interpolated(without_grid, loads), exact, rtol=1e-4)
-    exchange = dataset.event_kind.values == "exchange of the dominant peak"
-    exchanges = dataset.event_normal_load.values[exchange]
-    assert exchanges.size
-    # At an exchange two peaks of a response are of equal height, as far as both digits go.
-    for load in exchanges[:3]:
-        response = sh.frf(
-            problem.with_parameters(normal_load=load), (5, 400), peaks="each", progress=False
-        )
-        highest = np.sort(response.peak_amplitude.values)[-2:]
-        assert highest[0] == pytest.approx(highest[1], rel=1e-9)
 
 
 def two_dofs_a_blade():

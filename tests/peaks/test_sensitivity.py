@@ -9,7 +9,7 @@ from symhbm.model import PARAMETERS
 from symhbm.peaks.sensitivity import AT_REST, EXACT, NOT_VERIFIED, UNBOUNDED
 from symhbm.results.variables import derivative
 from tests.designs import blade, ring
-from tests.problems import duffing, ring_of_blades
+from tests.problems import ring_of_blades
 from tests.quick import quick_first
 
 BLADE = blade(normal_load=3)
@@ -43,30 +43,6 @@ def nearest(dataset, frequency, dof):
     return same_dof.isel(peak=int(np.argmin(np.abs(same_dof.peak_frequency.values - frequency))))
 
 
-@pytest.mark.slow
-def test_one_blade_over_a_sweep():
-    loads = [1.5, 3.0, 18.0]
-    derivatives = sh.datasets.sensitivity(frf(BLADE, (15, 25), over={"normal_load": loads}))
-    assert (derivatives.sensitivity_status == EXACT).all()
-    assert derivatives.peak_amplitude_by_normal_load.dims == (
-        *("normal_load", "peak", "peaking_dof", "contact"),
-    )
-    for load in loads:
-        at_load = derivatives.sel(normal_load=load).squeeze()
-        problem = BLADE.with_parameters(normal_load=load)
-        all_names = {*problem.parameters} - {"cubic_stiffness"}
-        for name in all_names if load == 3.0 else ["normal_load"]:
-            low, high, size = both_sides(problem, name, 1e-4, band=(15, 25))
-            for of in ("peak_amplitude", "peak_frequency"):
-                difference = (high[of] - low[of]).item() / size
-                level = abs(at_load[of].item()) / size * 2e-4
-                # The square of the step, and peaks located to 1e-9 over steps of 1e-4.
-                assert at_load[f"{of}_by_{name}"].item() == pytest.approx(
-                    difference, abs=1e-4 * level
-                )
-    assert "peak_amplitude_by_cubic_stiffness" not in derivatives
-
-
 def test_which_contact_matters_most():
     response = frf(RING, peaks="each")
     derivatives = sh.datasets.sensitivity(response)
@@ -93,39 +69,6 @@ def test_which_contact_matters_most():
     highest_peak = response.isel(peak=response.peak_amplitude.argmax("peak"))
     by_load = sh.datasets.sensitivity(highest_peak).peak_amplitude_by_normal_load
     assert abs(by_load).max("peaking_dof").idxmax("contact") == abs(exact).argmax("contact")
-
-
-@pytest.mark.slow
-def test_blades_of_a_tuned_disk():
-    largest, per_dof = frf(TUNED), frf(TUNED, peaks="each")
-    assert largest.n_sectors == 5
-    derivatives, all_peaks = sh.datasets.sensitivity(largest), sh.datasets.sensitivity(per_dof)
-    whole = sh.datasets.sensitivity(frf(TUNED.with_by_sector(False)))
-    assert derivatives.sizes["peak"] == 1
-    assert all_peaks.sizes["peak"] == 5
-    for name in ("mass", "damping", "contact_stiffness", "normal_load"):
-        for of in ("peak_amplitude", "peak_frequency"):
-            values = derivatives[f"{of}_by_{name}"].values[0]
-            level = np.abs(values).max()
-            # Shifting by a blade changes nothing but round-off of systems of condition 1e6.
-            rotated = [np.roll(values[0], blade) for blade in range(5)]
-            np.testing.assert_allclose(values, rotated, atol=1e-8 * level)
-            np.testing.assert_allclose(whole[f"{of}_by_{name}"][0], values, atol=1e-8 * level)
-            np.testing.assert_allclose(
-                all_peaks[f"{of}_by_{name}"].values, np.tile(values, (5, 1, 1)), atol=1e-8 * level
-            )
-            low, high, size = both_sides(TUNED, name, 1e-4, band=(55, 62))
-            difference = (high[of] - low[of]).item() / size
-            # All contacts or blades alike: the sum, but for the square of the step.
-            assert values[0].sum() == pytest.approx(difference, rel=1e-5, abs=1e-7 * level)
-    # One contact alone mistunes the disk; each blade then has its own peak.
-    low, high, size = both_sides(TUNED, "normal_load", 1e-4, 2, (55, 62), peaks="each")
-    for dof in range(5):
-        exact = derivatives.peak_amplitude_by_normal_load.values[0]
-        pair = (nearest(side, largest.peak_frequency.item(), dof) for side in (high, low))
-        high_peak, low_peak = (side.peak_amplitude.item() for side in pair)
-        difference = (high_peak - low_peak) / size
-        assert difference == pytest.approx(exact[dof, 2], abs=1e-4 * np.abs(exact).max())
 
 
 def test_slopes_of_both_sides_at_the_onset_of_slip():
@@ -230,30 +173,6 @@ def test_peaks_have_their_own_harmonics():
     for name in ("peak_amplitude_by_normal_load", "peak_frequency_by_damping"):
         # Both peaks are solved for to round-off on the same harmonics.
         np.testing.assert_allclose(derivatives[name].isel(peak=index), reference[name], rtol=1e-7)
-
-
-@pytest.mark.slow
-def test_cubic_springs():
-    problem, band = duffing(), (0.08, 0.32)
-    derivatives = sh.datasets.sensitivity(frf(problem, band)).squeeze()
-    assert derivatives.sensitivity_status == EXACT
-    assert "peak_amplitude_by_mass" not in derivatives
-    for name in ("cubic_stiffness", "force_amplitude"):
-        low, high, size = both_sides(problem, name, 1e-4, band=band)
-        for of in ("peak_amplitude", "peak_frequency"):
-            difference = (high[of] - low[of]).item() / size
-            # The square of the step; a top of a backbone is located to 1e-9.
-            assert derivatives[f"{of}_by_{name}"].item() == pytest.approx(difference, rel=1e-5)
-    # There is no friction element, so nothing that its parameters change.
-    assert derivatives.peak_amplitude_by_normal_load == 0
-    swept = sh.datasets.sensitivity(
-        frf(problem.with_parameters(cubic_stiffness=0), band, over={"cubic_stiffness": [0.0, 0.1]})
-    )
-    by_spring = swept.peak_amplitude_by_cubic_stiffness
-    assert by_spring.sel(cubic_stiffness=0.1).item() == pytest.approx(
-        derivatives.peak_amplitude_by_cubic_stiffness.item(), rel=1e-7
-    )
-    assert np.isfinite(by_spring.sel(cubic_stiffness=0.0))
 
 
 def test_a_contact_without_load():
@@ -424,20 +343,6 @@ def check_damaged(response):
     assert derivatives.peak_amplitude_by_mass.isnull().all()
 
 
-@pytest.mark.slow
-def test_archives(tmp_path):
-    keep = ["peak_frequency", "peak_amplitude", "peak_dof", "peak_kind", "peak_coefficient"]
-    over = {"normal_load": [1.0, 3.0]}
-    path = tmp_path / "response.nc"
-    in_memory = sh.datasets.sensitivity(frf(BLADE, (15, 30), over=over))
-    with frf(BLADE, (15, 30), over=over, keep=keep, archive=path) as lazy:
-        derivatives = sh.datasets.sensitivity(lazy).load()
-    xr.testing.assert_identical(derivatives.drop_attrs(), in_memory.drop_attrs())
-    from_archive = sh.datasets.sensitivity(sh.load(path))
-    xr.testing.assert_identical(from_archive.drop_attrs(), in_memory.drop_attrs())
-    assert sh.datasets.rebuild(from_archive.sel(normal_load=3.0)).model.normal_load == 3.0
-
-
 def test_units():
     assert derivative("peak_amplitude", "normal_load").units == "m N-1"
     assert derivative("peak_amplitude", "contact_stiffness").units == "m2 N-1"
@@ -451,31 +356,31 @@ def test_units():
         assert name.split("_by_")[1] in PARAMETERS
 
 
-def test_other_datasets_are_refused():
+SAMPLED = sh.HarmonicBalance(BLADE.model, BLADE.excitation, (1,), samples=64)
+FEW = dict(keep=["amplitude", "peak_frequency"], verifiable=False)
+REFUSED = [
+    (lambda: xr.Dataset(), "not written by symhbm"),
+    (lambda: frf(BLADE, (15, 30), **FEW), "without peak_amplitude, peak_dof, peak_kind, peak_c"),
+    (
+        lambda: sh.follow(BLADE, "normal_load", (1, 3), frequency=19.5, progress=False),
+        "over the frequency, got one without peak_frequency",
+    ),
+    (lambda: sh.solve(BLADE, 19.5), "expected a result of frf"),
+    (lambda: frf(SAMPLED, (15, 30)), "friction over 64 samples"),
+    (lambda: frf(RING, (55, 65)).isel(dof=0), "dimensions are missing"),
+    (lambda: frf(RING, (55, 65)).isel(harmonic=[]), "expected coefficients of sizes"),
+]
+
+
+@pytest.mark.parametrize(("made", "words"), REFUSED)
+def test_other_datasets_are_refused(made, words):
+    with pytest.raises(sh.datasets.ArchiveError, match=words):
+        sh.datasets.sensitivity(made())
+
+
+def test_what_is_no_dataset_is_refused():
     with pytest.raises(TypeError, match="dataset=3: expected an xarray Dataset"):
         sh.datasets.sensitivity(3)
-    with pytest.raises(sh.datasets.ArchiveError, match="not written by symhbm"):
-        sh.datasets.sensitivity(xr.Dataset())
-    names = ["amplitude", "peak_frequency"]
-    kept = frf(BLADE, (15, 30), keep=names, verifiable=False)
-    with pytest.raises(
-        sh.datasets.ArchiveError, match="without peak_amplitude, peak_dof, peak_kind, peak_c"
-    ):
-        sh.datasets.sensitivity(kept)
-    loads = sh.follow(BLADE, "normal_load", (1, 3), frequency=19.5, progress=False)
-    with pytest.raises(
-        sh.datasets.ArchiveError, match="over the frequency, got one without peak_frequency"
-    ):
-        sh.datasets.sensitivity(loads)
-    with pytest.raises(sh.datasets.ArchiveError, match="expected a result of frf"):
-        sh.datasets.sensitivity(sh.solve(BLADE, 19.5))
-    sampled = sh.HarmonicBalance(BLADE.model, BLADE.excitation, (1,), samples=64)
-    with pytest.raises(sh.datasets.ArchiveError, match="friction over 64 samples"):
-        sh.datasets.sensitivity(frf(sampled, (15, 30)))
-    with pytest.raises(sh.datasets.ArchiveError, match="dimensions are missing"):
-        sh.datasets.sensitivity(frf(RING, (55, 65)).isel(dof=0))
-    with pytest.raises(sh.datasets.ArchiveError, match="expected coefficients of sizes"):
-        sh.datasets.sensitivity(frf(RING, (55, 65)).isel(harmonic=[]))
 
 
 def test_opposite_instants_part_where_blades_deviate():

@@ -185,6 +185,7 @@ BAD: list[tuple[str, Any, dict[str, Any], Any, str]] = [
     ("stick_map", wider("ensemble", "case"), dict(over="sample"), VALUE, "dimension case as well"),
     ("states", many_rows, {}, VALUE, "at most 40 rows, got 120"),
     ("states", "swept", dict(contact=3), VALUE, "contact=3"),
+    ("states", "point", dict(contact=1), VALUE, "contact=1"),
     ("contact_map", wider("six", "case"), dict(at=18.0), VALUE, "it is along case"),
     ("contact_map", without("six", "contact_x"), dict(at=18.0), KEY, "contact_x"),
     ("contact_map", "six", dict(variable="dissipated", at=18.0), KEY, "dissipated"),

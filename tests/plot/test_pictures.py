@@ -14,7 +14,7 @@ from symhbm.cli import main
 from symhbm.continuation.status import Status
 from symhbm.numerics.loops.interpolation import amplitude_between
 from symhbm.results.variables import SLOPES
-from tests.paper import CLOSE, exact, farthest, level, long_lines, off_paper, values_of
+from tests.paper import CLOSE, exact, level, long_lines, off_paper
 from tests.problems import duffing, ring_of_blades
 from tests.quick import quick_first
 
@@ -77,28 +77,6 @@ def test_a_curve_over_a_load_is_drawn_where_it_is():
     (line,) = long_lines(sh.plot.response(curve).axes[0])
     assert line.axes.get_xscale() == "log"
     assert off_paper(line, curve, n_values=500) < CLOSE
-
-
-@pytest.mark.slow
-def test_a_curve_that_folds_is_drawn_where_it_is():
-    """Solutions at many values, joined in the order of the path: up, back, and up again."""
-    curve = sh.frf(duffing(), (0.08, 0.32), throw=True, progress=False)
-    assert (curve.event_kind.values == "fold").sum() == 2
-    ax = sh.plot.response(curve.drop_vars("stability")).axes[0]
-    (line,) = long_lines(ax)
-    values = values_of(line, curve, 300)
-    amplitude = exact(curve, values).amplitude.isel(dof=0).values
-    folds = np.sort(curve.event_frequency.values)
-    inside = np.isfinite(amplitude).sum(axis=1) == 3
-    low, high = np.nanmin(amplitude, axis=1), np.nanmax(amplitude, axis=1)
-    # The largest up to the upper fold, the middle one back to the lower fold, then the smallest.
-    ways = [
-        (values[values < folds[1]], high[values < folds[1]]),
-        (values[inside][::-1], np.sort(amplitude[inside], axis=1)[::-1, 1]),
-        (values[values > folds[0]], low[values > folds[0]]),
-    ]
-    x, y = (np.concatenate([way[i] for way in ways]) for i in (0, 1))
-    assert farthest(ax, (x, level(y)), line.get_data()) < CLOSE
 
 
 def test_corners_between_values_of_a_grid():

@@ -79,27 +79,6 @@ def test_marched_force_of_many_harmonics_is_that_of_the_exact_motion():
     np.testing.assert_allclose(force, exact.friction_force[:, 0], rtol=0, atol=2e-3)
 
 
-def test_paths_and_followed_parameters():
-    paths = sh.frf(fig03.problem(), (14, 18), over={"normal_load": [1, 100]})
-    loops, _, _ = loops_of(paths)
-    # What only pads the shorter path is no point.
-    assert len(loops) == int(np.isfinite(paths.frequency).sum()) < paths.frequency.size
-    assert None not in loops.values()
-    ring = fig08.problem().with_parameters(engine_order=3)
-    followed = sh.follow(ring, "normal_load[2]", (1, 50), frequency=211.4)
-    for contact in (2, 3):
-        loops, shown, dims = loops_of(followed, contact)
-        assert dims == ["normal_load"]
-        area = [loop.area for loop in loops.values()]
-        expected = followed.dissipation.isel(contact=contact)
-        np.testing.assert_allclose(area, expected, rtol=1e-8, atol=1e-12)
-        assert shown.normal_load.size == len(area)
-    # Of so many points that at the largest response is drawn alone.
-    (ax,) = sh.plot.hysteresis(followed, contact=2).axes
-    assert len(loops) > 14
-    assert ", largest point" in ax.get_title()
-
-
 def test_maps_of_paths_change_at_the_events():
     loads = [1.0, 2.0, 3.0]
     paths = sh.frf(fig03.problem(), (30, 10), over={"normal_load": loads})

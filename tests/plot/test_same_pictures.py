@@ -334,7 +334,6 @@ PICTURES: dict[str, Callable[[], Any]] = {
     "envelope of several solutions": draw("envelope", lambda: twice(result("ensemble"))),
     "envelope that folds": draw("envelope", "folding", extremes=False),
     "envelope over a load": draw("envelope", "followed"),
-    "density that folds": draw("envelope", "folding", style="density"),
     "density": draw("envelope", "ensemble", style="density"),
     "blades": draw("blades", lambda: result("ensemble").amplitude.max("frequency")),
     "blades of one": draw("blades", lambda: least_stick().isel(sample=0).where(GRID[0] > 0)),

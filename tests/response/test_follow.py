@@ -1,7 +1,5 @@
 """Responses over any parameter at one frequency, against closed forms and single points."""
 
-from functools import cache
-
 import numpy as np
 import pytest
 from closed_forms import OneBlade
@@ -199,49 +197,7 @@ def test_bands_with_zero_at_one_end(name, band, harmonics):
 # Rings
 
 
-def scan_peaks(level):
-    """Local maxima of a scan; on a plateau the residual, 1e-12, makes none."""
-    below = np.maximum(level[:-2], level[2:]) * (1 + 1e-10)
-    return 1 + np.flatnonzero(level[1:-1] > below)
-
-
 # Frequency responses: downwards, and peaks of each blade
-
-
-@cache
-def scan_of_a_ring(seed):
-    """Frequencies and amplitudes (n, 4) of a mistuned ring, dense at its resonances."""
-    dense = [np.arange(15.0, 16.4, 0.02), np.arange(33.0, 39.0, 0.02)]
-    grid = np.unique(np.concatenate([np.arange(13.0, 40.0, 0.25), *dense]))
-    grid = grid[np.append(True, np.diff(grid) > 1e-6)]
-    scan = sh.frf(mistuned_ring(4, seed), (grid[0], grid[-1]), at=grid, throw=True)
-    return grid, scan.amplitude.values
-
-
-@pytest.mark.parametrize(("seed", "band"), [(1, (13.0, 40.0)), (2, (40.0, 13.0))])
-def test_peaks_of_each_blade_against_a_dense_scan(seed, band):
-    problem = mistuned_ring(4, seed)
-    grid, amplitude = scan_of_a_ring(seed)
-    result = sh.frf(problem, band, peaks="each", throw=True)
-    events = result.event_frequency.values
-    kinds = set()
-    for dof in range(4):
-        level = amplitude[:, dof]
-        mine = result.peak_dof.values == dof
-        peaks, heights = result.peak_frequency.values[mine], result.peak_amplitude.values[mine]
-        for top in scan_peaks(level):
-            near = (peaks >= grid[top - 1]) & (peaks <= grid[top + 1])
-            assert near.any(), f"blade {dof} has no peak at {grid[top]:g} Hz"
-            assert heights[near].max() >= level[top] * (1 - 1e-9)
-        for peak, height, kind in zip(peaks, heights, result.peak_kind.values[mine], strict=True):
-            # Points on either side solved for from nothing are lower, so that none is invented.
-            for side in (-1, 1):
-                beside = sh.solve(problem, peak * (1 + side * 1e-5), throw=True)
-                assert float(beside.amplitude[dof]) < height
-            assert (kind == "corner") == (np.abs(events / peak - 1).min() < 1e-9)
-            assert kind in ("smooth", "corner")
-            kinds.add(kind)
-    assert kinds == {"smooth", "corner"}
 
 
 @pytest.mark.parametrize("start", [1.0, 13.0, 33.0])

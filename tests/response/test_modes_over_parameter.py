@@ -6,7 +6,7 @@ import numpy as np
 import pytest
 from closed_forms import OneBlade
 from scipy.optimize import minimize_scalar
-from sectors import random_disk, with_friction, with_opening
+from sectors import random_disk, with_friction
 
 import symhbm as sh
 from symhbm.balance import unforced
@@ -72,23 +72,6 @@ def test_modes_of_a_ring_are_those_over_the_amplitude(parameter, values):
         np.testing.assert_allclose(found[name], other, rtol=1e-10, atol=1e-10 * largest)
 
 
-@pytest.mark.slow
-def test_modes_of_a_sector_whose_contacts_open():
-    disk = with_opening(random_disk(5, cartesian=False))
-    problem = sh.HarmonicBalance(disk, harmonics=(0, 1, 2))
-    load = next(name for name in problem.parameters if name.endswith("normal_load"))
-    value = float(np.ravel(problem.parameters[load])[0])
-    values = [0.5 * value, value, 1.5 * value]
-    wave = dict(nodal_diameter=1, place=5)
-    found = modes(problem, load, (values[0], values[-1]), at=values, amplitude=1e-3, **wave)
-    over = modes(problem, at=[1e-3], over={load: values}, band=(1e-6, 1e-2), **wave).isel(
-        amplitude=0
-    )
-    assert (found.contact_state == 2).any()
-    for name in ("frequency", "damping_ratio"):
-        np.testing.assert_allclose(found[name], over[name], rtol=1e-9)
-
-
 def test_derivatives_by_the_parameter():
     disk = with_friction(random_disk(5, cartesian=False))
     problem = unforced(sh.HarmonicBalance(disk, harmonics=(0, 1, 3)), 2)
@@ -141,18 +124,6 @@ def test_one_contact_alone_moves():
         np.testing.assert_allclose(
             found.damping_ratio[i, 0], single.damping_ratio[0, 0], rtol=1e-10
         )
-
-
-def test_pictures_are_over_the_load():
-    problem = sh.HarmonicBalance(sh.single_blade(**BLADE), harmonics=(1, 3))
-    found = modes(problem, "normal_load", (0.1, 10))
-    assert found.amplitude.item() == AMPLITUDE
-    assert found.amplitude.attrs["units"] == "m"
-    figure = sh.plot.nonlinear_modes(found)
-    labels = [ax.get_xlabel() for ax in figure.axes[0].child_axes]
-    assert labels[-1].startswith("normal load")
-    with pytest.raises(ValueError, match="over the amplitude, got those over normal_load"):
-        sh.datasets.synthesised_response(found)
 
 
 def test_bad_input_is_named():

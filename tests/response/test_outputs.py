@@ -79,30 +79,6 @@ def test_an_output_without_a_peak():
     assert seen.peak_coefficient.sizes["dof"] == len(STRESS)
 
 
-@pytest.mark.slow
-def test_peaks_of_an_output_are_where_a_dense_scan_has_them(response):
-    assert response.peak_amplitude.attrs["units"] == "Pa"
-    grid = np.linspace(*BAND, 1201)
-    scan = sh.frf(problem(), BAND, at=grid, keep=["stress_amplitude"], progress=False)
-    top = scan.stress_amplitude.max("stress_row").values
-    inside = np.flatnonzero((top[1:-1] > top[:-2]) & (top[1:-1] > top[2:])) + 1
-    assert len(inside) == response.n_peaks.item()
-    for k, hertz, height in zip(
-        inside, response.peak_frequency.values, response.peak_amplitude.values, strict=True
-    ):
-        assert abs(grid[k] - hertz) < 0.03
-        assert top[k] <= height * (1 + 1e-12)
-        near = sh.frf(
-            problem(), BAND, at=hertz + np.linspace(-1e-4, 1e-4, 5), progress=False
-        ).stress_amplitude.max("stress_row")
-        assert near.values.argmax() == 2
-        assert near.max().item() == pytest.approx(height, rel=1e-10)
-    at = response.peak_dof.values
-    np.testing.assert_allclose(
-        response.peak_stress_amplitude.values[np.arange(len(at)), at], response.peak_amplitude
-    )
-
-
 def test_one_sector_and_the_ring_have_the_same_outputs():
     ring = ring_of_blades(6, contact_stiffness=1e5)
     turned = np.eye(6) - np.roll(np.eye(6), 1, axis=1)

@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-from sectors import random_disk, with_friction
 
 import symhbm as sh
 from tests.problems import BLADE
@@ -63,46 +62,32 @@ def test_error_of_a_ring_is_told(harmonics):
     assert near.synthesis_error[1, k].item() == pytest.approx(error, rel=1e-6, abs=1e-11)
 
 
-@pytest.mark.slow
-def test_sector_of_a_disk():
-    whole = random_disk(5, cartesian=True)
-    given = whole.structure
-    matrices = given.mass_matrix, 0.02 * given.damping_matrix, given.stiffness_matrix
-    light = sh.Model(*matrices, places=given.places)
-    ends = whole.interfaces.left, whole.interfaces.right
-    disk = with_friction(sh.Sector(light, *ends, 5, rotation="z"))
-    force = sh.forces.EngineOrder(2, 20.0, pattern={1: {5: 1.0}})
-    problem = sh.HarmonicBalance(disk, force, (0, 1, 2, 3))
-    found = modes(problem, band=(1e-6, 1e-1), place=5)
-    near = sh.datasets.synthesised_response(found)
-    k = int(np.nanargmin(near.synthesis_error[1]))
-    point = sh.solve(problem, near.frequency[1, k].item())
-    away = near.coefficient[1, k].values - point.coefficient.values
-    error = np.linalg.norm(away) / np.linalg.norm(point.coefficient)
-    assert near.synthesis_error[1, k].item() == pytest.approx(error, rel=1e-6)
-    assert error < 0.2
+RING = sh.HarmonicBalance(sh.bladed_disk(13, **BLADE), sh.forces.EngineOrder(3))
+ALONE = sh.HarmonicBalance(sh.single_blade(**BLADE))
+LOADS, FEW = {"normal_load": [1, 2]}, ["frequency", "damping_ratio"]
+OVER: dict = dict(band=(1, 2), at=[1.5], amplitude=3e-4)
 
 
 @pytest.mark.slow
-def test_bad_input_is_named():
-    ring = sh.bladed_disk(13, **BLADE)
-    problem = sh.HarmonicBalance(ring, sh.forces.EngineOrder(3))
-    found = modes(problem, nodal_diameter=3)
-    with pytest.raises(ValueError, match=r"force=EngineOrder.*wave"):
-        sh.datasets.synthesised_response(found, sh.forces.EngineOrder(2))
-    with pytest.raises(ValueError, match=r"force=.*first harmonic"):
-        sh.datasets.synthesised_response(modes(sh.HarmonicBalance(sh.single_blade(**BLADE))))
-    with pytest.raises(TypeError, match="force="):
-        sh.datasets.synthesised_response(found, 1.0)
-    with pytest.raises(TypeError, match="errors="):
-        sh.datasets.synthesised_response(found, errors=1)
+@pytest.mark.parametrize(
+    ("problem", "given", "options", "error", "words"),
+    [
+        (RING, (sh.forces.EngineOrder(2),), {}, ValueError, r"force=EngineOrder.*wave"),
+        (ALONE, (), {}, ValueError, r"force=.*first harmonic"),
+        (RING, (1.0,), {}, TypeError, "force="),
+        (RING, (sh.forces.EngineOrder(3), 1), {}, TypeError, "errors="),
+        (RING, (), dict(over=LOADS), ValueError, "several along normal_load"),
+        (RING, (), dict(keep=FEW), ValueError, "coefficient"),
+        (ALONE, (), dict(parameter="normal_load") | OVER, ValueError, "got those over normal_load"),
+    ],
+)
+def test_bad_input_is_named(problem, given, options, error, words):
+    wave = dict(nodal_diameter=3) if problem is RING else {}
+    found = modes(problem, **wave | options)
+    with pytest.raises(error, match=words):
+        sh.datasets.synthesised_response(found, *given)
+
+
+def test_what_are_no_modes_is_refused():
     with pytest.raises(TypeError, match="modes="):
-        sh.datasets.synthesised_response(problem)
-    with pytest.raises(ValueError, match="several along normal_load"):
-        sh.datasets.synthesised_response(
-            modes(problem, nodal_diameter=3, over={"normal_load": [1, 2]})
-        )
-    with pytest.raises(ValueError, match="coefficient"):
-        sh.datasets.synthesised_response(
-            modes(problem, nodal_diameter=3, keep=["frequency", "damping_ratio"])
-        )
+        sh.datasets.synthesised_response(RING)

@@ -223,16 +223,6 @@ def test_stop_events_are_of_their_contacts():
     assert {"onset of slip", "onset of opening"} <= {*kinds}
 
 
-@pytest.mark.slow
-def test_points_and_parts():
-    ds = dataset("cycles over")
-    checked = verified(ds, points=10)
-    assert int(np.isfinite(checked.residual_stored).sum()) == 10
-    part = verified(ds.sel(normal_load=3.0))
-    assert report(part)["passed"]
-    assert report(verified(ds.isel(normal_load=[1])))["n_events"] == 1
-
-
 def test_what_was_left_out_is_told():
     kept = sh.nonlinear_modes(blade(0.5), keep=["frequency", "damping_ratio"], **QUIET)
     with pytest.raises(

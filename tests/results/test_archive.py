@@ -144,18 +144,6 @@ def test_padding(tmp_path, case):
     assert padded
 
 
-def test_padding_of_events():
-    """Always slipping, slipping around the resonance, always stuck: one curve has events."""
-    ds = dataset("path")
-    assert ds.n_peaks.values.tolist() == [1, 1, 1]
-    assert ds.n_events.values.tolist() == [0, 2, 0]
-    assert ds.event_kind.values[1].tolist() == ["onset of slip", "end of slip"]
-    for i in (0, 2):
-        assert ds.event_kind.values[i].tolist() == ["", ""]
-        assert ds.event_contact.values[i].tolist() == [-1, -1]
-        assert np.isnan(ds.event_frequency.values[i]).all()
-
-
 def test_archives_of_before_the_first_release_are_refused(tmp_path):
     """Their schema had other numbers, and one of them was 1 too."""
     curve = sh.frf(BLADE, (15, 17))

@@ -8,7 +8,6 @@ import symhbm as sh
 from symhbm.response.verification.verify import summary
 from symhbm.results.problem import record_of
 from tests.archives import run
-from tests.quick import quick_first
 
 FORCE = sh.forces.HarmonicForce({0: np.linspace(0, 1, 30), 1: np.ones(30)}, {2: np.arange(30) / 30})
 
@@ -38,30 +37,6 @@ def problem():
 def response(problem):
     over = {"normal_load": [2.0, 3.0]}
     return sh.frf(problem, (1.8, 2.2), over=over, progress=False)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("lazy", quick_first([False, True], 1))
-def test_a_rebuilt_problem_is_the_same_to_the_bit(problem, response, tmp_path, lazy):
-    sh.save(response, tmp_path / "condensed.nc")
-    with sh.load(tmp_path / "condensed.nc", lazy=lazy) as stored:
-        again = sh.datasets.rebuild(stored.isel({"normal_load": 1}))
-    same = problem.with_parameters(**{"normal_load": 3.0})
-    assert repr(again.model) == repr(same.model)
-    assert record_of(again)[0] == record_of(same)[0]
-    unknowns = 1e-2 * np.random.default_rng(0).normal(size=same.n_unknowns)
-    for omega in 2 * np.pi * np.array([1.0, 1.77, 3.0]):
-        one, other = (p.evaluate(unknowns, omega) for p in (same, again))
-        np.testing.assert_array_equal(other.residual, one.residual)
-        np.testing.assert_array_equal(other.jacobian, one.jacobian)
-        np.testing.assert_array_equal(other.by_parameter, one.by_parameter)
-    for given, found in zip(same.model.certificate, again.model.certificate, strict=True):
-        np.testing.assert_array_equal(found, given)
-    for name, matrix in same.model.modal._asdict().items():
-        np.testing.assert_array_equal(getattr(again.model.modal, name), matrix)
-    curve = sh.frf(again, (1.8, 2.2), progress=False)
-    expected = response.isel({"normal_load": 1}).coefficient[: curve.sizes["point"]]
-    np.testing.assert_array_equal(curve.coefficient, expected)
 
 
 def test_what_is_stored_is_verified(response, tmp_path):

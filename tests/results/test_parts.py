@@ -12,7 +12,7 @@ import xarray as xr
 import symhbm as sh
 from symhbm.continuation.correctors import compiled
 from symhbm.numerics.c_library import COMPILER
-from symhbm.results.archive import merging, pieces
+from symhbm.results.archive import merging
 from symhbm.results.archive.working_files import working_file
 from tests.archives import assert_same, counted, interrupt
 from tests.quick import quick_first
@@ -108,13 +108,6 @@ def test_merged_parts_are_the_archive_of_one_job(name, made, tmp_path):
     same(made(name), tmp_path / "all.nc")
 
 
-@pytest.mark.slow
-def test_parts_are_read_a_few_sets_at_a_time(made, tmp_path, monkeypatch):
-    monkeypatch.setattr(pieces, "_SLAB", 1)
-    merge([made("product", (k, 2)) for k in (1, 2)], tmp_path / "all.nc").close()
-    same(made("product"), tmp_path / "all.nc")
-
-
 def test_a_product_is_parted_along_either_dimension(made, tmp_path):
     """The longer one by itself, the other by its name; also both at once."""
     first, second = made("product", (1, 2)), made("product", (2, 2))
@@ -145,17 +138,6 @@ def test_a_part_is_a_result_by_itself(made):
         of_part = sh.datasets.table(part, kind)
         of_whole = sh.datasets.table(whole, kind).query("sample >= 2").reset_index(drop=True)
         xr.testing.assert_equal(of_part.to_xarray(), of_whole.to_xarray())
-
-
-@pytest.mark.slow
-def test_a_part_in_memory_can_be_saved_and_merged(made, tmp_path):
-    path = sh.save(call("path", part=range(2, 5)), tmp_path / "two.nc")
-    for parts in ([made("path", (1, 2)), path], [path, made("path", (1, 2))]):
-        merge(parts, tmp_path / "all.nc", overwrite=True).close()
-        same(made("path"), tmp_path / "all.nc")
-        xr.testing.assert_identical(
-            merge(parts).drop_attrs(deep=False), sh.load(tmp_path / "all.nc").drop_attrs(deep=False)
-        )
 
 
 DRAWN = {
@@ -416,29 +398,22 @@ def test_statistics_grow_with_what_is_there(interrupted, made):
             [made("grid", (1, 2)), interrupted], unfinished=True, progress=False
         )
     there = sh.load(made("grid")).isel(sample=slice(3))
-    statistics = {
-        "amplification": lambda data: sh.statistics.amplification(data, tuned),
-        "envelope": sh.statistics.envelope,
-        "localisation": sh.statistics.localisation,
-        "convergence": lambda data: sh.statistics.convergence(
-            sh.statistics.amplification(data, tuned)
-        ),
-        "position": lambda data: sh.statistics.position(
-            sh.statistics.amplification(data, tuned), 1.2
-        ),
-    }
-    for name, statistic in statistics.items():
+    s, factors = sh.statistics, lambda data: sh.statistics.amplification(data, tuned)
+    for statistic in (
+        factors,
+        s.envelope,
+        s.localisation,
+        lambda data: s.convergence(factors(data)),
+        lambda data: s.position(factors(data), 1.2),
+    ):
         partial, expected = statistic(some), statistic(there)
         counts = "n_used", "n_failed", "n_missing"
-        assert [int(partial[count]) for count in counts] == [3, 0, 2], name
-        assert [int(expected[count]) for count in counts] == [3, 0, 0], name
+        assert [int(partial[count]) for count in counts] == [3, 0, 2]
+        assert [int(expected[count]) for count in counts] == [3, 0, 0]
         for variable in expected.drop_vars("n_missing"):
             values = partial[variable]
-            if "sample" in values.dims:
-                values = values.isel(sample=slice(3))
+            values = values.isel(sample=slice(3)) if "sample" in values.dims else values
             np.testing.assert_array_equal(values.values, expected[variable].values, variable)
-        part = statistic(sh.load(made("grid", (2, 2))))
-        assert [int(part[count]) for count in counts] == [3, 0, 2], name
     worst = sh.statistics.worst(some, tuned)
     assert int(worst.sample) in (0, 1, 2)
     empty = some.isel(sample=slice(3, None))

@@ -28,8 +28,8 @@ CHANGING = re.compile(
     r"|points +\d+|\d+, all converged"
 )
 """Parts of texts that tell versions, places of round-off, and how many points a path has."""
-PLACES = {"n", "row", "point"}
-"""Keys of pages under which numbers of points are."""
+PLACES = {"n", "row", "point", "n_points", "rejected_steps", "linear_solves", "iterations"}
+"""Names of numbers and counts of points, and of work."""
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")
 
 
@@ -42,7 +42,7 @@ def told(value: Any) -> Any:
         if named.get("kind") in ("line", "band") and np.size(named["data"][0]) > FEW:
             named["data"] = [along(named["data"][0], y) for y in named["data"][1:]]
         if named.get("kind") == "cells":
-            named["mean"] = float(np.nanmean(named["data"][2]))
+            named["mean"] = {"drawn": float(np.nanmean(named["data"][2]))}
         return told(named)
     if isinstance(value, Colormap):
         return told(value(np.linspace(0, 1, 3)))
@@ -54,6 +54,8 @@ def told(value: Any) -> Any:
         return " ".join(CHANGING.sub("", value).split())
     if isinstance(value, bool | None):
         return value
+    if isinstance(value, tuple):
+        return [told(one) for one in value]
     try:
         array = np.asarray(value)
     except ValueError:  # parts of other lengths
@@ -66,7 +68,9 @@ def told(value: Any) -> Any:
 
 
 def ends(array: np.ndarray) -> dict[str, Any]:
-    """The least and the largest number, and whether all are known."""
+    """The least and the largest number, of places each of both, and whether all are known."""
+    if array.ndim > 1 and array.shape[-1] == 2 and array.size:
+        return {"places": [ends(array[..., i]) for i in (0, 1)]}
     known = array[np.isfinite(array)].astype(float)
     both = [known.min(), known.max()] if known.size else []
     return {"broken": known.size < array.size, "drawn": told(both)}

@@ -1,6 +1,5 @@
 """Natural frequencies over the speed: modes followed by their shapes, and critical speeds."""
 
-import matplotlib.pyplot as plt
 import numpy as np
 import pytest
 from scipy.optimize import brentq
@@ -107,17 +106,6 @@ def test_no_more_modes_than_there_are():
     massless = sh.Model(np.diag([1.0, 0]), np.zeros((2, 2)), [[3.0, -1], [-1, 2]])
     with pytest.raises(ValueError, match="count=2: expected at most 1"):
         sh.campbell(massless, [0, 100])
-
-
-@pytest.mark.slow
-def test_pictures_show_every_crossing(tmp_path):
-    lines = sh.campbell(disk(), [0, 1500, 3000], orders=range(1, 8), count=2)
-    for draw in (sh.plot.campbell, sh.plot.interference):
-        figure = draw(lines)
-        figure.savefig(tmp_path / f"{draw.__name__}.png")
-        dots = [line for line in figure.axes[0].lines if line.get_marker() == "o"]
-        assert len(dots[-1].get_xdata()) == lines.sizes["crossing"] > 5
-        plt.close(figure)
 
 
 @pytest.mark.parametrize(

@@ -17,29 +17,10 @@ def sweep():
     return sh.frf(PROBLEM, (10, 40), over={"normal_load": LOADS}, progress=False)
 
 
-@pytest.fixture(scope="module")
-def ensemble():
-    drawn = sh.mistuning.uniform(PROBLEM, 3, seed=1, normal_load=0.3)
-    return sh.frf(PROBLEM, (10, 40), over=drawn, progress=False)
-
-
 def by_xarray(variable, dims):
     """Values that are no padding, in the order of the dimensions."""
     values = variable.transpose(*dims).values.ravel()
     return values[np.isfinite(values)]
-
-
-def test_peaks_and_events_of_a_sweep(sweep):
-    peaks = sh.datasets.table(sweep, "peaks")
-    assert len(peaks) == int(sweep.n_peaks.sum())
-    for name in ("peak_frequency", "peak_amplitude"):
-        np.testing.assert_array_equal(peaks[name], by_xarray(sweep[name], ("normal_load", "peak")))
-    for load, of_load in peaks.groupby("normal_load"):
-        assert len(of_load) == sweep.n_peaks.sel(normal_load=load)
-        assert of_load["peak"].tolist() == list(range(len(of_load)))
-    events = sh.datasets.table(sweep, "events")
-    assert len(events) == int(sweep.n_events.sum()) > 0
-    assert events["event_kind"].isin(["onset of slip", "end of slip"]).all()
 
 
 def test_points_have_columns_beside_each_other_or_rows_of_each(sweep):
@@ -57,31 +38,12 @@ def test_points_have_columns_beside_each_other_or_rows_of_each(sweep):
     assert not states["contact_state"].isin([-1]).any()
 
 
-def test_fourier_coefficients_are_asked_for(sweep):
-    assert not [name for name in sh.datasets.table(sweep) if name.startswith("coefficient")]
-    named = sh.datasets.table(sweep, variables=["coefficient"])
-    cosine = sweep.coefficient.sel(dof=2, harmonic=1, component="cos")
-    expected = by_xarray(cosine, ("normal_load", "point"))
-    np.testing.assert_array_equal(named["coefficient_dof2_h1_cos"], expected)
-    assert len([*sh.datasets.table(sweep, variables=["all"])]) > len([*named])
-
-
 def test_units_and_meanings_of_all_columns(sweep):
     for kind in ("points", "peaks", "events", "sets"):
         table = sh.datasets.table(sweep, kind)
         assert table.attrs["units"].keys() == table.attrs["long_name"].keys() == {*table.columns}
     units = sh.datasets.table(sweep).attrs["units"]
     assert (units["amplitude_0"], units["frequency"], units["normal_load"]) == ("m", "Hz", "N")
-
-
-def test_sets_of_an_ensemble(ensemble):
-    sets = sh.datasets.table(ensemble, "sets")
-    assert sets["sample"].tolist() == [0, 1, 2]
-    assert sets["n_peaks"].tolist() == ensemble.n_peaks.values.tolist()
-    assert sets["status"].tolist() == ["the end of the band was reached"] * 3
-    peaks = sh.datasets.table(ensemble, "peaks")
-    largest = peaks.groupby("sample")["peak_amplitude"].max()
-    np.testing.assert_array_equal(largest, ensemble.peak_amplitude.max("peak"))
 
 
 def test_archives_are_read_part_by_part(sweep, tmp_path, monkeypatch):
@@ -101,16 +63,6 @@ def test_archives_are_read_part_by_part(sweep, tmp_path, monkeypatch):
     assert set.union(*loaded) <= {"peak_amplitude", "peak_frequency"}
     monkeypatch.undo()
     assert parts.equals(sh.datasets.table(sweep, "peaks", variables=["peak_amplitude"]))
-
-
-def test_one_point_and_a_motion():
-    point = sh.solve(PROBLEM, 20.0)
-    row = sh.datasets.table(point, each="dof")
-    np.testing.assert_array_equal(row["amplitude"], point.amplitude)
-    motion = sh.periodic_motion(PROBLEM, 20.0)
-    table = sh.datasets.table(motion)
-    assert len(table) == motion.sizes["angle"]
-    np.testing.assert_array_equal(table["displacement_1"], motion.displacement.isel(dof=1))
 
 
 BAD = {

@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 
 import symhbm as sh
-from symhbm.results.reading import HISTORIES, MOTIONS
+from symhbm.results.reading import HISTORIES
 from tests.problems import one_blade
 
 MASS, DAMPING, STIFFNESS = 2.0, 3.0, 1e4
@@ -85,27 +85,12 @@ def test_a_mean_is_no_oscillation():
     assert found.velocity_amplitude.item() == pytest.approx(2 * np.pi * 5 * first)
 
 
-def test_peaks_and_padding(sweep):
-    peaks = sh.datasets.motion(sweep, "peaks")
-    expected = sweep.peak_amplitude.values
-    np.testing.assert_allclose(peaks.peak_to_peak.values[..., 0] / 2, expected, rtol=1e-9)
-    points = sh.datasets.motion(sweep)
-    short = int(np.argmin(sweep.n_points.values))
-    tail = points.isel(normal_load=short, point=slice(int(sweep.n_points.min()), None))
-    assert tail.sizes["point"]
-    assert all(np.isnan(tail[name]).all() for name in MOTIONS)
-
-
 def test_a_curve_without_peaks():
     response = sh.frf(LINEAR, (6, 10), progress=False)
     assert response.n_peaks == 0
     found = sh.datasets.motion(response, "peaks", angle=[0.0])
     assert found.complex_amplitude.shape == (0, 1, 1)
     assert len(sh.datasets.table(response, "peaks")) == 0
-
-
-def test_one_degree_of_freedom(sweep):
-    assert sh.datasets.motion(sweep.isel(dof=0)).identical(sh.datasets.motion(sweep).isel(dof=0))
 
 
 def test_along_another_parameter_and_without_motion():
@@ -119,12 +104,6 @@ def test_along_another_parameter_and_without_motion():
     )
     assert still.peak_to_peak.item() == 0.0
     assert np.isnan(still.phase_lag.item())
-
-
-def test_units_of_all(sweep):
-    found = sh.datasets.motion(sweep, angle=[0.0])
-    assert {*found.data_vars} == {*MOTIONS, *HISTORIES}
-    assert all("units" in found[name].attrs for name in found.variables if name != "component")
 
 
 BAD = {
