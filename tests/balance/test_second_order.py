@@ -140,14 +140,6 @@ def test_contacts_in_one_state_and_without_a_limit(harmonics, shares):
     assert shares[0] or np.abs(by_load).max() > 1.0
 
 
-def test_motionless_contacts():
-    problem, second_order = compiled((1, 3))
-    rng = np.random.default_rng(3)
-    motion = np.zeros((3, problem.basis.n_components))
-    motion[:] = 1e-3 * rng.normal(size=problem.basis.n_components)
-    check(problem, second_order, motion.ravel(), rng)
-
-
 @settings(max_examples=20)
 @given(seed=st.integers(0, 10**6), lowest=st.booleans())
 def test_extremes_of_motions(seed, lowest):

@@ -48,18 +48,6 @@ def test_a_start_that_is_no_solution():
     assert path.status == Status.NO_START
 
 
-def test_a_path_that_comes_back_to_its_start_says_so():
-    """Downwards from 1.2 rad/s on the lower branch: a fold at 1.1156, and back on the middle."""
-    path = path_from_start(FrequencyProblem(duffing()), 1.2, 0.5)
-    points = list(path)
-    assert path.status == Status.TURNED_BACK
-    assert points[0].value == points[-1].value == 1.2
-    kinds = [event.kind for point in points for event in point.events]
-    assert kinds == ["fold"]
-    # The middle solution is larger than the lower one.
-    assert np.linalg.norm(points[-1].unknowns) > 2 * np.linalg.norm(points[0].unknowns)
-
-
 @pytest.mark.parametrize(("band", "several"), [((0.5, 1.2), True), ((0.5, 2.0), False)])
 def test_other_solutions_at_an_end_of_the_band_are_reported(band, several):
     warns = pytest.warns(RuntimeWarning, match="other solutions") if several else nullcontext()

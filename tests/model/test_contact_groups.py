@@ -19,19 +19,6 @@ class Quadratic(sh.laws.PolynomialLaw):
         return values["bend"] * displacement**2
 
 
-class Limited(sh.laws.Coulomb):
-    """Friction whose limit is a parameter, less what rotation takes of it."""
-
-    parameters = {  # noqa: RUF012
-        "contact_stiffness": sh.laws.Coulomb.parameters["contact_stiffness"],
-        "limit_at_rest": sh.laws.Parameter("N", "limit at rest", designed=True),
-        "loss": sh.laws.Parameter("N s2", "limit lost by the frequency", bound="any"),
-    }
-
-    def slip_limit(self, frequency, values):
-        return values["limit_at_rest"] - values["loss"] * frequency**2
-
-
 def law_of(name, power=3, **attributes):
     """A smooth law with one parameter of a name."""
     kind = type(
@@ -51,15 +38,6 @@ def one(law, harmonics=(1, 3), **values):
     group = sh.Contacts(law, [(0,)], **values)
     model = sh.Model([[1]], [[2]], [[1e4]], contacts={"group": group})
     return sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=2.0), harmonics)
-
-
-def limited(harmonics=(1,), limit=(1.5, 0.8), loss=(1e-4, -1e-5)):
-    group = sh.Contacts(
-        Limited(), [(0, 1), (1,)], contact_stiffness=[1e4, 8e3], limit_at_rest=limit, loss=loss
-    )
-    stiffness = [[1.2e4, -2e3], [-2e3, 1.3e4]]
-    model = sh.Model(np.eye(2), 0.5 * np.eye(2), stiffness, contacts={"group": group})
-    return sh.HarmonicBalance(model, sh.forces.PointForce(), harmonics)
 
 
 @pytest.mark.parametrize("harmonics", [(1,), (1, 3)])
@@ -136,25 +114,6 @@ def test_a_law_called_as_one_of_the_library_is_another_one():
     )
     problem = one(own(), contact_stiffness=1e4, friction_coefficient=0.3, normal_load=2.0)
     assert type(sh.datasets.rebuild(sh.solve(problem, 15.0)).model.groups[0].law) is own
-
-
-@pytest.mark.parametrize("harmonics", [(1,), (1, 3)])
-def test_a_limit_that_the_frequency_takes_away_is_none(harmonics):
-    """Above 19.5 Hz nothing presses the first contact; the response is that without it."""
-    problem = limited(harmonics)
-    response = sh.frf(problem, (10, 30), at=np.linspace(10, 30, 41), progress=False)
-    assert str(response.status.values) == "the end of the band was reached"
-    for frequency in (19.0, 19.5, 20.0, 24.0):
-        omega = 2 * np.pi * frequency
-        limit = [max(1.5 - 1e-4 * omega**2, 0.0), 0.8 + 1e-5 * omega**2]
-        plain = sh.solve(limited(harmonics, limit, 0.0), frequency)
-        point = response.sel(frequency=frequency)
-        np.testing.assert_allclose(point.amplitude, plain.amplitude, rtol=1e-9)
-    path = sh.frf(problem, (10, 30), progress=False)
-    verified = sh.verify(path, laws=[Limited()], exact="none", progress=False)
-    assert verified.residual_stored.max() < 1e-9
-    assert verified.energy_error.max() < 1e-9
-    assert int(path.n_peaks) == 2
 
 
 def test_loops_have_the_parameters_of_their_group():

@@ -161,25 +161,6 @@ def test_a_name_of_several_groups_is_refused():
     assert "damper_mass" in swept.coords
 
 
-def test_draws_of_groups():
-    problem = pressed((1,))
-    draws = sh.mistuning.uniform(
-        problem, 3, seed=0, **{"root.normal_load": 0.1, "damper_mass": 0.2}
-    )
-    assert draws["root.normal_load"].dims == ("sample", "root_contact")
-    assert draws["damper_mass"].dims == ("sample", "damper_contact")
-    curves = sh.frf(problem, (15, 25), over=draws, progress=False)
-    assert curves["root.normal_load"].shape == (3, 2)
-    third = sh.frf(
-        problem.with_parameters(
-            **{name: draws[name].values[2] for name in ("root.normal_load", "damper_mass")}
-        ),
-        (15, 25),
-        progress=False,
-    )
-    np.testing.assert_allclose(curves.peak_amplitude[2, 0], third.peak_amplitude[0], rtol=1e-10)
-
-
 def test_an_archive_names_the_law_it_lacks(tmp_path):
     blade = sh.Model(np.eye(2), np.eye(2), 1e4 * np.eye(2), {"stop": soft([(0,)], [(1,)])})
     problem = sh.HarmonicBalance(blade, sh.forces.PointForce())

@@ -235,21 +235,6 @@ def test_solutions_at_given_frequencies(oscillator, down):
     )
 
 
-def test_a_fold_itself_on_the_grid():
-    """There the solutions merge: one or two of them beside the far one, all close to it."""
-    fold = NOMINAL.folds_in_force(1.2)[0]
-    result = sh.follow(
-        NOMINAL.problem(), "force_amplitude", (0.01, 1), at=[fold], frequency=1.2 / TWO_PI
-    )
-    expected = NOMINAL.amplitudes(1.2, fold * (1 + 1e-14))
-    count = int(result.n_solutions[0])
-    assert 1 <= count <= 3
-    assert result.converged.values[0, :count].all()
-    for found in result.amplitude.values[0, :count, 0]:
-        # The root of the distance: 1e-15 of the force is 3e-8 of the amplitude.
-        assert np.abs(expected / found - 1).min() < 1e-6
-
-
 @pytest.mark.slow
 @settings(max_examples=10)
 @given(

@@ -204,29 +204,6 @@ def test_a_static_load_presses_a_stop(load, weight):
         assert np.abs(point.coefficient.values[0, 1:]).max() < 1e-12
 
 
-@pytest.mark.parametrize("load", [20.0, 3e4])
-def test_static_loads_stay_while_the_amplitude_is_followed(load):
-    force = sh.forces.PointForce(amplitude=1.0) + sh.forces.StaticLoad([load])
-    problem = cubic(force, (0, 1, 2, 3))
-    up, down = (
-        sh.follow(problem, "force_amplitude", band, frequency=5.0, progress=False, throw=True)
-        for band in ((0.0, 8.0), (8.0, 0.0))
-    )
-    for response, first in ((up, 0), (down, -1)):
-        rest = response.isel(point=first)
-        assert rest.force_amplitude == 0
-        (mean, _), *vibration = rest.coefficient.values[0]
-        assert mean == pytest.approx(mean_of(load), rel=1e-9)
-        assert np.abs(vibration).max() < 1e-15 * mean
-    last = up.isel(point=-1)
-    alone = sh.solve(problem.with_parameters(force_amplitude=8.0), 5.0, throw=True)
-    np.testing.assert_allclose(last.coefficient, alone.coefficient, rtol=0, atol=1e-12)
-    swept = sh.frf(problem, (4, 6), at=[5.0], over={"force_amplitude": [0, 8.0]}, progress=False)
-    found = swept.coefficient.isel(frequency=0, dof=0).squeeze().values
-    np.testing.assert_allclose(found[1], alone.coefficient.values[0], rtol=0, atol=1e-12)
-    assert found[0, 0, 0] == pytest.approx(mean_of(load), rel=1e-9)
-
-
 # Archives, pictures, workers
 
 

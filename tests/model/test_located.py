@@ -6,7 +6,6 @@ from hypothesis import given, settings
 from hypothesis import strategies as st
 
 from symhbm.model.contacts.coulomb.located import locate, stick_intervals
-from symhbm.numerics import turning_points
 from symhbm.numerics.fourier import FourierBasis
 
 
@@ -29,26 +28,6 @@ def test_one_harmonic_among_others_has_its_closed_form(decades, phase, harmonics
     np.testing.assert_allclose(
         found.slip_margin_gradient[:, part], closed.slip_margin_gradient, atol=1e-14
     )
-
-
-@pytest.mark.parametrize("harmonics", [(1, 2), (0, 1, 2), (1, 3)])
-def test_a_contact_held_in_slip_short_of_its_limit(harmonics):
-    """It is on +-g at the extremes of y, and never leaves its stretch of stick."""
-    basis, wave = FourierBasis(harmonics), np.array([0.1, 1.0, 0.0, 0.1, 0.1])
-    wave = wave[-basis.n_components :][None]
-    free = locate(basis, wave, np.ones(1), np.full(1, 5.0))
-    held = locate(basis, wave, np.ones(1), np.full(1, 5.0), np.array([True]))
-    assert not free.slip[0]
-    assert held.slip[0]
-    assert held.stick_fraction[0] == pytest.approx(1, abs=1e-15)
-    assert np.isnan(held.stick_end).all()
-    high, low = turning_points(basis, wave).angle[0]
-    moments = basis.moments(np.array([high, low, high + 2 * np.pi]))
-    falls, rises = basis.integrals(moments)
-    np.testing.assert_allclose(held.vector[0], falls - rises, atol=1e-14)
-    matrix = basis.products(moments.sum(axis=0))
-    matrix -= np.outer(falls, basis.values(high)) + np.outer(rises, basis.values(low))
-    np.testing.assert_allclose(held.matrix[0], matrix, atol=1e-14)
 
 
 def test_short_stretches_of_stick_keep_their_digits():

@@ -112,37 +112,6 @@ def test_translations_follow_the_directions_of_places():
     np.testing.assert_array_equal(problem.force(1.0)[:, 0], [0, -2, 0, -4])
 
 
-@pytest.mark.slow
-def test_reduced_structures_take_the_force_made_with_the_whole_one():
-    whole = chain(12, **FRICTION)
-    base = moved(1e-4)
-    band, watched = (4, 14), 5
-    exact = sh.frf(sh.HarmonicBalance(whole, base), band, at=[6, 9, 12], progress=False)
-    condensed = sh.condense(whole, base, band, places=[watched], progress=False)
-    for force in (base, base.on(whole)):
-        found = sh.frf(sh.HarmonicBalance(condensed, force), band, at=[6, 9, 12], progress=False)
-        np.testing.assert_allclose(found.amplitude[:, 0], exact.amplitude[:, watched], rtol=1e-9)
-        seen = sh.datasets.seen_from(found, "ground").amplitude[:, 0]
-        np.testing.assert_allclose(
-            seen, sh.datasets.seen_from(exact, "ground").amplitude[:, watched], rtol=1e-9
-        )
-    each = [
-        sh.frf(sh.HarmonicBalance(model, base), band, peaks="each", progress=False)
-        for model in (condensed, whole)
-    ]
-    peaks = [
-        response.peak_frequency.values[response.peak_dof.values == dof]
-        for response, dof in zip(each, (0, watched), strict=True)
-    ]
-    np.testing.assert_allclose(*peaks, rtol=1e-9)
-    reduced = sh.craig_bampton(whole, 10, band, places=[watched])
-    with pytest.raises(TypeError, match=r"expected BaseMotion\(\.\.\.\)\.on\(structure\)"):
-        sh.HarmonicBalance(reduced, base)
-    small = sh.HarmonicBalance(reduced, base.on(whole))
-    found = sh.frf(small, band, at=[6, 9, 12], progress=False)
-    np.testing.assert_allclose(found.amplitude[:, 0], exact.amplitude[:, watched], rtol=1e-6)
-
-
 def test_masses_of_samples_move_with_their_base():
     problem = ring(3, 1e4).with_excitation(sh.forces.BaseMotion(acceleration=1.0))
     heavy = problem.with_parameters(mass=[1, 2, 3])
@@ -231,6 +200,8 @@ test_mistakes_are_named = refused([
     (lambda: base(1.0), ValueError, "direction=None: expected that of the base"),
     (lambda: base(1.0, direction="z"),
      ValueError, r"direction='z': expected one of the structure.*x, y"),
+    (lambda: sh.HarmonicBalance(sh.craig_bampton(chain(), 2, (5, 30), places=[2]), moved(1e-4)),
+     TypeError, r"expected BaseMotion\(\.\.\.\)\.on\(structure\)"),
     (lambda: sh.datasets.seen_from(sh.solve(on_chain(sh.forces.PointForce()), 5.0), "ground"),
      ValueError, r"expected a response to a symhbm\.forces\.BaseMotion"),
 ])  # fmt: skip
@@ -356,28 +327,6 @@ def test_bases_of_sectors_condensed_to_displacements():
     found = sh.solve(sh.HarmonicBalance(small, base), 19.0)
     place = [*found.structure_dof.values].index(1)
     np.testing.assert_allclose(complex_motion(found, place), complex_motion(exact, 1), rtol=1e-8)
-
-
-@pytest.mark.parametrize("keep", ["touched", "displacements"])
-def test_condensed_rings_are_seen_from_the_ground(keep):
-    """Numbers of a ring leave out what is right of each sector, motions of the base do not."""
-    sector = axial_sector(np.diag([3.0, 2.0, 0])).with_contacts(
-        shroud=sh.Friction(tangential=(1, sh.next_sector(1)), **FRICTION)
-    )
-    ring, watched = sh.mistuned_ring(sector), [0, 3, 4, 7]
-    base = moved(1e-3, influence={0: 1.0, 2: 1.0}).on(sector)
-    exact = sh.solve(sh.HarmonicBalance(ring, base), 19.0)
-    small = sh.condense(ring, base, (10, 30), places=watched, keep=keep, progress=False)
-    found = sh.solve(sh.HarmonicBalance(small, base), 19.0)
-    places = [[*found.structure_dof.values].index(dof) for dof in watched]
-    both = (
-        sh.datasets.seen_from(exact, "ground"),
-        sh.datasets.seen_from(found.isel(dof=places), "ground"),
-    )
-    for place, dof in enumerate(watched):
-        np.testing.assert_allclose(
-            complex_motion(both[1], place), complex_motion(both[0], dof), rtol=1e-8
-        )
 
 
 @pytest.mark.parametrize("damping", [np.diag([1.0, 2.0, 3.0]), sh.StructuralDamping(0.02)])

@@ -116,27 +116,6 @@ def test_round_off_at_a_multiple_zero_is_no_crowd(power):
         np.testing.assert_allclose(np.abs(value), top, rtol=1e-14)
 
 
-@pytest.mark.parametrize("power", [3, 4, 5])
-def test_round_off_at_a_multiple_zero_hides_no_other(power):
-    """y' = (1 - cos(tau - phase))^power (cos(tau - phase) - level): it turns where y' = level."""
-    basis, rng = FourierBasis(tuple(range(1, power + 2))), np.random.default_rng(power)
-    tau = 2 * np.pi * np.arange(64) / 64
-    weight = (1 - np.cos(tau)) ** power
-    level = (weight * np.cos(tau)).sum() / weight.sum()
-    spectrum = np.fft.rfft(weight * (np.cos(tau) - level)) / 32
-    for phase in rng.uniform(0, 2 * np.pi, 100):
-        wave = np.zeros(basis.n_components)
-        for n in basis.harmonics:
-            part = -1j * spectrum[n] / n * np.exp(-1j * n * phase)
-            wave[basis.component(n)], wave[basis.component(n, True)] = part.real, -part.imag
-        points = turning_points(basis, wave[None])
-        angle = points.angle[0, : points.count[0]]
-        assert points.count[0] % 2 == 0
-        assert points.count[0] <= 2 * basis.highest
-        for turn in (phase + np.arccos(level), phase - np.arccos(level)):
-            assert np.abs(np.sin((angle - turn) / 2)).min() < 1e-12
-
-
 def test_a_slope_that_touches_zero_turns_nothing():
     """y' = (1 + cos(tau)) (cos(tau) - 1/2) has a double zero at pi, and is 0 there to the bit."""
     wave = np.array([0.0, 1.0, 0.0, 0.5])

@@ -35,33 +35,20 @@ def test_the_branch_between_the_folds_is_unstable(band):
     assert np.all(np.abs(curve.growth_rate.values[folds]) < 1e-5)
 
 
-def test_what_is_not_kept_is_not_computed(monkeypatch):
-    whole = sh.frf(duffing(), (0.5 / TURN, 2 / TURN), at=[1.2 / TURN])
-    told = sh.frf(duffing(), (0.5 / TURN, 2 / TURN), at=[1.2 / TURN], keep=["stability"])
-    assert told.stability.identical(whole.stability)
-
-    def forbidden(*_):
-        raise AssertionError
-
-    monkeypatch.setattr("symhbm.response.describe.growth", forbidden)
-    without = sh.frf(duffing(), (0.5 / TURN, 2 / TURN), at=[1.2 / TURN], keep=["amplitude"])
-    assert without.amplitude.identical(whole.amplitude)
-    assert "growth_rate" in without.attrs["left_out"]
-
-
-def test_what_is_not_asked_for_is_not_computed(monkeypatch):
+def test_what_is_neither_kept_nor_asked_for_is_not_computed(monkeypatch):
     """By default responses that may be several tell which are stable."""
     band, at = (0.5 / TURN, 2 / TURN), [1.2 / TURN]
-    told = sh.frf(duffing(), band, at=at), sh.solve(duffing(), at[0])
-    assert all("stability" in found for found in told)
+    whole, point = sh.frf(duffing(), band, at=at), sh.solve(duffing(), at[0])
+    assert sh.frf(duffing(), band, at=at, keep=["stability"]).stability.identical(whole.stability)
+    assert "stability" in point
     monkeypatch.setattr("symhbm.response.describe.growth", None)
-    untold = (
-        sh.frf(duffing(), band, at=at, stability=False),
-        sh.solve(duffing(), at[0], stability=False),
-    )
-    for one, other in zip(told, untold, strict=True):
-        assert not {"growth_rate", "stability"} & {*other.variables}
-        assert other.amplitude.identical(one.amplitude)
+    without = sh.frf(duffing(), band, at=at, keep=["amplitude"])
+    assert "growth_rate" in without.attrs["left_out"]
+    untold = sh.frf(duffing(), band, at=at, stability=False)
+    alone = sh.solve(duffing(), at[0], stability=False)
+    for one, other in ((without, whole), (untold, whole), (alone, point)):
+        assert not {"growth_rate", "stability"} & {*one.variables}
+        assert one.amplitude.identical(other.amplitude)
 
 
 def fastest_growth(omega, amplitude):

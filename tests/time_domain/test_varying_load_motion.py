@@ -291,22 +291,3 @@ def test_a_limit_that_moves_with_the_slider(sign):
     near = solved(inclined(friction_coefficient=cos / sin * (1 + sign * 1e-7)), 18.0)
     np.testing.assert_allclose(sizes(motion), sizes(near), rtol=1e-4, atol=1e-9)
     assert motion.work == pytest.approx(motion.friction_loss[0] + motion.damping_loss, rel=1e-12)
-
-
-def test_grazing():
-    """Where the contact just opens, the motion is continuous; the normal one does not know it."""
-    # The normal motion is linear until then: its amplitude is the load over the stiffness.
-    opens = 1e4 * np.abs(linear_wave(two_way(), (0, 1e4), 18.0)[1])
-    assert 4 < opens < 6
-    steps = (1e-3, 1e-6, 1e-9, 1e-12, 3e-14)
-    at = {d: solved(two_way(normal_load=opens + d), 18.0) for s in steps for d in (-s, s)}
-    for step in steps:
-        below, above = at[-step], at[step]
-        # It is open for the root of what is missing.
-        assert 0 < below.open_fraction[0] < 0.3 * np.sqrt(step)
-        assert above.open_fraction[0] == 0
-        assert above.least_normal_force[0] == pytest.approx(step, rel=1e-2, abs=2e-14)
-        np.testing.assert_allclose(below.amplitude, above.amplitude, rtol=10 * step + 1e-13)
-        kinds = ["slip", "stick", "slip", "apart", "slip", "stick"]
-        assert below.event_kind.tolist() == kinds
-        assert above.event_kind.tolist() == kinds[:2] * 2

@@ -4,6 +4,7 @@ import numpy as np
 import pytest
 
 import symhbm as sh
+from tests.pressed_contact import gap_stop, two_way
 
 EXACT = {
     16: [-3.998492401e-05, 3.674271150e-02, 3.409874388e-05, 7.795083125e-06, 4.465171591e-04],
@@ -23,35 +24,12 @@ TRUNCATION = {
 """Largest error of balances with harmonics up to a highest one, over the largest entry."""
 
 
-def two_way(given="normal_load", **changes):
-    """Two springs at right angles and a contact to the ground that both press and rub."""
-    values = dict(
-        contact_stiffness=1e4, normal_stiffness=1e4, friction_coefficient=0.3, normal_load=5.0
-    )
-    if given == "gap":
-        values["gap"] = -values.pop("normal_load") / values["normal_stiffness"]
-    law = sh.laws.VariableLoadFriction(given)
-    contact = sh.Contacts(law, [(0,)], [(1,)], **(values | changes))
-    matrices = np.eye(2), np.diag([2.0, 3.0]), np.diag([1e4, 2.25e4])
-    return sh.Model(*matrices, contacts={"shroud": contact})
-
-
-TURNING = sh.forces.HarmonicForce(cosine={1: [10, 0]}, sine={1: [0, 10]})
-
-
-def problem_of(highest, **changes):
-    return sh.HarmonicBalance(two_way(**changes), TURNING, range(highest + 1))
-
-
-def stop(**options):
-    """A blade and a unilateral spring under a preload."""
-    law = sh.laws.UnilateralSpring(**options)
-    contact = sh.Contacts(law, [(0,)], normal_stiffness=2e4, **{law.given: 10.0})
-    return sh.Model([[1.0]], [[2.0]], [[1e4]], contacts={"stop": contact})
+def problem_of(highest):
+    return two_way().with_harmonics(tuple(range(highest + 1)))
 
 
 def stop_problem(highest):
-    return sh.HarmonicBalance(stop(), sh.forces.PointForce(amplitude=5.0), range(highest + 1))
+    return gap_stop().with_harmonics(tuple(range(highest + 1)))
 
 
 @pytest.mark.parametrize("highest", TRUNCATION)

@@ -7,35 +7,9 @@ import pytest
 from sectors import random_disk, wave, with_friction
 
 import symhbm as sh
-from tests.quick import quick_first
-
-open_sector = pytest.importorskip("studies.open_sector", reason="scikit-fem")
+from tests.refusals import refused
 
 HARMONICS = (0, 1, 2, 3)
-
-
-def damped_disk(grid, n_sectors=24, opens=False):
-    """A shroud at the tip to the next blade, and a damper between platform and rim."""
-    sector = open_sector.open_sector(grid, n_sectors).damped(2e-6)
-    _, rim, tip = open_sector.RADII
-    half = open_sector.THICKNESS / 2
-    one, other = (sector.near(tip, side * 0.3, half) for side in (1, -1))
-    edge = sector.near(rim, np.pi / n_sectors, 0.0)  # on the interface that is eliminated
-    inside = sector.near(0.8 * rim, 0.2 * np.pi / n_sectors, 0.0)  # no contact is there
-    foot = sector.near((rim + tip) / 2, 0.0, half)
-    shroud = dict(tangential=(f"{one}:y", sh.next_sector(f"{other}:y")), friction_coefficient=0.3)
-    if opens:
-        shroud |= dict(normal=(f"{one}:x", sh.next_sector(f"{other}:x")), normal_stiffness=2e7)
-    disk = sector.disk.with_contacts(
-        shroud=sh.Friction(**shroud, contact_stiffness=3e7, normal_load=40.0),
-        damper=sh.Friction(
-            tangential=[(f"{foot}:z", f"{edge}:z"), (f"{foot}:y", f"{edge}:y")],
-            contact_stiffness=1e7, friction_coefficient=0.3, normal_load=20.0,
-        ),
-    )  # fmt: skip
-    pattern = {f"{one}:z": 900.0, f"{foot}:y": 400j, f"{edge}:x": 90.0}
-    pattern |= {f"{inside}:z": 300 - 200j, f"{inside}:x": 150.0}
-    return disk, f"{one}:z", pattern
 
 
 def test_peaks_are_those_of_the_sector():
@@ -67,31 +41,37 @@ def test_matrices_of_one_wave_are_not_those_of_all():
     assert sh.HarmonicBalance(small, force, HARMONICS).in_modes is None
 
 
+DISK, PATTERN = with_friction(random_disk(12, True, n_inner=4)), {5: 4 + 2j, 10: 1.0}
+FORCES = [sh.forces.EngineOrder(order, 3.0, pattern=PATTERN) for order in (2, 10, 5)]
+
+
+def condensed(forces=FORCES, places=(5,)):
+    return sh.condense(DISK, forces, (20, 32), (0, 1), places=places)
+
+
+def balance(force, of=FORCES):
+    return sh.HarmonicBalance(condensed(of), force, (0, 1))
+
+
 def test_several_engine_orders_and_copies():
-    disk, tip, pattern = damped_disk((1, 3, 1, 1), n_sectors=12)
-    forces = [sh.forces.EngineOrder(order, pattern=pattern) for order in (2, 10, 5)]
-    small = sh.condense(disk, forces, (2000, 6000), (0, 1), places=[tip])
-    assert sorted(small.waves) == [0, 2, 5]
-    problems = [sh.HarmonicBalance(small, force, (0, 1)) for force in forces]
-    points = [sh.solve(problem, 3000.0) for problem in problems]
-    again = sh.solve(pickle.loads(pickle.dumps(problems[1])), 3000.0)
-    assert np.array_equal(again.coefficient, points[1].coefficient)
-    alone = sh.condense(disk, forces[1], (2000, 6000), (0, 1), places=[tip])
-    single = sh.solve(sh.HarmonicBalance(alone, forces[1], (0, 1)), 3000.0)
-    assert np.allclose(
-        single.coefficient, points[1].coefficient, rtol=0, atol=1e-9 * single.amplitude.max().item()
-    )
-    assert (
-        abs(points[0].coefficient - points[1].coefficient).max() > 1e-3 * points[0].amplitude.max()
-    )
-    with pytest.raises(ValueError, match="does not know engine order 3"):
-        sh.HarmonicBalance(small, sh.forces.EngineOrder(3, pattern=pattern), (0, 1))
-    with pytest.raises(ValueError, match="does not know this force"):
-        sh.HarmonicBalance(small, sh.forces.EngineOrder(2, pattern={50: 1.0}), (0, 1))
-    with pytest.raises(ValueError, match="not right"):
-        sh.condense(disk, forces, (2000, 6000), places=[int(disk.interfaces.right[0])])
-    with pytest.raises(ValueError, match="expected an EngineOrder"):
-        sh.condense(disk, sh.forces.PointForce(), (2000, 6000))
+    assert sorted(condensed().waves) == [0, 2, 5]
+    problems = [balance(force) for force in FORCES]
+    points = [sh.solve(problem, 27.0).coefficient for problem in problems]
+    again = sh.solve(pickle.loads(pickle.dumps(problems[1])), 27.0)
+    np.testing.assert_array_equal(again.coefficient, points[1])
+    alone, size = sh.solve(balance(FORCES[1], FORCES[1]), 27.0), np.abs(points[1]).max()
+    np.testing.assert_allclose(alone.coefficient, points[1], rtol=0, atol=1e-9 * size)
+    assert abs(points[0] - points[1]).max() > 1e-3 * size
+
+
+test_other_forces_and_places_are_refused = refused([
+    (lambda: balance(sh.forces.EngineOrder(3, pattern=PATTERN)),
+     ValueError, "does not know engine order 3"),
+    (lambda: balance(sh.forces.EngineOrder(2, pattern={9: 1.0})),
+     ValueError, "does not know this force"),
+    (lambda: condensed(places=[int(DISK.interfaces.right[0])]), ValueError, "not right"),
+    (lambda: condensed(sh.forces.PointForce()), ValueError, "expected an EngineOrder"),
+])  # fmt: skip
 
 
 @pytest.mark.parametrize("numbers", [[0, 1, 2, 3], [2, 0, 1, 3]])
@@ -116,26 +96,3 @@ def test_outputs_do_not_depend_on_how_degrees_of_freedom_are_numbered(numbers):
         )
         found = sh.solve(sh.HarmonicBalance(small, force), 20.0)
         assert found.strain_amplitude.item() == pytest.approx(exact.strain_amplitude.item(), 1e-9)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("order", quick_first([3, 21, 0], 1))
-@pytest.mark.parametrize("opens", [False, True])
-def test_displacements_of_contacts_are_enough(order, opens):
-    """Contacts to the next sector and across the cut: responses of both sides, everywhere."""
-    disk, tip, pattern = damped_disk((1, 3, 1, 1), opens=opens)
-    force = sh.forces.EngineOrder(order, pattern={1: pattern, 2: {tip: 60 - 60j}})
-    everywhere = []
-    for keep, size in (("touched", 9 + opens), ("displacements", 4 + opens)):
-        small = sh.condense(disk, force, (2000, 6000), (0, 1, 2), places=[tip], keep=keep)
-        assert small.n_dof == size
-        assert small.certificate.error < 1e-10
-        problem = sh.HarmonicBalance(small, force, (0, 1, 2))
-        point = sh.solve(problem, 4100.0)
-        everywhere.append(sh.datasets.recover(problem, point))
-        assert everywhere[-1].residual_norm < 1e-10
-    assert point.label.values[-1] == "displacement of contact 2"
-    again = sh.solve(pickle.loads(pickle.dumps(problem)), 4100.0)
-    assert np.array_equal(again.coefficient, point.coefficient)
-    touched, displaced = (each.coefficient.values for each in everywhere)
-    assert abs(touched - displaced).max() < 1e-10 * abs(touched).max()

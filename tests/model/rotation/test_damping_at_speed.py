@@ -91,20 +91,6 @@ def test_modal_damping_along_an_engine_order_is_refused():
         sh.HarmonicBalance(disk(RULES[0]), FORCE)
 
 
-@pytest.mark.parametrize("rule", RULES, ids=lambda rule: type(rule).__name__)
-def test_modes_at_a_speed_have_coriolis_forces(rule):
-    """Those of the ring without damping, of the quadratic eigenvalue problem."""
-    found = sh.natural_modes(disk(rule).at(SPEED), nodal_diameter=2).frequency.values.ravel()
-    mass, stiffness = around(MASS), around(AT_REST + OMEGA**2 * STIFFENING)
-    lags = np.exp(-2j * np.pi * 2 * np.arange(N) / N)
-    wave = np.kron(lags[:, None], np.eye(2)) / np.sqrt(N)
-    m, k, g = (wave.conj().T @ each @ wave for each in (mass, stiffness, OMEGA * around(SKEW)))
-    first = np.block([[np.zeros((2, 2)), np.eye(2)], [-np.linalg.solve(m, np.hstack([k, g]))]])
-    every = np.sort(np.abs(np.linalg.eigvals(first).imag)) / 2 / np.pi
-    for frequency in found:
-        assert np.abs(every - frequency).min() < 1e-9 * frequency
-
-
 @pytest.mark.parametrize("rule", RULES[:2], ids=lambda rule: type(rule).__name__)
 def test_reduced_structures_at_a_speed_keep_coriolis_forces(rule):
     n = 8
