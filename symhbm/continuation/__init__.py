@@ -9,7 +9,14 @@ from symhbm.continuation.correctors import (
     prepare,
 )
 from symhbm.continuation.following import branches_over, filled, follow_branch
-from symhbm.continuation.newton import ACCEPTED, NewtonResult, newton, other_solution, slope_of
+from symhbm.continuation.newton import (
+    ACCEPTED,
+    NewtonResult,
+    newton,
+    other_solution,
+    slope_of,
+    step_of,
+)
 from symhbm.continuation.other_branches import FoundBranch, Origin, other_branches
 from symhbm.continuation.point import Event, EventKind, PathPoint
 from symhbm.continuation.problem import ContinuationProblem, FrequencyProblem, ParameterProblem
@@ -48,4 +55,5 @@ __all__ = [
     "prepare",
     "slope_of",
     "solve_point",
+    "step_of",
 ]

@@ -11,7 +11,6 @@ from itertools import pairwise
 
 import numpy as np
 
-from symhbm.balance import Evaluation
 from symhbm.continuation.between import (
     LocatedPeaks,
     Peak,
@@ -243,12 +242,13 @@ def solution_beside(
     curve = corrector.curve
     linear = linear_response(*curve.at(value))
     starts = [*(1.01 * unknowns for unknowns in known), *([] if linear is None else [linear])]
-
-    def balance(unknowns: FloatArray) -> Evaluation:
-        corrector.solves += 1
-        return curve.evaluate(unknowns, value)
-
-    return other_solution(balance, known[0], starts, *known[1:])
+    return other_solution(
+        lambda unknowns: corrector.step(unknowns, value),
+        lambda unknowns: corrector.free(unknowns, value),
+        known[0],
+        starts,
+        *known[1:],
+    )
 
 
 _FIRST, _FARTHER, _NOT_CONVERGED = 1e-3, 1.5, 4

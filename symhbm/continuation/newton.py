@@ -11,12 +11,14 @@ solutions of nonlinear partial differential equations, SIAM J. Sci. Comput. 37, 
 import contextlib
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
+from typing import Any
 
 import numpy as np
 
 from symhbm.balance import Evaluation
 from symhbm.continuation.status import Status
 from symhbm.numerics import Factorisation, FloatArray
+from symhbm.numerics.loops import Loop
 
 TOLERANCE = 1e-12
 """Largest residual over the largest sum of absolute force terms: some thousand round-offs."""
@@ -89,6 +91,11 @@ def newton(
     return NewtonResult(unknowns, evaluation, most, status)
 
 
+def step_of(evaluation: Evaluation) -> tuple[float, FloatArray | None]:
+    """Norm of equations and Newton's step, None where their Jacobian is singular."""
+    return evaluation.norm, Factorisation(evaluation.jacobian).solve(-evaluation.residual)
+
+
 def slope_of(evaluation: Evaluation) -> FloatArray:
     """Derivative (n_unknowns,) of a solution by the parameter, NaN where there is none."""
     slope = Factorisation(evaluation.jacobian).solve(-evaluation.by_parameter)
@@ -105,36 +112,61 @@ _FARTHEST = 1e6
 
 
 def other_solution(
-    evaluate: Callable[[FloatArray], Evaluation],
+    step_at: Callable[[FloatArray], tuple[float, FloatArray | None]],
+    solve: Callable[[FloatArray], NewtonResult],
     known: FloatArray,
     starts: Iterable[FloatArray],
     *others: FloatArray,
 ) -> FloatArray | None:
     """A solution (n_unknowns,) other than the ``known`` one, None if no start leads to one.
 
-    ``others`` are known, too.
+    ``step_at`` gives the norm of the equations and Newton's step, ``solve`` iterates with it alone
+    from close to a solution; ``others`` are known, too.
     """
-    size = np.linalg.norm(known) or 1.0
+    size = float(np.linalg.norm(known)) or 1.0
     all_known = np.array([known, *others])
     for start in starts:
         unknowns = np.array(start, dtype=float)
         for _ in range(_MAX_ITERATIONS):
-            offsets = (unknowns - all_known) / size
-            squares = np.einsum("kn,kn->k", offsets, offsets)
-            if not (np.all(squares > DISTINCT**2) and squares[0] < _FARTHEST**2):
+            if not _is_apart(unknowns, all_known, size):
                 break
             try:
-                evaluation = evaluate(unknowns)
+                norm, step = step_at(unknowns)
             except ArithmeticError:
                 break
-            step = Factorisation(evaluation.jacobian).solve(-evaluation.residual)
             if step is None:
                 break
-            if evaluation.norm < _NEAR:
-                result = newton(evaluate, unknowns)
+            if norm < _NEAR:
+                result = solve(unknowns)
                 distances = np.linalg.norm(result.unknowns - all_known, axis=1)
                 if result.converged and np.all(distances > DISTINCT * size):
                     return result.unknowns
-            rate = -2 * float(np.sum(offsets @ step / (squares * (1 + squares)))) / size
-            unknowns = unknowns + step / ((1 - rate) or 1.0)
+            unknowns = unknowns + _deflated(unknowns, all_known, size, step) * step
     return None
+
+
+@Loop
+def _is_apart(unknowns: Any, known: Any, size: float) -> bool:
+    """Whether unknowns are none of those ``known`` (k, n), and not far from the first."""
+    for k in range(len(known)):
+        square = 0.0
+        for i in range(len(unknowns)):
+            offset = (unknowns[i] - known[k, i]) / size
+            square += offset * offset
+        if not square > DISTINCT * DISTINCT or (k == 0 and not square < _FARTHEST * _FARTHEST):
+            return False
+    return True
+
+
+@Loop
+def _deflated(unknowns: Any, known: Any, size: float, step: Any) -> float:
+    """Length of a deflated step over that of the Newton ``step``."""
+    rate = 0.0
+    for k in range(len(known)):
+        square, along = 0.0, 0.0
+        for i in range(len(unknowns)):
+            offset = (unknowns[i] - known[k, i]) / size
+            square += offset * offset
+            along += offset * step[i]
+        rate -= 2 * along / (square * (1 + square) * size)
+    return 1.0 / (1.0 - rate) if rate != 1.0 else 1.0

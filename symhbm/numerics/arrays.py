@@ -145,10 +145,10 @@ class Factorisation:
 
     def solve(self, right: FloatArray) -> FloatArray | None:
         """Solution for one or several right-hand sides, None if there is no finite one."""
-        if self._solve is None or not np.all(np.isfinite(right)):
+        if self._solve is None or not np.isfinite(right).all():
             return None
         solution = self._solve(right)
-        return solution if np.all(np.isfinite(solution)) else None
+        return solution if np.isfinite(solution).all() else None
 
 
 def _solve_columns(lu: FloatArray, pivot: NDArray, right: FloatArray) -> FloatArray:
@@ -158,7 +158,7 @@ def _solve_columns(lu: FloatArray, pivot: NDArray, right: FloatArray) -> FloatAr
     more so on a busy machine.
     """
     solution = np.array(right, order="F")
-    for column in np.atleast_2d(solution.T):
+    for column in solution.T if solution.ndim > 1 else (solution,):
         _DGETRS(lu, pivot, column, overwrite_b=True)
     return solution
 

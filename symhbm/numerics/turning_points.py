@@ -73,10 +73,11 @@ def largest_displacement(
         if not np.isfinite(size).all():
             raise FloatingPointError("the coefficients of a motion are not finite")
         return size, np.arctan2(coefficients[:, -1], coefficients[:, -2]) / basis.highest
-    points = turning_points(basis, coefficients)
-    at = np.argmax(np.abs(points.value), axis=1)
-    rows = np.arange(len(at))
-    return np.abs(points.value[rows, at]), points.angle[rows, at]
+    order, is_sine, _ = basis.arrays
+    size, angle = np.empty((2, len(coefficients)))
+    motions = np.array(coefficients, dtype=float, order="C")
+    check_turning(fourier.largest_of(order, is_sine, not basis.mirrors, motions, size, angle))
+    return size, angle
 
 
 def turning_hessian(basis: FourierBasis, coefficients: FloatArray, angle: FloatArray) -> FloatArray:

@@ -7,7 +7,15 @@ import numpy as np
 import xarray as xr
 
 from symhbm.balance import HarmonicBalance, check_problem, is_held
-from symhbm.continuation import AtRest, NewtonResult, SolveError, Status, newton, other_solution
+from symhbm.continuation import (
+    AtRest,
+    NewtonResult,
+    SolveError,
+    Status,
+    newton,
+    other_solution,
+    step_of,
+)
 from symhbm.model.contacts import NormalLaw
 from symhbm.numerics import RADIANS, FloatArray, Table, check
 from symhbm.response.describe import results_of_contacts
@@ -89,8 +97,11 @@ def _states(at_rest: AtRest) -> list[NewtonResult]:
     """All states that starts and deflation lead to, the stable ones first."""
     found: list[NewtonResult] = []
 
+    def solve(start: FloatArray) -> NewtonResult:
+        return newton(at_rest, start)
+
     def add(start: FloatArray) -> None:
-        result = newton(at_rest, start)
+        result = solve(start)
         size = np.linalg.norm(result.unknowns)
         distances = [np.linalg.norm(result.unknowns - known.unknowns) for known in found]
         if result.converged and all(d > _SAME * size for d in distances):
@@ -102,7 +113,9 @@ def _states(at_rest: AtRest) -> list[NewtonResult]:
     for known in found:  # which grows
         softest = _softest(known)
         away = [known.unknowns + sign * s * softest for s in _NUDGES for sign in (1, -1)]
-        other = other_solution(at_rest, known.unknowns, [*starts, *away])
+        other = other_solution(
+            lambda unknowns: step_of(at_rest(unknowns)), solve, known.unknowns, [*starts, *away]
+        )
         for start in away if other is None else [other, *away]:
             add(start)
     return sorted(found, key=lambda state: (-_verdict(state), np.linalg.norm(state.unknowns)))

@@ -17,7 +17,12 @@ from numpy.typing import NDArray
 
 from symhbm.balance import DynamicStiffness, Equations
 from symhbm.continuation.correctors.bordered_system import SCALARS, located_system, point_system
-from symhbm.continuation.correctors.corrector import Constraint, Corrector, Hyperplane
+from symhbm.continuation.correctors.corrector import (
+    Constraint,
+    Corrector,
+    Hyperplane,
+    unit_parameter,
+)
 from symhbm.continuation.correctors.newton_graph import DONE, correction, is_generated, tangent
 from symhbm.continuation.correctors.resonance_count import counted, resonances_below
 from symhbm.continuation.correctors.stepwise import StepwiseCorrector
@@ -43,20 +48,29 @@ class LocatedCorrector(StepwiseCorrector):
         super().__init__(curve)
         problem = curve.problem
         equations, arguments = problem.compiled
-        system, self._assemble, self._limits = _system(equations)
+        self._assemble, self._limits = _assemblies(equations)
         self._located, self._contacts = equations.located, problem.contacts
-        self._system = Compiled(system)
+        self._system = Compiled(*_programs_of(curve).functions(curve.machine_code))
         self._system.inputs[0][:] = np.concatenate([np.ravel(array) for array in arguments])
+
+    def step(self, unknowns: FloatArray, value: float) -> tuple[float, FloatArray | None]:
+        """As `Corrector.step`, from the same system."""
+        point = np.append(unknowns, value)
+        ones, row = np.ones(len(point)), unit_parameter(len(point))
+        norm, _, _ = self._linearised(point, point, Hyperplane(point, ones, row), None)
+        columns, _ = self._step(None, ones)
+        return norm, None if columns is None else columns[:-1, 0]
 
     def _linearised(
         self,
         point: FloatArray,
         guess: FloatArray,
         constraint: Constraint,
-        switches: NDArray[np.bool_],
+        switches: NDArray[np.bool_] | None,
     ) -> tuple[float, float, Any]:
         frequency, inputs = float(point[-1]), self._system.inputs
         states = self._contacts.locate(point[:-1], frequency, switches)
+        switches = states.switches if switches is None else switches
         _, at, start, normal, anchor, limit, imposed, sizes, *of_contacts = inputs
         at[:], start[:], imposed[:] = point, guess, switches
         sizes[0], sizes[1] = constraint.scale[0], constraint.scale[-1]
@@ -101,17 +115,18 @@ def _fill(target: FloatArray, parts: list[FloatArray]) -> None:
 
 
 @lru_cache(maxsize=32)
-def _system(equations: Equations) -> tuple[ca.Function, Assembly, Assembly]:
-    """The function, and what makes matrices of its entries: the system, and rates of margins."""
-    system = located_system(equations)
+def _assemblies(equations: Equations) -> tuple[Assembly, Assembly]:
+    """What makes matrices of the entries of a located system: the system, and rates of margins."""
+    system = _programs(equations, None, True).system
     matrix, limits = (system.sparsity_out(name) for name in ("matrix", "limits"))
-    return system, Assembly(matrix, equations.assemble.as_full), Assembly(limits, limits.is_dense())
+    return Assembly(matrix, equations.assemble.as_full), Assembly(limits, limits.is_dense())
 
 
-_OFTEN = 50
-"""Number of curves of one structure from which machine code saves more time than it takes."""
-_Functions = tuple[ca.Function, ca.Function]
-"""A correction and the tangent."""
+_OFTEN, _OFTEN_LOCATED = 50, 1000
+"""Numbers of curves of one structure from which machine code saves more time than it takes: where
+it is whole corrections, and where it is one step of them."""
+_Functions = tuple[ca.Function, ...]
+"""A correction and the tangent, or a located system."""
 
 
 class CompiledCorrector(Corrector):
@@ -119,9 +134,9 @@ class CompiledCorrector(Corrector):
 
     def __init__(self, curve: FrequencyProblem):
         super().__init__(curve)
-        equations, arguments = curve.problem.compiled
-        programs = _programs(equations, curve.problem.structure)
-        self._correct, self._tangent = map(Compiled, programs.functions(curve.machine_code))
+        _, arguments = curve.problem.compiled
+        functions = _programs_of(curve).functions(curve.machine_code)
+        self._correct, self._tangent = map(Compiled, functions)
         for function in (self._correct, self._tangent):
             function.inputs[0][:] = np.concatenate([np.ravel(array) for array in arguments])
         self._n_switches = len(self._tangent.inputs[3])
@@ -225,17 +240,15 @@ def prepare(
 
     ``announce`` is called before what takes seconds.
     """
-    if not is_compiled(curve):
-        return False
-    programs = _programs(curve.problem.compiled[0], curve.problem.structure)
-    return programs.prepare(count, announce)
+    programs = _programs_of(curve) if is_compiled(curve) or is_located(curve) else None
+    return programs is not None and programs.prepare(count, announce)
 
 
 def by_machine_code(curve: ContinuationProblem) -> bool:
     """Whether machine code evaluates a curve in this process, as far as that is compiled."""
-    if not is_compiled(curve):
+    if not is_compiled(curve) and not is_located(curve):
         return False
-    programs = _programs(curve.problem.compiled[0], curve.problem.structure)
+    programs = _programs_of(curve)
     return programs.functions(curve.machine_code) is not programs.interpreted
 
 
@@ -254,24 +267,33 @@ def _stays_sparse(equations: Equations) -> bool:
     return bool(np.sum(np.arange(len(first)) - first) <= jacobian.nnz())
 
 
+def _programs_of(curve: ContinuationProblem) -> "_Programs":
+    """Those of a curve that has a `CompiledCorrector` or a `LocatedCorrector`."""
+    problem = curve.problem
+    return _programs(problem.compiled[0], problem.structure, not is_compiled(curve))
+
+
 @lru_cache(maxsize=32)
-def _programs(equations: Equations, structure: DynamicStiffness | None) -> "_Programs":
-    return _Programs(point_system(equations, structure))
+def _programs(
+    equations: Equations, structure: DynamicStiffness | None, located: bool
+) -> "_Programs":
+    system = located_system(equations) if located else point_system(equations, structure)
+    return _Programs(system, located)
 
 
 class _Programs:
     """The functions of one structure, by CasADi's virtual machine and as machine code."""
 
-    def __init__(self, system: ca.Function):
-        self._system = system
-        self.interpreted = correction(system), tangent(system)
+    def __init__(self, system: ca.Function, located: bool):
+        self.system, self._located = system, located
+        self.interpreted = self._built(system)
         self._machine_code: _Functions | None = None
         self._looked: set[bool] = set()
         self._uses = 0
         self._lock = threading.Lock()
 
     def functions(self, as_machine_code: bool | None) -> _Functions:
-        """The correction and the tangent; None for machine code where this process has it."""
+        """What is evaluated; None for machine code where this process has it."""
         with self._lock:
             if as_machine_code:
                 self._look(True)
@@ -283,7 +305,8 @@ class _Programs:
         """Whether there is machine code: from another process, or because many curves use it."""
         with self._lock:
             self._uses += count
-            self._look(self._uses >= _OFTEN, announce)
+            often = _OFTEN_LOCATED if self._located else _OFTEN
+            self._look(self._uses >= often, announce)
             return self._machine_code is not None
 
     def _look(self, make: bool, announce: Callable[[], None] = lambda: None) -> None:
@@ -292,8 +315,11 @@ class _Programs:
             self._looked.add(make)
             self._machine_code = self._made(make, announce)
 
+    def _built(self, system: ca.Function) -> _Functions:
+        return (system,) if self._located else (correction(system), tangent(system))
+
     def _made(self, make: bool, announce: Callable[[], None]) -> _Functions | None:
-        if is_generated(self._system):
-            return to_machine_code(self.interpreted, make, announce)  # type: ignore[return-value]
-        made = to_machine_code([self._system], make, announce)
-        return None if made is None else (correction(made[0]), tangent(made[0]))
+        if not self._located and is_generated(self.system):
+            return to_machine_code(self.interpreted, make, announce)
+        made = to_machine_code([self.system], make, announce)
+        return None if made is None else self._built(made[0])

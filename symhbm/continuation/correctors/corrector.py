@@ -10,7 +10,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.balance import Evaluation
-from symhbm.continuation.newton import NewtonResult, newton
+from symhbm.continuation.newton import NewtonResult, newton, step_of
 from symhbm.continuation.problem import ContinuationProblem, Corrected
 from symhbm.numerics import FloatArray, bordered, length_of
 from symhbm.numerics.loops import Loop
@@ -151,6 +151,14 @@ class Corrector(ABC):
             if result.converged and length_of(result.unknowns - start) <= _FARTHEST:
                 found = self.correct(result.unknowns * scale, plane, switches, precision)
         return found
+
+    def step(self, unknowns: FloatArray, value: float) -> tuple[float, FloatArray | None]:
+        """Norm of the equations at a value, and Newton's step, states of switches free.
+
+        Raises ArithmeticError where a force cannot be computed; None for a singular system.
+        """
+        self.solves += 1
+        return step_of(self.curve.evaluate(unknowns, value))
 
     def free(self, unknowns: FloatArray, value: float) -> NewtonResult:
         """Solution at a ``value`` from ``unknowns`` (n_unknowns,), states of switches free."""

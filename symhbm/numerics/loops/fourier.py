@@ -9,6 +9,7 @@ from typing import Any
 import numpy as np
 
 from symhbm.numerics.loops import series
+from symhbm.numerics.loops.largest import largest
 from symhbm.numerics.machine_code import Loop
 
 _ROUND_OFF = 4e-15
@@ -165,4 +166,17 @@ def turning_points_of(
         counts[j], lowest[j] = count, low
         for i in range(max(count, 1), angle.shape[1]):
             angle[j, i], value[j, i] = angle[j, i - 1], value[j, i - 1]
+    return DONE
+
+
+@Loop
+def largest_of(order: Any, is_sine: Any, both: bool, motions: Any, size: Any, angle: Any) -> int:
+    """Write the `largest` magnitudes (n,) of motions (n, K), and where they are [rad]."""
+    waves = np.empty((2, order[len(order) - 1] + 1))
+    for j in range(len(motions)):
+        for i in range(len(order)):
+            if not math.isfinite(motions[j, i]):
+                return NOT_FINITE
+        as_series(order, is_sine, motions[j], waves[0], waves[1])
+        size[j], angle[j] = largest(waves[0], waves[1], both)
     return DONE

@@ -11,9 +11,9 @@ import numpy as np
 
 from symhbm.numerics.machine_code import Loop
 
-_CELLS = 4
+CELLS = 4
 """First cells per period of the highest harmonic: a multiple of four, see `on_grid`."""
-_CLOSEST = 1e-8
+CLOSEST = 1e-8
 """Width [rad] of a cell below which a pair of zeros does not count."""
 _CLOSE = 1e-3
 """Angle [rad] times the highest harmonic up to which three terms of a power series are exact."""
@@ -190,7 +190,7 @@ def _of_one_harmonic(
         return 0
     top = math.atan2(sine[1], cosine[1])
     wide = math.atan2(math.sqrt((size - mean) * (size + mean)), -mean)
-    if 2 * min(wide, math.pi - wide) <= _CLOSEST:
+    if 2 * min(wide, math.pi - wide) <= CLOSEST:
         return 0
     falls, rises_at = (top + wide) % (2 * math.pi), (top - wide) % (2 * math.pi)
     first = 0 if rises_at < falls else 1
@@ -203,7 +203,7 @@ def _of_one_harmonic(
 
 
 @Loop
-def _put(
+def put(
     stack: Any,
     depth: int,
     left: float,
@@ -248,7 +248,7 @@ def sign_changes_in(
         return 0
     if highest == 1:
         return _of_one_harmonic(cosine, sine, noise, half, angles, rises)
-    ends = np.empty((2, _CELLS * max(highest, 2)))
+    ends = np.empty((2, CELLS * max(highest, 2)))
     on_grid(cosine, sine, ends)
     most = highest if half else 2 * highest
     count = _scan(cosine, sine, bound, noise, half, ends, most, angles, rises)
@@ -263,12 +263,12 @@ def _without_pairs(period: float, count: int, angles: Any, rises: Any) -> int:
     """Leave out neighbours closer than counts, whose order is that of round-off."""
     kept = 0
     for i in range(count):
-        if kept and angles[i] - angles[kept - 1] <= _CLOSEST:
+        if kept and angles[i] - angles[kept - 1] <= CLOSEST:
             kept -= 1
         else:
             angles[kept], rises[kept] = angles[i], rises[i]
             kept += 1
-    if kept > 1 and angles[0] + period - angles[kept - 1] <= _CLOSEST:
+    if kept > 1 and angles[0] + period - angles[kept - 1] <= CLOSEST:
         kept -= 2
         for i in range(kept):
             angles[i], rises[i] = angles[i + 1], rises[i + 1]
@@ -305,7 +305,7 @@ def _scan(
         left, right = 2 * math.pi * i / cells, 2 * math.pi * (i + 1) / cells
         # The end of the last cell is the begin of the first, to the bit.
         after = (i + 1) % cells
-        _put(stack, 0, left, right, ends[0, i], ends[1, i], ends[0, after], ends[1, after])
+        put(stack, 0, left, right, ends[0, i], ends[1, i], ends[0, after], ends[1, after])
         depth = 1
         while depth:
             depth -= 1
@@ -322,11 +322,11 @@ def _scan(
                 inner = 3 * (third - second) / width
                 gentlest = min(first_slope, inner, last_slope)
                 monotone = gentlest > steepest or max(first_slope, inner, last_slope) < -steepest
-                if not monotone and width > _CLOSEST and max(largest, -lowest) > noise:
+                if not monotone and width > CLOSEST and max(largest, -lowest) > noise:
                     middle = 0.5 * (left + right)
                     value, slope = at(cosine, sine, middle)
-                    _put(stack, depth, middle, right, value, slope, last, last_slope)
-                    _put(stack, depth + 1, left, middle, first, first_slope, value, slope)
+                    put(stack, depth, middle, right, value, slope, last, last_slope)
+                    put(stack, depth + 1, left, middle, first, first_slope, value, slope)
                     depth += 2
                     continue
             if abs(last) <= noise:

@@ -43,7 +43,7 @@ from symhbm.model.contacts.varying_load.march import (
     march,
     walls,
 )
-from symhbm.numerics.loops import Loop, fourier, series
+from symhbm.numerics.loops import Loop, fourier, largest, series
 
 
 @Loop
@@ -156,10 +156,14 @@ def estimate(
     """The margins of `locate` and their derivatives alone."""
     highest = int(order[len(order) - 1])
     waves, turning = np.empty((4, 2, highest + 1)), np.empty((4, 2))
-    pieces, slopes = np.empty((most_pieces(highest), 6)), np.empty((3, 3 * len(order) + 2))
+    slopes = np.empty((3, 3 * len(order) + 2))
     for j in range(len(motions)):
-        noise = _waves(order, is_sine, motions[j], values[j], waves)
-        march(waves, noise, 0, pieces, turning)
+        _waves(order, is_sine, motions[j], values[j], waves)
+        # The largest `low`, the smallest `high`, the smallest and the largest `p`.
+        for k, of, sign in ((0, 2, 1.0), (1, 3, -1.0), (2, 1, -1.0), (3, 1, 1.0)):
+            wave = sign * waves[of]
+            value, turning[k, 1] = largest(wave[0], wave[1], False)
+            turning[k, 0] = sign * value
         _margins(
             order, is_sine, motions[j], values[j], turning, margins[j], slopes, by_motion[j],
             by_values[j],
