@@ -213,6 +213,7 @@ class Loop:
             return self._function
         if numba.config.DISABLE_JIT:  # type: ignore[attr-defined]
             return self._function
+        _listen()
         # A division by zero gives what numpy gives, and no exception.
         options: Any = dict(error_model="numpy", no_cfunc_wrapper=True)
         compiled: Any = numba.njit(self._function, **options)
@@ -280,23 +281,33 @@ def _tell_later() -> None:
             scratch.replace(folder() / _TIMES)
 
 
+_TELLERS: list[Callable[[], None]] = []
+"""What is called in front of a loop that is compiled."""
+
+
 @contextmanager
 def told_of_compiling(tell: Callable[[], None]) -> Iterator[None]:
     """A context that calls ``tell`` once in front of the first loop that it has to compile."""
-    try:
-        from numba.core import event
-    except ImportError:
-        yield
-        return
     first = cache(tell)
+    _TELLERS.append(first)
+    try:
+        yield
+    finally:
+        _TELLERS.remove(first)
+
+
+@cache
+def _listen() -> None:
+    """Call tellers whenever a loop is compiled; not before, as numba takes long to import."""
+    from numba.core import event
 
     class Listener(event.Listener):
         def on_start(self, event: Any) -> None:
             if event.data["dispatcher"].py_func in {loop._function for loop in Loop._all}:
-                first()
+                for tell in tuple(_TELLERS):
+                    tell()
 
         def on_end(self, event: Any) -> None:
             """Nothing is to be said."""
 
-    with event.install_listener("numba:compile", Listener()):
-        yield
+    event.register("numba:compile", Listener())

@@ -8,7 +8,9 @@ from importlib.metadata import version
 from typing import Any
 
 import numpy as np
+import pandas as pd
 import xarray as xr
+from xarray.indexes import PandasIndex
 
 from symhbm.balance import HarmonicBalance
 from symhbm.model import Places, Structure
@@ -70,7 +72,10 @@ class DatasetParts:
         if LARGEST_OF in self.attributes:
             for name in OF_LARGEST & {*variables}:
                 variables[name] = _of_kept(variables[name], self.attributes[LARGEST_OF])
-        return xr.Dataset(variables, labels, self.attributes).set_coords(coordinates)
+        own = {name: variables.pop(name) for name in dict.fromkeys(coordinates)}
+        indices = {**labels.xindexes, **_indices(own)}
+        whole = xr.Coordinates({**labels.variables, **own}, indices)
+        return xr.Dataset(variables, whole, self.attributes)
 
 
 def speed_orders(variables: Mapping[Any, Any], attributes: Mapping[str, Any]) -> xr.Variable:
@@ -122,7 +127,20 @@ def _labels(n_dof: int, n_contacts: int, harmonics: tuple[int, ...]) -> xr.Coord
         "harmonic": ("harmonic", np.array(harmonics), _about(words)),
         "component": ("component", component, {"long_name": "component of the harmonic"}),
     }
-    return xr.Coordinates({name: variable_of(part) for name, part in parts.items()})
+    variables = {name: variable_of(part) for name, part in parts.items()}
+    return xr.Coordinates(variables, _indices(variables))
+
+
+def _indices(variables: Mapping[str, xr.Variable]) -> dict[str, PandasIndex]:
+    """Indices of the variables that label a dimension.
+
+    Where xarray makes them from arrays it imports dask if there is any.
+    """
+    labels = {name: of.values for name, of in variables.items() if of.dims == (name,)}
+    return {
+        name: PandasIndex(pd.Index(values, dtype=values.dtype), name, values.dtype)
+        for name, values in labels.items()
+    }
 
 
 _AXES = ("x", "y", "z")

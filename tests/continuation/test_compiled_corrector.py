@@ -212,6 +212,7 @@ def cache(tmp_path, monkeypatch):
     """An empty folder of compiled functions, and no structure prepared so far."""
     monkeypatch.setenv(c_library.CACHE, str(tmp_path / "cache"))
     monkeypatch.setattr(compiled, "_OFTEN", 3)
+    monkeypatch.setattr(compiled, "_OFTEN_LOCATED", 3)
     compiled._programs.cache_clear()
     yield tmp_path / "cache"
     compiled._programs.cache_clear()
@@ -260,11 +261,11 @@ def test_machine_code_is_looked_for_once_and_made_once(cache, monkeypatch):
     assert asked == [False, True]
 
 
-@pytest.mark.slow
 @needs_compiler
-def test_many_curves_are_machine_code_to_the_same_bits(cache, monkeypatch):
+@pytest.mark.parametrize("harmonics", [(1, 3), pytest.param((1,), marks=pytest.mark.slow)])
+def test_many_curves_are_machine_code_to_the_same_bits(cache, monkeypatch, harmonics):
     """Decided in front of a call, told in its result, kept for other processes."""
-    problem, name = fig03.problem(), "equations_evaluated_by"
+    problem, name = fig03.problem(harmonics), "equations_evaluated_by"
     few, many = curves(problem, 2), curves(problem, 3)
     assert (few.attrs[name], many.attrs[name]) == ("the virtual machine of CasADi", "machine code")
     assert len([*cache.glob("*.so")]) == 1
@@ -355,3 +356,16 @@ def test_resonances_below_are_counted(name):
         natural_modes = modes(branch.curve, point.unknowns, point.value, friction.switches)
         assert natural_modes is not None
         assert point.resonances_below == (np.count_nonzero(natural_modes.detuning < 0),)
+
+
+def test_steps_of_the_located_system_are_those_of_the_equations():
+    """Contact states free, at motions that are no solution."""
+    problem = fig03.problem((1, 3)).with_parameters(normal_load=5)
+    corrector, rng = corrector_of(FrequencyProblem(problem)), np.random.default_rng(3)
+    for _ in range(5):
+        unknowns = 1e-3 * rng.normal(size=problem.n_unknowns)
+        norm, step = corrector.step(unknowns, 110.0)
+        expected, other = StepwiseCorrector.step(corrector, unknowns, 110.0)
+        np.testing.assert_allclose(norm, expected, rtol=1e-12)
+        np.testing.assert_allclose(step, other, rtol=0, atol=1e-11 * np.abs(other).max())
+    assert corrector.solves == 10

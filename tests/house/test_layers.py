@@ -33,7 +33,7 @@ ROOMS = [
 ONLY_IN = {
     "casadi": "numerics model.contacts balance continuation.correctors continuation.angles design",
     "xarray": "results peaks response design ensembles plot cli",
-    "pandas": "results.reading",
+    "pandas": "results",
     "matplotlib": "plot",
     "plotly": "plot.viewer",
     "tqdm": "workers",

@@ -164,3 +164,26 @@ def test_largest_displacement_of_one_harmonic_is_its_radius():
     amplitude, angle = largest_displacement(basis, np.array([[3.0, -4.0]]))
     assert amplitude[0] == pytest.approx(5.0, rel=1e-15)
     assert abs(basis.values(angle[0]) @ [3.0, -4.0]) == pytest.approx(5.0, rel=1e-15)
+
+
+@given(
+    st.sampled_from([(1, 3), (0, 1), (0, 1, 2, 3), (2, 5), (0, 1, 4), (1, 3, 5, 7, 9)]),
+    st.integers(0, 2**32 - 1),
+    st.floats(-6, 6),
+)
+@settings(max_examples=60)
+def test_largest_displacements_are_those_of_all_turning_points(harmonics, seed, spread):
+    """Cells that bounds leave out hold nothing larger, whatever harmonic leads."""
+    basis, rng = FourierBasis(harmonics), np.random.default_rng(seed)
+    sizes = 10.0 ** rng.uniform(min(spread, 0), max(spread, 0), (20, basis.n_components))
+    motions = rng.normal(size=sizes.shape) * sizes
+    motions[0] = 0.0
+    motions[1, basis.order > 0] = 0.0
+    largest, angle = largest_displacement(basis, motions)
+    points = turning_points(basis, motions)
+    expected = np.abs(points.value).max(axis=1)
+    # The sum of some waves, each rounded.
+    error = 4e-16 * basis.n_components * np.abs(motions).sum(axis=1)
+    assert np.all(np.abs(largest - expected) <= error)
+    there = np.abs(np.einsum("im,im->i", basis.values(angle), motions))
+    assert np.all(np.abs(there - largest) <= error)

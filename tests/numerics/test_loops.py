@@ -196,6 +196,14 @@ def test_functions_of_others_are_not_told():
         assert numba.njit(lambda x: x + 1)(1) == 2
 
 
+def test_a_first_curve_imports_nothing_that_it_does_not_need():
+    """Neither numba, where no loop is compiled, nor dask, which xarray looks for."""
+    code = CURVE.format(progress=False).replace("= 0.0", "= float('inf')")
+    code += "import sys; print({'numba', 'dask'} & {*sys.modules})"
+    run = subprocess.run([sys.executable, "-c", code], capture_output=True, text=True, check=True)
+    assert run.stdout.strip() == "set()"
+
+
 @pytest.mark.slow
 def test_the_first_curve_after_installing_says_so(tmp_path):
     def said(progress: bool) -> str:

@@ -1,7 +1,6 @@
 """Loops that are compiled at their first call, over arrays, one Fourier series, between points."""
 
 from symhbm.numerics.loops import arrays, fourier, interpolation, polynomials, series
-from symhbm.numerics.loops.largest import largest
 from symhbm.numerics.machine_code import Loop, told_of_compiling
 
 __all__ = [
@@ -9,7 +8,6 @@ __all__ = [
     "arrays",
     "fourier",
     "interpolation",
-    "largest",
     "polynomials",
     "series",
     "told_of_compiling",

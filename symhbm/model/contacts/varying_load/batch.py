@@ -43,7 +43,7 @@ from symhbm.model.contacts.varying_load.march import (
     march,
     walls,
 )
-from symhbm.numerics.loops import Loop, fourier, largest, series
+from symhbm.numerics.loops import Loop, fourier, series
 
 
 @Loop
@@ -162,7 +162,7 @@ def estimate(
         # The largest `low`, the smallest `high`, the smallest and the largest `p`.
         for k, of, sign in ((0, 2, 1.0), (1, 3, -1.0), (2, 1, -1.0), (3, 1, 1.0)):
             wave = sign * waves[of]
-            value, turning[k, 1] = largest(wave[0], wave[1], False)
+            value, turning[k, 1] = fourier.largest(wave[0], wave[1], False)
             turning[k, 0] = sign * value
         _margins(
             order, is_sine, motions[j], values[j], turning, margins[j], slopes, by_motion[j],
