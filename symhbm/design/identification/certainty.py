@@ -119,7 +119,7 @@ class Certainty:
         if hessian is not None:
             inner = seen @ hessian[np.ix_(free, free)] @ seen.T
             blurred = values[visible].min() < _SQUARED * values.max()
-            if blurred or np.linalg.eigvalsh(inner)[0] <= 0:
+            if blurred or not np.isfinite(inner).all() or np.linalg.eigvalsh(inner)[0] <= 0:
                 return result
         inverse = seen.T @ np.linalg.solve(inner, seen) * self.noise**2
         known = np.linalg.norm(hidden, axis=0) <= _INVOLVED

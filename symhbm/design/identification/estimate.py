@@ -151,7 +151,7 @@ def polished(
             break
         moved = free[inner]
         hessian = point.hessian[np.ix_(moved, moved)]
-        if np.linalg.eigvalsh(hessian)[0] <= 0:
+        if not np.isfinite(hessian).all() or np.linalg.eigvalsh(hessian)[0] <= 0:
             break
         x = point.x.copy()
         x[moved] -= np.linalg.solve(hessian, point.gradient[moved])

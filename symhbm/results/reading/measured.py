@@ -2,8 +2,10 @@
 
 from __future__ import annotations
 
+import inspect
 import os
 from collections.abc import Mapping
+from difflib import get_close_matches
 from pathlib import Path
 from typing import Any
 
@@ -31,6 +33,8 @@ _PAIRS = {
 }
 """Forms of two real numbers each."""
 _SWEEPS = ("up", "down")
+_MISTYPED = 0.8
+"""Likeness of a name to that of an argument from which it is one that was mistyped."""
 
 
 def measured(
@@ -125,6 +129,9 @@ def measured(
     >>> data.sizes["measurement"], data.measured_value.values[:2]
     (6, array([ 1.e-04, -1.e-05]))
     """
+    for name in known:
+        if near := get_close_matches(name, inspect.signature(measured).parameters, 1, _MISTYPED):
+            raise TypeError(f"{name}: expected a parameter of the problem; did you mean {near[0]}?")
     columns = _columns(table)
     check.one_of("form", form, _FORMS)
     scale, quantity, units = _scale(check.text("units", units), form, quantity)

@@ -85,6 +85,7 @@ def test_columns_of_tables(tmp_path, kind):
         (dict(left_out=1), TypeError, "True or False"),
         (dict(form="polar"), ValueError, "one of 'complex'"),
         (dict(table=3), TypeError, "a table of pandas"),
+        (dict(devation=0.1), TypeError, "devation: expected a parameter"),
         (dict(table="sweep.txt"), ValueError, ".csv or a .mat"),
         (dict(response="amplitude", table={"f": [1]}), KeyError, "column of the table"),
     ],
