@@ -79,8 +79,7 @@ def opening() -> list[Table]:
     caption = (
         "**Shrouds that rub and open**: rings of blades that move in two directions, harmonics 0 "
         "to 3, 10 to 35 Hz, as above; the normal loads vary with the motion. This library tells "
-        "the stability of each point, unless `keep=` leaves it out. There is no machine code of "
-        "such corrections."
+        "the stability of each point, unless `keep=` leaves it out."
     )
     table = _table(caption, "case", names)
     for n_blades, load in ((3, 4), (3, 12), (5, 4), (5, 10)):

@@ -34,7 +34,7 @@ def structures() -> list[Table]:
         "**Structures**: a curve over L, the time of one residual with its Jacobian as machine "
         "code, contacts located, and of one factorisation by LAPACK of its size, times the number "
         "of linear solves. Of the sector of masses, whose dynamic stiffness is that of its waves, "
-        "L has the contacts alone. There is no machine code with several harmonics."
+        "L has the contacts alone."
     )
     table = Table(caption, header)
     for case, (build, band) in CASES.items():
