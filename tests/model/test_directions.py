@@ -10,6 +10,7 @@ import scipy.sparse as sp
 import symhbm as sh
 from symhbm.model.contacts import Weights
 from tests.problems import Coupled
+from tests.refusals import refused
 
 FRICTION = dict(contact_stiffness=8e3, friction_coefficient=0.4, normal_load=2.0)
 
@@ -166,76 +167,69 @@ def test_pictures_draw_weighted_contacts(n):
 
 
 FLAT = "expected \\(first, second\\)"
-BAD = {
-    "flat list": ([0, 2], TypeError, rf"tangential\[0\]=0: {FLAT}.* or weights"),
-    "flat weights": (np.array([1.0, -1.0]), TypeError, rf"tangential=.*{FLAT}"),
-    "list in a list": ([[0, 2]], TypeError, rf"tangential\[0\]=\[0, 2\]: {FLAT}"),
-    "array in a list": ([np.array([1.0, -1])], TypeError, rf"tangential\[0\]=.*{FLAT}"),
-    "integers of two columns": (np.array([[0, 2]]), TypeError, "list\\(map\\(tuple, array\\)\\)"),
-    "three numbers": ((0, 1, 2), ValueError, "one or two DOFs, or a mapping"),
-    "weights in a tuple": ((0.5, -0.5), ValueError, "tangential=0.5: expected an integer"),
-    "nothing": ({}, ValueError, "tangential={}: expected weights that are not 0"),
-    "a weight of 0": ({0: 1.0, 1: 0.0}, ValueError, "expected weights that are not 0"),
-    "a row of 0": (np.array([[1.0, 0, 0], [0, 0, 0]]), ValueError, r"tangential\[1\]: .*not all 0"),
-    "duplicate": ((2, 2), ValueError, "joins two different DOFs"),
-    "nan": ({0: np.nan}, ValueError, r"tangential\[0\]=nan: expected values finite"),
-    "nan in an array": (np.array([[1.0, np.nan, 0]]), ValueError, r"entry \[0, 1\] is not"),
-    "infinite": (sp.csr_array([[1.0, np.inf, 0]]), ValueError, "tangential=.*finite"),
-    "true": ((True, 0), TypeError, "tangential=True: expected an integer"),
-    "a true weight": ({0: True}, TypeError, r"tangential\[0\]=True: expected real numbers"),
-    "true by number": ({True: 1.0}, TypeError, "degree of freedom=True"),
-    "truths": (np.array([[True, False, True]]), TypeError, "tangential=.*real numbers"),
-    "complex": ({0: 1j}, TypeError, r"tangential\[0\]=1j"),
-    "text": ({"0": 1.0}, TypeError, "degree of freedom='0'"),
-    "negative": ({-1: 1.0}, ValueError, "degree of freedom=-1"),
-    "three dimensions": (np.zeros((1, 2, 3)), TypeError, "or an array \\(n, n_dof\\)"),
-    "one number": (3, TypeError, "tangential=3: expected a sequence"),
-}
 
 
-@pytest.mark.parametrize(("given", "error", "text"), BAD.values(), ids=BAD)
-def test_wrong_directions_say_what_is_expected(given, error, text):
-    with pytest.raises(error, match=text) as caught:
-        sh.Contacts(sh.laws.Coulomb(), given, **FRICTION)
-    assert "\n" not in str(caught.value)
+class Clash(Coupled):
+    parameters: ClassVar = {"across": sh.laws.Parameter("N", "a load")}
+
+    def force_at(self, displacement, frequency, values):
+        return values["across"] * displacement
 
 
-@pytest.mark.parametrize(
-    ("given", "text"),
-    [
-        ({0: 1.0, 4: 0.5}, r"contacts\['a'\], tangential\[0\]=4: expected an integer from 0 to 3"),
-        ([(0,), (1, 4)], r"contacts\['a'\], tangential\[1\]=4"),
-        (np.eye(3), r"contacts\['a'\], tangential: expected an array of 4 columns .*, got 3"),
-    ],
-    ids=["weights", "pair", "array"],
-)
-def test_directions_outside_a_model(given, text):
-    group = sh.Contacts(sh.laws.Coulomb(), given, **FRICTION)
-    with pytest.raises(ValueError, match=text):
-        sh.Model(*matrices(4), contacts={"a": group})
+class Twice(Coupled):
+    directions = ("across", "across")
 
 
-def test_directions_by_name_are_given_once():
-    with pytest.raises(TypeError, match="across: expected once"):
-        sh.Contacts(Coupled(), [(0,)], [(1,)], across=[(1,)], hardening=1.0)
-    with pytest.raises(ValueError, match="tangential, across, got 1"):
-        sh.Contacts(Coupled(), across=[(1,)], hardening=1.0)
-    with pytest.raises(ValueError, match="tangential, across, got 3"):
-        sh.Contacts(Coupled(), [(0,)], [(1,)], [(2,)], hardening=1.0)
-    with pytest.raises(KeyError, match="'radial' is no parameter"):
-        sh.Contacts(sh.laws.Coulomb(), [(0,)], radial=[(1,)], **FRICTION)
+def rubbing(given):
+    return sh.Contacts(sh.laws.Coulomb(), given, **FRICTION)
 
-    class Clash(Coupled):
-        parameters: ClassVar = {"across": sh.laws.Parameter("N", "a load")}
 
-        def force_at(self, displacement, frequency, values):
-            return values["across"] * displacement
+def inside(given):
+    return sh.Model(*matrices(4), contacts={"a": rubbing(given)})
 
-    with pytest.raises(ValueError, match="'across' names a direction and a parameter"):
-        sh.Contacts(Clash(), [(0,)], across=[(1,)])
 
-    class Twice(Coupled):
-        directions = ("across", "across")
+def corner(*given, law=Coupled, **named):
+    return sh.Contacts(law(), *given, **named, hardening=1.0)
 
-    with pytest.raises(ValueError, match="'across' names two directions"):
-        sh.Contacts(Twice(), [(0,)], [(1,)], hardening=1.0)
+
+ONE = [(0,)]
+test_wrong_directions_say_what_is_expected = refused([
+    *((lambda given=given: rubbing(given), error, words) for given, error, words in (
+        ([0, 2], TypeError, rf"tangential\[0\]=0: {FLAT}.* or weights"),
+        (np.array([1.0, -1.0]), TypeError, rf"tangential=.*{FLAT}"),
+        ([[0, 2]], TypeError, rf"tangential\[0\]=\[0, 2\]: {FLAT}"),
+        ([np.array([1.0, -1])], TypeError, rf"tangential\[0\]=.*{FLAT}"),
+        (np.array([[0, 2]]), TypeError, "list\\(map\\(tuple, array\\)\\)"),
+        ((0, 1, 2), ValueError, "one or two DOFs, or a mapping"),
+        ((0.5, -0.5), ValueError, "tangential=0.5: expected an integer"),
+        ({}, ValueError, "tangential={}: expected weights that are not 0"),
+        ({0: 1.0, 1: 0.0}, ValueError, "expected weights that are not 0"),
+        (np.array([[1.0, 0, 0], [0, 0, 0]]), ValueError, r"tangential\[1\]: .*not all 0"),
+        ((2, 2), ValueError, "joins two different DOFs"),
+        ({0: np.nan}, ValueError, r"tangential\[0\]=nan: expected values finite"),
+        (np.array([[1.0, np.nan, 0]]), ValueError, r"entry \[0, 1\] is not"),
+        (sp.csr_array([[1.0, np.inf, 0]]), ValueError, "tangential=.*finite"),
+        ((True, 0), TypeError, "tangential=True: expected an integer"),
+        ({0: True}, TypeError, r"tangential\[0\]=True: expected real numbers"),
+        ({True: 1.0}, TypeError, "degree of freedom=True"),
+        (np.array([[True, False, True]]), TypeError, "tangential=.*real numbers"),
+        ({0: 1j}, TypeError, r"tangential\[0\]=1j"),
+        ({"0": 1.0}, TypeError, "degree of freedom='0'"),
+        ({-1: 1.0}, ValueError, "degree of freedom=-1"),
+        (np.zeros((1, 2, 3)), TypeError, "or an array \\(n, n_dof\\)"),
+        (3, TypeError, "tangential=3: expected a sequence"),
+    )),
+    (lambda: inside({0: 1.0, 4: 0.5}),
+     ValueError, r"contacts\['a'\], tangential\[0\]=4: expected an integer from 0 to 3"),
+    (lambda: inside([(0,), (1, 4)]), ValueError, r"contacts\['a'\], tangential\[1\]=4"),
+    (lambda: inside(np.eye(3)),
+     ValueError, r"contacts\['a'\], tangential: expected an array of 4 columns .*, got 3"),
+    (lambda: corner(ONE, ONE, across=ONE), TypeError, "across: expected once"),
+    (lambda: corner(across=ONE), ValueError, "tangential, across, got 1"),
+    (lambda: corner(ONE, ONE, ONE), ValueError, "tangential, across, got 3"),
+    (lambda: sh.Contacts(sh.laws.Coulomb(), ONE, radial=ONE, **FRICTION),
+     KeyError, "'radial' is no parameter"),
+    (lambda: sh.Contacts(Clash(), ONE, across=ONE),
+     ValueError, "'across' names a direction and a parameter"),
+    (lambda: corner(ONE, ONE, law=Twice), ValueError, "'across' names two directions"),
+])  # fmt: skip

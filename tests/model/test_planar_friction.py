@@ -10,6 +10,7 @@ from symhbm.model.contacts import marched
 from symhbm.numerics import FourierBasis
 from tests.law_slopes import at_motion, figures_of, force_of, returned, turned_by, values_of
 from tests.quick import quick_first
+from tests.refusals import refused
 from tests.stored.problems import case
 
 # Every first use compiles the loops for a minute; the examples of a property are not to blame.
@@ -185,15 +186,9 @@ def test_histories_without_friction_show_the_normal_force():
     np.testing.assert_allclose(press[changes], 0, atol=1e-12)
 
 
-@pytest.mark.parametrize("law", [sh.laws.PlanarFriction, sh.laws.VariableLoadFriction])
-def test_words(law):
-    with pytest.raises(ValueError, match="given='force': expected one of 'normal_load', 'gap'"):
-        law("force")
-    with pytest.raises(ValueError, match="preload='none': expected one of 'balanced', 'coupled'"):
-        law(preload="none")
-    assert repr(sh.laws.PlanarFriction("gap", preload="coupled")) == (
-        "PlanarFriction('gap', preload='coupled')"
-    )
+def test_laws_are_told_by_what_is_given():
+    law = sh.laws.PlanarFriction("gap", preload="coupled")
+    assert repr(law) == "PlanarFriction('gap', preload='coupled')"
     assert sh.laws.PlanarFriction() == sh.laws.PlanarFriction("normal_load")
     assert sh.laws.PlanarFriction() != sh.laws.PlanarFriction("gap")
 
@@ -241,14 +236,18 @@ def block(across, places=True, **named):
     return model.with_contacts(pad=sh.Friction(tangential={0: 1.0}, across=across, **friction))
 
 
-@pytest.mark.parametrize(
-    ("across", "places", "degrees"),
-    [({0: -2.0}, True, "0"), ({0: -2.0}, False, "0"), ({"7:x": 1.0, "7:y": 1.0}, True, "45")],
-)
-def test_directions_of_a_plane_are_at_a_right_angle(across, places, degrees):
-    words = rf"contacts\['pad'\], across\[0\]: expected .* at {degrees} degrees"
-    with pytest.raises(ValueError, match=words):
-        block(across, places)
+ANGLE = r"contacts\['pad'\], across\[0\]: expected .* at {} degrees"
+test_what_is_no_plane_or_no_load_is_refused = refused([
+    (lambda: block({0: -2.0}), ValueError, ANGLE.format(0)),
+    (lambda: block({0: -2.0}, False), ValueError, ANGLE.format(0)),
+    (lambda: block({"7:x": 1.0, "7:y": 1.0}), ValueError, ANGLE.format(45)),
+    *(row for law in (sh.laws.PlanarFriction, sh.laws.VariableLoadFriction) for row in (
+        (lambda law=law: law("force"),
+         ValueError, "given='force': expected one of 'normal_load', 'gap'"),
+        (lambda law=law: law(preload="none"),
+         ValueError, "preload='none': expected one of 'balanced', 'coupled'"),
+    )),
+])  # fmt: skip
 
 
 @pytest.mark.parametrize("places", [True, False])

@@ -312,13 +312,7 @@ STRANGE = ca.SX.sym("strange")
         (lambda y, v, p: y, {"k": (np.nan, "N")}, (), ValueError, "expected values finite"),
         (lambda y, v, p: y, K, lambda y, v, p: 2.0, TypeError, r"breakpoints\[0\]: expected a"),
         (lambda y, v, p: y, K, [3], TypeError, r"breakpoints\[0\]=3: expected a function"),
-        (
-            lambda y, v, p: y,
-            K,
-            lambda y, v, p: p["q"],
-            ValueError,
-            r"breakpoints\[0\]: 'q' is no p",
-        ),
+        (lambda y, v, p: y, K, lambda y, v, p: p["q"], ValueError, r"breakpoints\[0\]: 'q' is no"),
     ],
 )
 def test_wrong_laws_are_refused_in_one_sentence(expression, parameters, breakpoints, error, text):
