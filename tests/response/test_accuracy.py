@@ -192,20 +192,6 @@ def test_sets_grow_as_symmetry_allows():
         )
 
 
-@pytest.mark.parametrize("value", [0.0, 1.0, -1e-3, np.nan, "1e-3", [1e-3]])
-def test_bad_input(value):
-    with pytest.raises((TypeError, ValueError), match="accuracy"):
-        sh.frf(blade(1), (10, 30), accuracy=value)
-    with pytest.raises((TypeError, ValueError), match="accuracy"):
-        sh.solve(blade(1), 20.0, accuracy=value)
-
-
-def test_sampled_friction_has_another_error():
-    sampled = sh.HarmonicBalance(blade(1).model, blade(1).excitation, (1,), samples=64)
-    with pytest.raises(ValueError, match="samples=64"):
-        sh.frf(sampled, (10, 30), accuracy=1e-3)
-
-
 @pytest.mark.slow
 @pytest.mark.parametrize("hertz", quick_first([18, 27], 1))
 def test_normal_forces_are_within_their_estimate(hertz):

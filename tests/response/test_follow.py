@@ -287,51 +287,6 @@ def test_rows_of_a_grid_give_the_problem_back(name):
 # Bad input
 
 
-def follow(**options):
-    arguments = dict(
-        problem=mistuned_ring(), parameter="normal_load", band=(1.0, 5.0), frequency=19.0
-    )
-    return sh.follow(**arguments | options)
-
-
-@pytest.mark.parametrize(
-    ("options", "words"),
-    [
-        (dict(parameter="normal_laod"), ["'normal_laod'", "allowed", "normal_load"]),
-        (dict(parameter="frequency"), ["'frequency'", "allowed", "normal_load"]),
-        (dict(parameter=None), ["None", "allowed", "normal_load"]),
-        (dict(parameter=["normal_load"]), ["normal_load", "allowed"]),
-        (dict(parameter="engine_order"), ["parameter='engine_order'", "expected"]),
-        (dict(band=(3.0, 3.0)), ["band=(3.0, 3.0)", "two different values", "[N]"]),
-        (dict(band=(-1.0, 3.0)), ["band=(-1.0, 3.0)", ">= 0"]),
-        (dict(parameter="mass", band=(0.0, 3.0)), ["band=(0.0, 3.0)", "> 0"]),
-        (dict(parameter="force_amplitude", band=(-1.0, 1.0)), ["band=(-1.0, 1.0)", ">= 0"]),
-        (dict(at=[5.5]), ["at=[5.5]", "1 to 5"]),
-        (dict(band=(5.0, 1.0), at=[3.0, 2.0]), ["at=[3.0, 2.0]", "ascending"]),
-        (dict(frequency=0.0), ["frequency=0.0", "> 0"]),
-        (dict(frequency=(10.0, 20.0)), ["frequency=(10.0, 20.0)", "one number"]),
-        (dict(parameter="normal_load[5]"), ["parameter='normal_load[5]'", "from 0 to 4"]),
-        (dict(parameter="normal_load[-1]"), ["parameter='normal_load[-1]'", "from 0 to 4"]),
-        (dict(parameter="normal_load[1.5]"), ["parameter='normal_load[1.5]'", "from 0 to 4"]),
-        (dict(parameter="normal_load[]"), ["parameter='normal_load[]'", "from 0 to 4"]),
-        (dict(parameter="stiffness[5]"), ["parameter='stiffness[5]'", "from 0 to 4"]),
-        (dict(parameter="force_amplitude[0]"), ["parameter='force_amplitude[0]'", "one value"]),
-        (dict(parameter="normal_laod[0]"), ["'normal_laod'", "normal_load"]),
-        (dict(parameter=3), ["3 is no parameter"]),
-        (dict(over={"normal_load": [1.0, 2.0]}), ["over", "normal_load", "followed"]),
-        (dict(peaks="all"), ["peaks='all'", "one of 'largest', 'each'"]),
-        (dict(peaks=np.array(["each", "largest"])), ["peaks=", "one of 'largest', 'each'"]),
-    ],
-    ids=lambda value: None if isinstance(value, list) else "-".join(map(str, value)),
-)
-def test_bad_input(options, words):
-    with pytest.raises((TypeError, ValueError, KeyError)) as caught:
-        follow(**options)
-    message = str(caught.value)
-    missing = [word for word in words if word not in message]
-    assert not missing, message
-
-
 def test_a_model_without_contacts():
     """Nothing depends on a contact that is not there; no place can be chosen."""
     problem = sh.HarmonicBalance(sh.Model([[1.0]], [[0.1]], [[1.0]]), sh.forces.PointForce())

@@ -124,25 +124,3 @@ def test_one_contact_alone_moves():
         np.testing.assert_allclose(
             found.damping_ratio[i, 0], single.damping_ratio[0, 0], rtol=1e-10
         )
-
-
-def test_bad_input_is_named():
-    blade = sh.single_blade(**BLADE)
-    problem, ring = sh.HarmonicBalance(blade), sh.HarmonicBalance(RING)
-    forced = sh.HarmonicBalance(blade, sh.forces.PointForce())
-    for words, given, options in (
-        ("mass.*does not change the mass matrix", (problem, "mass", (1, 2)), {}),
-        ("amplitude=0.001: expected None", (problem,), dict(amplitude=1e-3)),
-        ("amplitude=None", (problem, "normal_load", (1, 2)), dict(amplitude=None)),
-        (r"normal_load\[3\].*from 0 to 0", (problem, "normal_load[3]", (1, 2)), {}),
-        ("over: .normal_load. is", (problem, "normal_load", (1, 2)),
-         dict(over={"normal_load": [1]})),
-        ("amplitude=", (problem, "normal_load", (1, 2)), dict(amplitude=(1e-5, 1e-3))),
-        ("amplitude=", (problem, "normal_load", (1, 2)), dict(amplitude=-1e-3)),
-        ("band=", (problem, "normal_load", (2, 2)), {}),
-        ("nodal_diameter=3: expected None", (ring, "normal_load[1]", (1, 2)),
-         dict(nodal_diameter=3)),
-        ("force_amplitude", (forced, "force_amplitude", (1, 2)), {}),
-    ):  # fmt: skip
-        with pytest.raises((ValueError, TypeError), match=words):
-            modes(*given, **options)

@@ -263,53 +263,6 @@ def test_contact_that_opens_moves_as_the_exact_motion(model, mode, amplitude, hi
 # What is refused, and datasets
 
 
-def test_bad_input_is_named():
-    blade, disk = sh.single_blade(**BLADE), with_friction(random_disk(5, cartesian=False))
-    problem, ring = sh.HarmonicBalance(blade), sh.HarmonicBalance(RING)
-    free = sh.HarmonicBalance(sh.Model(np.eye(2), np.eye(2), [[1e4, -1e4], [-1e4, 1e4]]))
-    third = sh.HarmonicBalance(blade, sh.forces.PointForce(harmonic=3), (3,))
-    pair = sh.HarmonicBalance(sh.Model(np.eye(2), np.eye(2), np.diag([1e4, 2e4])))
-    sector = sh.HarmonicBalance(disk, None, (0, 1))
-    for words, given, options in (
-        ("mode=1: expected a number from 0 to 0", (problem,), dict(mode=1)),
-        ("mode=-1", (problem,), dict(mode=-1)),
-        ("mode=1: .*nodal_diameter=", (ring,), dict(mode=1)),
-        ("mode=0: expected a mode that stiffness holds", (free,), {}),
-        (
-            "place=1: expected a degree of freedom that moves in mode 0, .*; 0 moves",
-            (pair,),
-            dict(place=1),
-        ),
-        ("degree of freedom=1: expected", (problem,), dict(place=1)),
-        ("degree of freedom=-1", (problem,), dict(place=-1)),
-        ("place=.*right interface", (sector,), dict(place=disk.n_whole - 1, nodal_diameter=1)),
-        ("nodal_diameter=7: expected an integer from -6 to 6", (ring,), dict(nodal_diameter=7)),
-        ("nodal_diameter=1: expected None", (problem,), dict(nodal_diameter=1)),
-        ("nodal_diameter=0.5", (ring,), dict(nodal_diameter=0.5)),
-        ("band=.*smallest", (problem,), dict(band=(1e-2, 1e-6))),
-        ("band=", (problem,), dict(band=(0.0, 1e-6))),
-        ("at=", (problem,), dict(at=[1.0])),
-        ("harmonics=.*expected 1", (third,), {}),
-        ("samples=64", (sh.HarmonicBalance(blade, None, (1,), 64),), {}),
-        ("max_points=1", (problem,), dict(max_points=1)),
-    ):
-        with pytest.raises(ValueError, match=words):
-            modes(*given, **options)
-    with pytest.raises(TypeError, match="problem="):
-        modes(blade)
-    with pytest.raises(KeyError, match="normal_lod"):
-        modes(problem, over={"normal_lod": [1.0]})
-
-
-def test_structures_without_a_mass_matrix_are_refused():
-    blade = sh.Model(np.eye(3), np.eye(3), 1e4 * np.diag([1.0, 2, 3]), contacts=[(0,)], **{
-        name: BLADE[name] for name in ("contact_stiffness", "friction_coefficient", "normal_load")
-    })  # fmt: skip
-    condensed = sh.condense(blade, sh.forces.PointForce(), (10, 30), (1,))
-    with pytest.raises(TypeError, match="craig_bampton"):
-        modes(sh.HarmonicBalance(condensed, sh.forces.PointForce()))
-
-
 def test_force_does_not_drive_modes_and_static_loads_stay():
     model = held_blade(stop(gap=1e-3))
     force = sh.forces.PointForce(amplitude=5.0) + sh.forces.StaticLoad([5.0])

@@ -20,7 +20,7 @@ from tests.continuation.test_branch_points import (
     pair,
     pitchforks,
 )
-from tests.problems import duffing, one_blade
+from tests.problems import duffing
 from tests.quick import quick_first
 
 
@@ -176,19 +176,10 @@ def test_the_number_of_branches_has_a_bound():
     assert alone.attrs["searched"].endswith("the search ended at max_branches=1")
 
 
-def test_bad_input():
-    blade = one_blade()
-    unique = sh.frf(sh.HarmonicBalance(blade, sh.forces.PointForce()), (10, 30))
-    with pytest.raises(ValueError, match="response: expected one that may have several solutions"):
-        sh.other_branches(unique)
+def test_branches_are_those_of_one_response():
     several = followed(pair(1.0, 0.02), (0.5, 0.6), over={"force_amplitude": [0.1, 0.2]})
     with pytest.raises(ValueError, match="got the dimension force_amplitude"):
         sh.other_branches(several)
-    one = sh.other_branches(several.isel(force_amplitude=0))
-    assert one.sizes["branch"] == 1
-    with pytest.raises(TypeError, match="response: expected a result of frf or follow"):
-        sh.other_branches(sh.solve(pair(0.1, 0.02), 0.1))
-    with pytest.raises(TypeError, match="response=1"):
-        sh.other_branches(1)
+    assert sh.other_branches(several.isel(force_amplitude=0)).sizes["branch"] == 1
     with pytest.raises(ValueError, match="max_branches"):
         sh.other_branches(several, max_branches=0)

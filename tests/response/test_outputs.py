@@ -2,7 +2,6 @@
 
 import numpy as np
 import pytest
-import scipy.sparse as sp
 
 import symhbm as sh
 from tests.paper import level
@@ -216,36 +215,3 @@ def test_pictures_of_outputs(response):
     assert max(np.nanmax(line.get_ydata()) for line in axes.lines) == pytest.approx(top, abs=1e-6)
     plain = sh.plot.response(response).axes[0]
     assert max(np.nanmax(line.get_ydata()) for line in plain.lines) < 0
-
-
-@pytest.mark.parametrize(
-    ("outputs", "units", "error", "words"),
-    [
-        ({}, "m", TypeError, r"outputs=\{\}: expected \{name: weights\}"),
-        ({"a b": [1, 0, 0]}, "m", ValueError, "'a b' is no name"),
-        ({"peak_x": [1, 0, 0]}, "m", ValueError, "begins as results"),
-        ({"a": [1, 0]}, "m", ValueError, r"outputs\['a'\]: expected 3 weights .* got 2"),
-        ({"a": np.eye(2)}, "m", ValueError, "expected 3 weights"),
-        ({"a": [1, np.nan, 0]}, "m", ValueError, r"outputs\['a'\]"),
-        ({"a": sp.csr_array([[0, np.inf, 0]])}, "m", ValueError, r"outputs\['a'\]"),
-        ({"a": {3: 1.0}}, "m", ValueError, r"outputs\['a'\]"),
-        ({"a": {"tip:x": 1.0}}, "m", KeyError, r"outputs\['a'\]: 'tip:x' is no place"),
-        ({"a": {}}, "m", TypeError, r"outputs\['a'\]=\{\}: expected \{dof: weight\}"),
-        ({"a": [0, 0, 0]}, "m", ValueError, "not 0 in each row, row 0"),
-        ({"a": [1, 0, 0]}, None, TypeError, "units=None: expected text"),
-        ({"a": [1, 0, 0]}, {"a": "m", "b": "m"}, KeyError, "'b'"),
-    ],
-)
-def test_mistakes_are_named(outputs, units, error, words):
-    with pytest.raises(error, match=words):
-        three().with_outputs(outputs, units=units)
-
-
-def test_names_of_results_are_taken():
-    model = three().with_outputs({"contact": [1, 0, 0]}, "m")
-    with pytest.raises(ValueError, match="'contact' needs a name of its own"):
-        sh.solve(sh.HarmonicBalance(model, sh.forces.PointForce()), 10.0)
-    with pytest.raises(KeyError, match="strain"):
-        problem("strain")
-    with pytest.raises(KeyError, match="strain"):
-        sh.datasets.output(sh.solve(problem(), 10.0), "strain")

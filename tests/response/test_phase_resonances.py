@@ -105,11 +105,6 @@ def test_a_ring_is_solved_by_sectors():
     np.testing.assert_allclose(each[0], each[1], rtol=1e-11)
 
 
-def test_a_flag_is_asked_for():
-    with pytest.raises(TypeError, match="phase_resonances='yes'"):
-        sh.frf(blade(3.0), (10, 30), phase_resonances="yes")
-
-
 @pytest.mark.parametrize("seed", quick_first(range(12), 3))
 def test_none_is_passed_over_on_linear_chains(seed):
     """Random chains of four masses, driven at any of them, against a scan of the exact response."""

@@ -62,32 +62,4 @@ def test_error_of_a_ring_is_told(harmonics):
     assert near.synthesis_error[1, k].item() == pytest.approx(error, rel=1e-6, abs=1e-11)
 
 
-RING = sh.HarmonicBalance(sh.bladed_disk(13, **BLADE), sh.forces.EngineOrder(3))
-ALONE = sh.HarmonicBalance(sh.single_blade(**BLADE))
 LOADS, FEW = {"normal_load": [1, 2]}, ["frequency", "damping_ratio"]
-OVER: dict = dict(band=(1, 2), at=[1.5], amplitude=3e-4)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("problem", "given", "options", "error", "words"),
-    [
-        (RING, (sh.forces.EngineOrder(2),), {}, ValueError, r"force=EngineOrder.*wave"),
-        (ALONE, (), {}, ValueError, r"force=.*first harmonic"),
-        (RING, (1.0,), {}, TypeError, "force="),
-        (RING, (sh.forces.EngineOrder(3), 1), {}, TypeError, "errors="),
-        (RING, (), dict(over=LOADS), ValueError, "several along normal_load"),
-        (RING, (), dict(keep=FEW), ValueError, "coefficient"),
-        (ALONE, (), dict(parameter="normal_load") | OVER, ValueError, "got those over normal_load"),
-    ],
-)
-def test_bad_input_is_named(problem, given, options, error, words):
-    wave = dict(nodal_diameter=3) if problem is RING else {}
-    found = modes(problem, **wave | options)
-    with pytest.raises(error, match=words):
-        sh.datasets.synthesised_response(found, *given)
-
-
-def test_what_are_no_modes_is_refused():
-    with pytest.raises(TypeError, match="modes="):
-        sh.datasets.synthesised_response(RING)

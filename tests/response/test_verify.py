@@ -264,35 +264,6 @@ def test_nothing_to_verify_does_not_pass():
     assert (result["n_checked"], result["n_skipped"], result["passed"]) == (0, 1, False)
 
 
-@pytest.mark.parametrize(
-    ("arguments", "error", "message"),
-    [
-        (dict(points=0), ValueError, "points=0"),
-        (dict(points="some"), ValueError, "points='some': expected 'all' or an integer"),
-        (dict(exact=-1), ValueError, "exact=-1"),
-        (dict(exact="some"), ValueError, "exact='some': expected 'all', 'none' or an integer"),
-        (dict(exact=1.5), ValueError, r"exact=1\.5"),
-        (dict(bounds={"energy_error": -1.0}), ValueError, r"bounds\['energy_error'\]=-1\.0"),
-        (dict(bounds=[1e-9]), TypeError, "bounds="),
-    ],
-)
-def test_bad_arguments(arguments, error, message):
-    with pytest.raises(error, match=message):
-        verify(dataset("point"), **arguments)
-
-
-def test_other_datasets():
-    with pytest.raises(TypeError, match="dataset="):
-        verify(1)  # type: ignore[arg-type]
-    with pytest.raises(ValueError, match="not written by symhbm"):
-        verify(xr.Dataset())
-    motion = sh.periodic_motion(BLADE, 19.5, n_angles=8)
-    with pytest.raises(ValueError, match="expected a result of frf, follow, solve"):
-        verify(motion)
-    with pytest.raises(ValueError, match="expected what verify returns"):
-        summary(dataset("point"))
-
-
 def test_contacts_that_open_are_marched():
     response = sh.frf(two_way(), (22, 26), progress=False)
     verified = verify(response, exact="none", progress=False)

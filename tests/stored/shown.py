@@ -138,4 +138,4 @@ if __name__ == "__main__":
     from tests.plot import test_same_pictures as pictures
 
     write("results", {name: results.shown(name) for name in results.RESULTS})
-    write("pictures", {name: told(picture()) for name, picture in pictures.PICTURES.items()})
+    write("pictures", {name: pictures.shown(name) for name in pictures.PICTURES})

@@ -108,20 +108,6 @@ def test_no_more_modes_than_there_are():
         sh.campbell(massless, [0, 100])
 
 
-@pytest.mark.parametrize(
-    ("arguments", "words"),
-    [
-        ({"speeds": [100]}, "two or more"),
-        ({"speeds": [0, 100], "orders": [0]}, "orders=0"),
-        ({"speeds": [0, 100], "count": 5}, "count=5"),
-        ({"speeds": [0, 100], "nodal_diameter": 1}, "a whole structure has all of them"),
-    ],
-)
-def test_bad_arguments_are_refused(arguments, words):
-    with pytest.raises(ValueError, match=words):
-        sh.campbell(veering(1.0), **arguments)
-
-
 def whirling(damping=None):
     """A mass on equal springs, seen from the rotating frame: whirls at |w0 - W| and w0 + W."""
     stiffness, turn = 1e4 * np.eye(2), np.array([[0.0, -1], [1, 0]])
