@@ -47,6 +47,18 @@ def mistuned(n_blades=13, order=3, seed=2013, **spreads):
     return problem.with_parameters(**{name: draws[name].values[0] for name in spreads})
 
 
+def uneven(n_blades, force, harmonics=(1,), seed=None, **values):
+    """A ring of which all values differ from blade to blade, about those of the other rings."""
+    rng = np.random.default_rng(n_blades if seed is None else seed)
+    middle = dict(mass=1.0, stiffness=1e4, damping=0.5, contact_stiffness=1e6)
+    middle |= dict(friction_coefficient=0.5, normal_load=10.0) | values
+    spreads = dict(mass=0.05, stiffness=0.1, damping=0.2)
+    spreads |= dict(contact_stiffness=0.2, friction_coefficient=0.4, normal_load=0.3)
+    drawn = {name: 1 + rng.uniform(-spread, spread, n_blades) for name, spread in spreads.items()}
+    disk = sh.bladed_disk(n_blades, **{name: middle[name] * drawn[name] for name in spreads})
+    return sh.HarmonicBalance(disk, force, harmonics)
+
+
 def closed_peak(load, contact_stiffness=1e4, ratio=1.0):
     """Peak of a blade [m] in closed form."""
     return OneBlade(1.0, 0.5, 1e4, contact_stiffness, 0.5 * load, 1.0, ratio).peak()[0]

@@ -35,6 +35,20 @@ def two_way(preload="balanced", **values):
     return structure(*parts, force, [(0,)], [(1,)], preload, **given | values)
 
 
+def shroud(tangential=(0,), normal=(1,), **values):
+    """A contact that rubs and opens, under a load of 4 N."""
+    given = dict(contact_stiffness=1e4, normal_stiffness=2e4, friction_coefficient=0.4)
+    return sh.Friction(
+        tangential=tangential, normal=normal, **given | {"normal_load": 4.0} | values
+    )
+
+
+def pressed_mass(**values):
+    """One mass that moves in both directions of a shroud, which its stiffness couples."""
+    matrices = np.eye(2), np.diag([2.0, 3.0]), np.array([[1e4, 1e3], [1e3, 2.25e4]])
+    return sh.Model(*matrices, contacts={"shroud": shroud(**values)})
+
+
 def stop(mass, damping, stiffness, force, normal_stiffness, normal_load=None, gap=None):
     """The balance of one mass with a stop, a contact without friction, in its direction."""
     given = {"normal_load": normal_load} if gap is None else {"gap": gap}

@@ -5,23 +5,11 @@ import pytest
 
 import symhbm as sh
 from symhbm.numerics.arrays import DENSE_LIMIT, Factorisation, bordered
-from tests.problems import rub
+from tests.designs import uneven
 
 
-def ring(n_blades=5, harmonics=(1, 3), **changes):
-    rng = np.random.default_rng(1)
-    values = dict(
-        mass=rng.uniform(0.9, 1.1, n_blades),
-        stiffness=rng.uniform(0.9e4, 1.1e4, n_blades),
-        damping=rng.uniform(0.4, 0.6, n_blades),
-        **rub(
-            rng.uniform(0.8e6, 1.2e6, n_blades),
-            rng.uniform(0.3, 0.7, n_blades),
-            rng.uniform(5, 15, n_blades),
-        ),
-    )
-    disk = sh.bladed_disk(n_blades, **(values | changes))
-    return sh.HarmonicBalance(disk, sh.forces.EngineOrder(2, amplitude=1.3), harmonics)
+def ring(n_blades=5, harmonics=(1, 3), **values):
+    return uneven(n_blades, sh.forces.EngineOrder(2, amplitude=1.3), harmonics, seed=1, **values)
 
 
 def unknowns_of(problem, size=1e-4, seed=2):

@@ -13,8 +13,7 @@ from studies import fig03_single_blade as fig03
 from symhbm.continuation.between import slope_estimate
 from symhbm.continuation.between.segments import Segments
 from symhbm.continuation.between.slope_estimate import estimate_slopes
-from symhbm.continuation.correctors import StepwiseCorrector, compiled, corrector_of, newton_graph
-from symhbm.continuation.correctors.bordered_system import point_system
+from symhbm.continuation.correctors import StepwiseCorrector, compiled, corrector_of
 from symhbm.continuation.correctors.corrector import AtLimit, Hyperplane, unit_parameter
 from symhbm.continuation.events.modes import modes
 from symhbm.continuation.following import follow_branch
@@ -24,6 +23,7 @@ from symhbm.numerics import c_library
 from symhbm.numerics.compiled import Compiled
 from symhbm.peaks.survey import sector_of
 from tests.designs import blade, mistuned, ring
+from tests.pressed_contact import pressed_mass
 from tests.problems import rub
 from tests.quick import quick_first
 
@@ -78,12 +78,7 @@ def stiffening():
 
 def opening():
     """Contacts that open, and two displacements of one contact."""
-    law = sh.Friction(
-        tangential=[(0,)], normal=[(1,)], contact_stiffness=1e4, normal_stiffness=2e4,
-        friction_coefficient=0.4, normal_load=4.0, centrifugal_load=1e-3, engine_order=2,
-    )  # fmt: skip
-    matrices = np.eye(2), np.diag([2.0, 3.0]), np.array([[1e4, 1e3], [1e3, 2.25e4]])
-    model = sh.Model(*matrices, contacts={"shroud": law})
+    model = pressed_mass(centrifugal_load=1e-3, engine_order=2)
     force = sh.forces.HarmonicForce(cosine={1: [1.0, 1.0]}, amplitude=15.0)
     return sh.HarmonicBalance(model, force, (0, 1, 2, 3))
 
@@ -219,32 +214,6 @@ def cache(tmp_path, monkeypatch):
 
 
 needs_compiler = pytest.mark.skipif(c_library.compiler() is None, reason="no compiler of C")
-
-
-@needs_compiler
-@pytest.mark.parametrize("build", quick_first([fig03.problem, different], 1))
-def test_machine_code_gives_the_same_bits(build, cache):
-    """Of whole corrections that converge, and that do not."""
-    problem = build()
-    equations, arguments = problem.compiled
-    system = point_system(equations)
-    function = newton_graph.correction(system)
-    [code] = c_library.to_machine_code([function])
-    rng = np.random.default_rng(0)
-    one, other = Compiled(function), Compiled(code)
-    n, n_contacts = problem.n_unknowns, problem.n_contacts
-    converged = 0
-    for size in np.repeat([1e-5, 1e-4, 1e-3, np.nan], 20):
-        point = np.append(size * rng.normal(size=n), 1300.0)
-        normal = np.append(np.zeros(n), 1.0)
-        inputs = [np.concatenate([np.ravel(a) for a in arguments]), point, normal, point]
-        inputs += [np.zeros(n_contacts), rng.integers(2, size=n_contacts)]
-        inputs += [np.array([1e-4, 1300.0, 1e-6, 100.0])]
-        first, second = one(*inputs), other(*inputs)
-        converged += first[2][0] == newton_graph.DONE
-        for a, b in zip(first, second, strict=True):
-            assert np.array_equal(a, b, equal_nan=True)
-    assert 0 < converged < 80
 
 
 def curves(problem, n):

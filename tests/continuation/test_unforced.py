@@ -21,6 +21,7 @@ from symhbm.continuation.unforced import (
 )
 from symhbm.continuation.unforced.linear_modes import _modes_about
 from symhbm.model import Structure
+from tests.pressed_contact import pressed_mass
 
 ODD = tuple(range(1, 22, 2))
 
@@ -42,19 +43,9 @@ def blade(contacts=None, damping=0.5):
     return sh.Model([[1.0]], [[damping]], [[1e4]], contacts=contacts)
 
 
-def shroud():
-    """Two displacements of a contact whose normal load moves, under a static load."""
-    law = sh.Friction(
-        tangential=[(0,)], normal=[(1,)], contact_stiffness=1e4, normal_stiffness=2e4,
-        friction_coefficient=0.4, normal_load=4.0,
-    )  # fmt: skip
-    matrices = np.eye(2), np.diag([2.0, 3.0]), np.array([[1e4, 1e3], [1e3, 2.25e4]])
-    return sh.Model(*matrices, contacts={"shroud": law})
-
-
 def sustained_problem(kind, harmonics):
     if kind == "shroud":
-        return sh.HarmonicBalance(shroud(), sh.forces.StaticLoad([1.0, 2.0]), harmonics)
+        return sh.HarmonicBalance(pressed_mass(), sh.forces.StaticLoad([1.0, 2.0]), harmonics)
     law = PressedBlade() if kind == "pressed" else None
     return sh.HarmonicBalance(blade({"rubs": friction(law)}), harmonics=harmonics)
 

@@ -102,13 +102,7 @@ def test_a_band_without_a_resonance_of_the_held_structure():
     stiffness[-1, -1] = 1.0
     stiffness = stiffness * (2 * np.pi * 6 / (2 * np.sin(np.pi / (4 * n + 2)))) ** 2
     mass = sp.eye_array(n)
-    model = sh.Model(
-        mass,
-        0.5 * mass + 1e-5 * stiffness,
-        stiffness,
-        contacts=[(20,)],
-        **CONTACT,
-    )
+    model = sh.Model(mass, 0.5 * mass + 1e-5 * stiffness, stiffness, contacts=[(20,)], **CONTACT)
     force, band = sh.forces.PointForce(n - 1), (4.9, 8.0)
     condensed = sh.condense(model, force, band, places=[n - 1])
     assert condensed.pole_residues[1].poles.size == 0
@@ -132,13 +126,7 @@ def test_narrow_resonances_of_what_was_eliminated_are_seen(monkeypatch):
         direction = np.eye(4)[0] - np.eye(4)[i]
         stiffness += 1e-5 * frequency**2 * np.outer(direction, direction)
         damping += 2e-9 * frequency * np.outer(direction, direction)
-    model = sh.Model(
-        mass,
-        damping,
-        stiffness,
-        contacts=[(0,)],
-        **CONTACT,
-    )
+    model = sh.Model(mass, damping, stiffness, contacts=[(0,)], **CONTACT)
     force = sh.forces.PointForce(0, amplitude=2.0)
     whole = sh.frf(sh.HarmonicBalance(model, force), (2, 8), peaks="each", progress=False)
     condensed = sh.HarmonicBalance(sh.condense(model, force, (2, 8)), force)

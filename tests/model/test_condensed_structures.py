@@ -102,11 +102,7 @@ def random_case(seed):
     harmonics = ((1,), (1, 3), (0, 1, 2, 3))[seed // 6 % 3]
     force = sh.forces.PointForce(forced, amplitude=100.0)
     model = sh.Model(
-        mass,
-        damping,
-        stiffness,
-        contacts=contacts,
-        **rub(1e6 * 10 ** rng.uniform(-3, 0), 0.5, 1.0),
+        mass, damping, stiffness, contacts=contacts, **rub(1e6 * 10 ** rng.uniform(-3, 0), 0.5, 1.0)
     )
     stuck = sh.HarmonicBalance(model.with_parameters(normal_load=1e12), force)
     response = sh.solve(stuck, sum(band) / 2)

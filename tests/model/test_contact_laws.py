@@ -39,22 +39,10 @@ class PressedDamper(sh.laws.Coulomb):
 
 
 def pressed(harmonics=(1, 3), mass=4e-3, load=1.0):
-    damper = sh.Contacts(
-        PressedDamper(),
-        [(0, 1)],
-        **rub(1e4, 0.3, load),
-        damper_mass=mass,
-    )
-    root = sh.Contacts(
-        sh.laws.Coulomb(),
-        [(0,), (1,)],
-        **rub(4e3, 0.4, [30.0, 35.0]),
-    )
+    damper = sh.Contacts(PressedDamper(), [(0, 1)], **rub(1e4, 0.3, load), damper_mass=mass)
+    root = sh.Contacts(sh.laws.Coulomb(), [(0,), (1,)], **rub(4e3, 0.4, [30.0, 35.0]))
     model = sh.Model(
-        np.eye(2),
-        0.5 * np.eye(2),
-        np.diag([1e4, 1.2e4]),
-        contacts={"damper": damper, "root": root},
+        np.eye(2), 0.5 * np.eye(2), np.diag([1e4, 1.2e4]), contacts={"damper": damper, "root": root}
     )
     return sh.HarmonicBalance(model, sh.forces.PointForce(), harmonics)
 

@@ -13,12 +13,7 @@ from tests.problems import rub
 EXACT = json.loads(
     (Path(__file__).parent.parent.parent / "data" / "reference" / "exact_values.json").read_text()
 )
-VALUES = dict(
-    mass=1.0,
-    stiffness=1e4,
-    damping=0.5,
-    **rub(1e6, 0.4, 10.0),
-)
+VALUES = dict(mass=1.0, stiffness=1e4, damping=0.5, **rub(1e6, 0.4, 10.0))
 MATRICES = ("mass_matrix", "damping_matrix", "stiffness_matrix")
 FREE = dict(contact_stiffness=1.0, friction_coefficient=1.0, normal_load=0.0)
 UNEVEN = {name: value * np.array([1.0, 1.1, 0.9, 1.2]) for name, value in VALUES.items()}

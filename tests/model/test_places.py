@@ -7,6 +7,8 @@ import pytest
 import scipy.sparse as sp
 
 import symhbm as sh
+from tests import pressed_contact
+from tests.problems import rub
 from tests.refusals import refused
 
 NODES = [7, 7, 9, 9]
@@ -22,14 +24,7 @@ def places(**changes):
 
 
 def shroud(tangential=("tip:x", "9:x"), normal=("7:y", "9:y")):
-    return sh.Friction(
-        tangential=tangential,
-        normal=normal,
-        contact_stiffness=1e4,
-        normal_stiffness=2e4,
-        friction_coefficient=0.4,
-        normal_load=4.0,
-    )
+    return pressed_contact.shroud(tangential, normal)
 
 
 def pair(**groups):
@@ -193,9 +188,7 @@ def test_condensed_structures_know_places():
         0.5 * mass,
         stiffness,
         contacts=[("end:x",)],
-        contact_stiffness=1e4,
-        friction_coefficient=0.5,
-        normal_load=0.5,
+        **rub(1e4, 0.5, 0.5),
         places=sh.Places(np.arange(100, 100 + n), "x").labelled({"end": 129, "middle": 115}),
     )
     force = sh.forces.PointForce("110:x")

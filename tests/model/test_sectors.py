@@ -1,7 +1,5 @@
 """One sector of a structure that repeats itself tells what the whole structure does."""
 
-from itertools import product
-
 import numpy as np
 import pytest
 import xarray as xr
@@ -12,10 +10,7 @@ import symhbm as sh
 from symhbm.model.sectors import find_symmetry
 from symhbm.results.variables import SLOPES
 from tests import designs
-from tests.quick import quick_first
 
-ORDERS = [(0, (1, 3)), (1, (1, 3)), (3, (0, 1, 2, 3)), (6, (1,))]
-ORDERS += [*product((1, 2, 4, 5), [(1,), (1, 3, 5, 7), (0, 1, 2, 3)])]
 # The solver's tolerance, as asked for; most numbers agree to 1e-12.
 AGREE = 1e-9
 # Numbers of the path itself: scales of a residual, and effort.
@@ -57,16 +52,26 @@ def assert_alike(sector, whole):
         assert np.nanmax(distance, initial=0.0) <= most * (scale or 1.0), name
 
 
-@pytest.mark.parametrize(("order", "harmonics"), quick_first(ORDERS, 4))
-def test_the_sector_agrees_with_the_ring(order, harmonics):
+PATTERN = dict(mass=[1, 1.1] * 6, normal_load=[20, 30, 40] * 4)
+
+
+@pytest.mark.parametrize(
+    ("model", "order", "harmonics", "n_sectors"),
+    [
+        (ring(normal_load=40.0), 0, (1, 3), 13),
+        (ring(normal_load=40.0), 3, (0, 1, 2, 3), 13),
+        (ring(12, **PATTERN), 2, (1,), 2),
+    ],
+    ids=["standing", "travelling", "of a pattern that repeats"],
+)
+def test_the_sector_agrees_with_the_ring(model, order, harmonics, n_sectors):
     """Peaks, events, coefficients of every blade, states of every contact."""
-    problem = sh.HarmonicBalance(ring(normal_load=40.0), sh.forces.EngineOrder(order), harmonics)
-    stuck = np.sqrt(1e4 + 4e6 * np.sin(np.pi * order / 13) ** 2) / (2 * np.pi)
+    problem = sh.HarmonicBalance(model, sh.forces.EngineOrder(order), harmonics)
+    stuck = np.sqrt(1e4 + 4e6 * np.sin(np.pi * order / model.n_dof) ** 2) / (2 * np.pi)
     band = 0.8 * stuck, 1.05 * stuck
     grid = np.linspace(*band, 6)
     sector, whole = (sh.frf(problem.with_by_sector(flag), band, at=grid) for flag in (True, False))
-    assert sector.n_sectors == 13
-    assert whole.n_sectors == 1
+    assert (sector.n_sectors, whole.n_sectors) == (n_sectors, 1)
     assert bool(sector.converged.all())
     assert order == 0 or int(sector.n_events) > 0
     if order == 0:
@@ -75,16 +80,6 @@ def test_the_sector_agrees_with_the_ring(order, harmonics):
             each.drop_vars(["theta_0", "theta_star", "reversals"]) for each in (sector, whole)
         )
     assert_alike(sector, whole)
-
-
-def test_a_pattern_that_repeats_makes_sectors_of_several_blades():
-    model = ring(12, mass=[1, 1.1] * 6, normal_load=[20, 30, 40] * 4)
-    problem = sh.HarmonicBalance(model, sh.forces.EngineOrder(2))
-    both = [
-        sh.frf(problem.with_by_sector(flag), (100, 180), peaks="each") for flag in (True, False)
-    ]
-    assert both[0].n_sectors == 2
-    assert_alike(both[0].drop_dims("point"), both[1].drop_dims("point"))
 
 
 @pytest.mark.slow

@@ -8,6 +8,7 @@ import pytest
 import symhbm as sh
 from symhbm.model import Structure
 from tests.quick import quick_first
+from tests.refusals import refused
 
 DAMPER = dict(contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3.0)
 SPEED, RIGIDITY, LENGTH = 100.0, 1e4, 1.0  # m/s, N, m
@@ -119,32 +120,26 @@ def test_without_a_count_of_modes_paths_go_on():
     np.testing.assert_allclose(one.peak_frequency, other.peak_frequency, rtol=1e-9)
 
 
-def test_what_needs_matrices_says_so():
-    problem = sh.HarmonicBalance(Rod(**DAMPER), sh.forces.PointForce())
-    calls = [
-        lambda: sh.periodic_motion(problem, 20.0),
-        lambda: sh.minimise_peak(problem, "normal_load", (1, 10), frequency_band=(10, 40)),
-        lambda: sh.frf(problem, (10, 40), accuracy=1e-3),
-        lambda: sh.frf(problem, (10, 40), stability=True),
-        lambda: problem.residual,
-        lambda: problem.model.mass_matrix,
-    ]
-    for call in calls:
-        with pytest.raises((TypeError, ValueError), match="matrices"):
-            call()
-    with pytest.raises(AttributeError, match="no attribute 'rotor'"):
-        problem.model.rotor  # noqa: B018
+OF_ROD = sh.HarmonicBalance(Rod(**DAMPER), sh.forces.PointForce())
+test_what_needs_matrices_says_so = refused([
+    *((call, (TypeError, ValueError), "matrices") for call in (
+        lambda: sh.periodic_motion(OF_ROD, 20.0),
+        lambda: sh.minimise_peak(OF_ROD, "normal_load", (1, 10), frequency_band=(10, 40)),
+        lambda: sh.frf(OF_ROD, (10, 40), accuracy=1e-3),
+        lambda: sh.frf(OF_ROD, (10, 40), stability=True),
+        lambda: OF_ROD.residual,
+        lambda: OF_ROD.model.mass_matrix,
+    )),
+    (lambda: OF_ROD.model.rotor, AttributeError, "no attribute 'rotor'"),
+])  # fmt: skip
 
 
-def test_bad_structures_are_refused():
-    with pytest.raises(ValueError, match="n_dof=0"):
-        ByHarmonics.__base__.__init__(object.__new__(Rod), 0)
-    with pytest.raises(KeyError, match="normal_lod"):
-        Rod(normal_lod=3.0)
-    with pytest.raises(ValueError, match="friction_coefficient=None"):
-        Rod(contact_stiffness=1.0)
-    with pytest.raises(TypeError, match="abstract"):
-        Structure(1)  # type: ignore[abstract]
+test_bad_structures_are_refused = refused([
+    (lambda: Structure.__init__(object.__new__(Rod), 0), ValueError, "n_dof=0"),
+    (lambda: Rod(normal_lod=3.0), KeyError, "normal_lod"),
+    (lambda: Rod(contact_stiffness=1.0), ValueError, "friction_coefficient=None"),
+    (lambda: Structure(1), TypeError, "abstract"),
+])  # fmt: skip
 
 
 class Changed(ByHarmonics):

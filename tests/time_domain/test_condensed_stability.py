@@ -7,15 +7,10 @@ import scipy.sparse as sp
 import symhbm as sh
 from symhbm.numerics import unknowns_of
 from symhbm.time_domain.perturbations import multipliers
+from tests.problems import rub
 
 BAND = (1.2, 2.6)
-FRICTION = sh.Contacts(
-    sh.laws.Coulomb(),
-    [(10,), (25, 30)],
-    contact_stiffness=2e3,
-    friction_coefficient=0.5,
-    normal_load=3.0,
-)
+FRICTION = sh.Contacts(sh.laws.Coulomb(), [(10,), (25, 30)], **rub(2e3, 0.5, 3.0))
 OPENS = sh.Friction(
     tangential=[(10,)],
     normal=[(20,)],

@@ -16,8 +16,8 @@ from symhbm.numerics.loops.polynomials import crossings
 from symhbm.time_domain.event_march import march
 from symhbm.time_domain.exact_motion import exact_motion
 from symhbm.time_domain.linear_motion import DEGREE, LinearMotion, extremes
-from tests.problems import ring_of_blades
-from tests.quick import quick_first
+from tests.designs import uneven
+from tests.problems import rub
 from tests.reference import EXACT
 from tests.refusals import refused
 
@@ -34,17 +34,7 @@ def ring(order=1, **values):
 
 
 def mistuned(n_blades, normal_load, excitation, harmonics=(1,)):
-    rng = np.random.default_rng(n_blades)
-    disk = ring_of_blades(
-        n_blades,
-        mass=rng.uniform(0.95, 1.05, n_blades),
-        stiffness=rng.uniform(0.9e4, 1.1e4, n_blades),
-        damping=rng.uniform(0.4, 0.6, n_blades),
-        contact_stiffness=rng.uniform(0.8e6, 1.2e6, n_blades),
-        friction_coefficient=rng.uniform(0.3, 0.7, n_blades),
-        normal_load=normal_load * rng.uniform(0.7, 1.3, n_blades),
-    )
-    return sh.HarmonicBalance(disk, excitation, harmonics)
+    return uneven(n_blades, excitation, harmonics, normal_load=normal_load)
 
 
 def gyroscopic():
@@ -56,9 +46,7 @@ def gyroscopic():
         np.eye(4) + 5 * (turn - turn.T),
         1e4 * (2 * np.eye(4) + 0.1 * spread @ spread.T),
         contacts=[(0, 1), (1, 2), (3,), (0,)],
-        contact_stiffness=[1e4, 3e4, 1e5, 1e4],
-        friction_coefficient=0.5,
-        normal_load=[1, 2, 0.1, 50],
+        **rub([1e4, 3e4, 1e5, 1e4], 0.5, [1, 2, 0.1, 50]),
     )
     force = sh.forces.HarmonicForce(
         cosine={1: [1, 0, 0, 1], 2: [0, 1, 0, 0]}, sine={3: [0, 0, 1, 0]}
@@ -82,9 +70,7 @@ def together():
         0.5 * np.eye(2),
         1e4 * np.eye(2),
         contacts=[(0,), (1,), (0, 1)],
-        contact_stiffness=1e4,
-        friction_coefficient=0.5,
-        normal_load=2.0,
+        **rub(1e4, 0.5, 2.0),
     )
     return sh.HarmonicBalance(
         model, sh.forces.HarmonicForce(cosine={1: [1, 1], 3: [0.2, 0.2]}), (1, 3)
@@ -221,34 +207,6 @@ def test_grazing(share):
         assert motion.friction_loss[0] > 0
 
 
-def onsets(problem, band):
-    """Frequencies [Hz] between the first and the last event, close to them, where little slips."""
-    events = np.unique(sh.frf(problem, band, progress=False).event_frequency.dropna("event"))
-    gap = np.array([1e-6, 1e-4, 1e-3])
-    return [*events[0] * (1 + gap), *events[-1] * (1 - gap)]
-
-
-@pytest.mark.parametrize("seed", quick_first(range(20), 2))
-def test_onsets_of_slip_of_any_ring(seed):
-    """Tuned or not, engine order or point force, onset and end of slip."""
-    rng = np.random.default_rng(seed)
-    n_blades = int(rng.choice([3, 6, 13, 24]))
-    order = int(rng.integers(1, min(6, n_blades // 2) + 1))
-    load = float(np.exp(rng.uniform(np.log(10), np.log(200))))
-    force = sh.forces.EngineOrder(order) if rng.random() < 0.6 else sh.forces.PointForce()
-    problem = mistuned(n_blades, load, force, (1, 3))
-    if rng.random() < 0.5:
-        values = {"contact_stiffness": 1e6, "friction_coefficient": 0.5, "normal_load": load}
-        values |= {"mass": 1.0, "stiffness": 1e4, "damping": 0.5}
-        problem = problem.with_parameters(**values)
-    resonance = np.sqrt(1e4 + 4e6 * np.sin(np.pi * order / n_blades) ** 2) / TURN
-    for hertz in onsets(problem, (0.85 * resonance, 1.1 * resonance)):
-        motion = exact_motion(problem, TURN * hertz)
-        assert motion.converged
-        assert motion.periodicity < 1e-12
-        assert motion.iterations < 40
-
-
 @pytest.mark.slow
 def test_one_blade_without_damping_needs_enough_friction():
     """At the resonance of slip, friction takes the power of the force from pi f0 / 4 on."""
@@ -266,12 +224,7 @@ def test_rigid_contacts_approach_coulomb_friction(ratio, limit):
     rigid = 1e-4 * np.sqrt(1 / (1 - ratio**2) ** 2 - (shape * limit) ** 2)
     amplitudes = []
     for stiffness in 1e8 * 4.0 ** np.arange(6):
-        problem = blade(
-            contact_stiffness=stiffness,
-            friction_coefficient=1.0,
-            normal_load=limit,
-            damping=0.0,
-        )
+        problem = blade(**rub(stiffness, 1.0, limit), damping=0.0)
         motion = exact_motion(problem, 100 * ratio)
         assert motion.converged
         amplitudes.append(motion.amplitude[0])

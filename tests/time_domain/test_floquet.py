@@ -15,7 +15,8 @@ from symhbm.model.contacts.coulomb.located import locate, stick_intervals
 from symhbm.numerics.fourier import FourierBasis
 from symhbm.time_domain.exact_motion import exact_motion
 from symhbm.time_domain.perturbations import multipliers, sliders
-from tests.problems import one_blade, ring_of_blades
+from tests.designs import uneven
+from tests.problems import one_blade, ring_of_blades, rub
 
 TURN = 2 * np.pi
 ODD = tuple(range(1, 32, 2))
@@ -52,16 +53,7 @@ def blade(harmonics=ODD, harmonic=1):
 
 
 def mistuned(force, harmonics):
-    rng = np.random.default_rng(5)
-    disk = ring_of_blades(
-        5,
-        mass=rng.uniform(0.95, 1.05, 5),
-        stiffness=rng.uniform(0.9e4, 1.1e4, 5),
-        damping=rng.uniform(0.4, 0.6, 5),
-        contact_stiffness=rng.uniform(1e4, 2e4, 5),
-        normal_load=rng.uniform(0.5, 1.0, 5),
-    )
-    return sh.HarmonicBalance(disk, force, harmonics)
+    return uneven(5, force, harmonics, seed=6, contact_stiffness=1.5e4, normal_load=0.75)
 
 
 MEAN = sh.forces.HarmonicForce(
@@ -99,8 +91,7 @@ def test_against_the_exact_motion(name):
 
 @settings(max_examples=50)
 @given(
-    coefficients=st.lists(st.floats(-1, 1), min_size=7, max_size=7),
-    stiffness=st.floats(0.1, 100),
+    coefficients=st.lists(st.floats(-1, 1), min_size=7, max_size=7), stiffness=st.floats(0.1, 100)
 )
 def test_intervals_are_those_of_the_located_force(coefficients, stiffness):
     basis = FourierBasis((0, 1, 2, 3))
@@ -130,9 +121,7 @@ def several(harmonics):
         2 * np.eye(4) + 0.3 * spread @ spread.T,
         contacts=[(0, 1), (1, 2), (3,)],
         cubic_stiffness=[0.5, -0.2, 1.0],
-        contact_stiffness=[0.0, 1.0, 0.0],
-        friction_coefficient=0.5,
-        normal_load=100.0,
+        **rub([0.0, 1.0, 0.0], 0.5, 100.0),
     )
     return sh.HarmonicBalance(
         model, sh.forces.HarmonicForce(cosine={1: [0.5, 0, 0.3, 0]}), harmonics
@@ -165,64 +154,6 @@ def test_against_the_integrated_variation(harmonics):
     assert np.prod(computed) == pytest.approx(np.exp(-loss), rel=1e-11)
 
 
-def marched(problem, omega, state, slip_limit):
-    """One period of a body with a friction contact and a cubic spring, by a general integrator."""
-    model = problem.model
-    spring, cubic = model.contact_stiffness[0], model.cubic_stiffness[0]
-    damping, stiffness = (
-        getattr(model, f"{name}_matrix")[0, 0] for name in ("damping", "stiffness")
-    )
-    x, v, f = state
-    t, period = 0.0, TURN / omega
-    slip = np.sign(v) if abs(f) >= slip_limit and f * v > 0 else 0.0
-    while t < period:
-
-        def rate(t, z, slip=slip):
-            force = problem.excitation.amplitude * np.cos(omega * t)
-            pull = damping * z[1] + stiffness * z[0] + z[2] + cubic * z[0] ** 3
-            return [z[1], force - pull, 0.0 if slip else spring * z[1]]
-
-        def event(t, z, slip=slip):
-            return slip * z[1] if slip else slip_limit - abs(z[2])
-
-        event.terminal, event.direction = True, -1
-        run = solve_ivp(
-            rate, (t, period), [x, v, f], "DOP853", rtol=1e-12, atol=1e-14, events=event
-        )
-        t, (x, v, f) = run.t[-1], run.y[:, -1]
-        if len(run.t_events[0]):
-            slip, f = (0.0, f * (1 - 1e-15)) if slip else (np.sign(f), np.sign(f) * slip_limit)
-    return np.array([x, v, f])
-
-
-@pytest.mark.parametrize("omega", [pytest.param(1.1, marks=pytest.mark.slow), 1.9])
-def test_friction_beside_a_cubic_spring_against_differences(omega):
-    model = sh.Model(
-        [[1.0]],
-        [[0.05]],
-        [[1.0]],
-        contacts=[(0,)],
-        cubic_stiffness=0.3,
-        contact_stiffness=1.0,
-        friction_coefficient=0.5,
-        normal_load=0.3,
-    )
-    problem = sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=0.3), tuple(range(1, 42, 2)))
-    unknowns = solution(problem, omega)
-    law = problem.locate(unknowns, omega).groups["friction"].details
-    basis = problem.basis
-    friction = (law.matrix[0] @ unknowns + 0.15 * law.vector[0]) @ basis.values(0.0)
-    x, slope = (basis.values(0.0, d) @ unknowns for d in (0, 1))
-    state = np.array([x, omega * slope, np.clip(friction, -0.15, 0.15)])
-    columns = []
-    for step in 1e-6 * np.eye(3):
-        ends = [marched(problem, omega, state + sign * step, 0.15) for sign in (1, -1)]
-        columns.append((ends[0] - ends[1]) / 2e-6)
-    assert np.abs(marched(problem, omega, state, 0.15) - state).max() < 1e-4
-    computed = multipliers(problem, omega, unknowns)
-    assert distance(computed, np.linalg.eigvals(np.array(columns).T)) < 2e-4
-
-
 @st.composite
 def damped(draw):
     seed = draw(st.integers(0, 2**32 - 1))
@@ -239,9 +170,11 @@ def damped(draw):
         damping,
         stiffness,
         contacts=contacts,
-        contact_stiffness=10.0 ** rng.uniform(-2, 3, len(contacts)),
-        friction_coefficient=0.5,
-        normal_load=10.0 ** rng.uniform(-2, 1, len(contacts)),
+        **rub(
+            10.0 ** rng.uniform(-2, 3, len(contacts)),
+            0.5,
+            10.0 ** rng.uniform(-2, 1, len(contacts)),
+        ),
     )
     harmonics = draw(st.sampled_from([(1,), (0, 1), (1, 3), (2, 6), (0, 1, 2, 3, 5)]))
     force = sh.forces.HarmonicForce(cosine={harmonics[-1]: rng.normal(size=n)})
@@ -303,9 +236,7 @@ def two_bodies(held):
         np.zeros((2, 2)),
         np.array([[1.0, -1.0], [-1.0, 1.0]]) + held * np.eye(2),
         contacts=[(0,)],
-        contact_stiffness=1.0,
-        friction_coefficient=0.5,
-        normal_load=1.0,
+        **rub(1.0, 0.5, 1.0),
     )
     return sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=1.0), (1, 3))
 

@@ -10,6 +10,7 @@ from studies import fig03_single_blade as fig03
 from studies import fig08_engine_orders as fig08
 from symhbm.time_domain.motion import shoot
 from tests.problems import duffing as of_problems
+from tests.problems import rub
 from tests.quick import quick_first
 from tests.refusals import refused
 
@@ -28,9 +29,7 @@ def chain(cubic=0.3, normal_load=0.3, harmonics=(0, 1, 2, 3)):
         [[0.16, -0.05], [-0.02, 0.12]],
         [[1.5, -0.5], [-0.5, 1.5]],
         contacts=[(0,), (0, 1), (1,)],
-        contact_stiffness=[0.4, 0.3, 0.5],
-        friction_coefficient=0.5,
-        normal_load=np.array([1.0, 1.0, 60.0]) * normal_load,
+        **rub([0.4, 0.3, 0.5], 0.5, np.array([1.0, 1.0, 60.0]) * normal_load),
         cubic_stiffness=[cubic, 0.0, -0.2 * cubic],
     )
     force = sh.forces.HarmonicForce(

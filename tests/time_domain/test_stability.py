@@ -5,6 +5,7 @@ import pytest
 
 import symhbm as sh
 from symhbm.time_domain.stability import NEUTRAL, verdict
+from tests.pressed_contact import shroud
 from tests.problems import duffing, one_blade, problem
 
 TURN = 2 * np.pi
@@ -59,10 +60,7 @@ def fastest_growth(omega, amplitude):
     """
     spring = 0.75 * 0.1 * amplitude**2
     stiffness = np.array(
-        [
-            [1 - omega**2 + 3 * spring, 0.05 * omega],
-            [-0.05 * omega, 1 - omega**2 + spring],
-        ]
+        [[1 - omega**2 + 3 * spring, 0.05 * omega], [-0.05 * omega, 1 - omega**2 + spring]]
     )
     damping = 0.05 * np.eye(2) + 2 * omega * np.array([[0, 1], [-1, 0]])
     state = np.block([[np.zeros((2, 2)), np.eye(2)], [-stiffness, -damping]])
@@ -162,23 +160,8 @@ def test_instability_beside_odd_harmonics():
 
 OPENING = {
     "gap": sh.Gap(normal=(1,), normal_stiffness=2e4, gap=1e-3),
-    "friction": sh.Friction(
-        tangential=(1,),
-        normal=(2,),
-        contact_stiffness=1e4,
-        normal_stiffness=2e4,
-        friction_coefficient=0.4,
-        normal_load=2.0,
-    ),
-    "planar friction": sh.Friction(
-        tangential=(1,),
-        across=(3,),
-        normal=(2,),
-        contact_stiffness=1e4,
-        normal_stiffness=2e4,
-        friction_coefficient=0.4,
-        normal_load=2.0,
-    ),
+    "friction": shroud((1,), (2,), normal_load=2.0),
+    "planar friction": shroud((1,), (2,), across=(3,), normal_load=2.0),
 }
 
 

@@ -9,7 +9,8 @@ from scipy.optimize import brentq
 
 import symhbm as sh
 from tests.continuation.test_branch_points import DAMPING, GAMMA, TURN, pair, pitchforks
-from tests.problems import duffing
+from tests.pressed_contact import two_blades
+from tests.problems import duffing, rub
 
 CHANGES = ("period doubling", "Neimark-Sacker", "symmetry breaking", "change of stability")
 
@@ -200,9 +201,7 @@ def test_friction_that_ends_flutter():
         0.5 * np.eye(2),
         [[1e4, 200.0], [-200.0, 1.02e4]],
         contacts=[(0,), (1,)],
-        contact_stiffness=3e3,
-        friction_coefficient=0.5,
-        normal_load=3.0,
+        **rub(3e3, 0.5, 3.0),
     )
     problem = sh.HarmonicBalance(model, sh.forces.HarmonicForce(cosine={1: [1.0, 0.5]}), (1, 3, 5))
     for band in ((14, 24), (24, 14)):
@@ -226,22 +225,7 @@ def test_changes_are_of_paths_whose_stability_is_told(options):
 
 def test_contacts_that_open_double_the_period():
     """Two blades whose shrouds rub and part: the exact motions on both sides of each change."""
-    shroud = sh.Friction(
-        tangential=(0, 2),
-        normal=(1, 3),
-        contact_stiffness=1e4,
-        normal_stiffness=2e4,
-        friction_coefficient=0.4,
-        normal_load=4.0,
-    )
-    model = sh.Model(
-        np.eye(4),
-        np.diag([2.0, 3, 2, 3]),
-        np.diag([1e4, 2.25e4, 1.04e4, 2.3e4]),
-        contacts={"shroud": shroud},
-    )
-    force = sh.forces.HarmonicForce(cosine={1: [10, 5, 0, 0]}, sine={1: [0, 0, 10, -5]})
-    problem = sh.HarmonicBalance(model, force, harmonics=range(10))
+    problem = two_blades().with_harmonics(tuple(range(10)))
     curve = sh.frf(problem, (23, 25))
     found = changes_of(curve)
     assert [kind for kind, _ in found] == ["period doubling"] * 2

@@ -4,18 +4,14 @@ import numpy as np
 import pytest
 
 import symhbm as sh
-
-PRESSED = dict(
-    tangential=(0,), normal=(1,), contact_stiffness=1e4, normal_stiffness=2e4,
-    friction_coefficient=0.4, normal_load=3.0,
-)  # fmt: skip
+from tests.pressed_contact import shroud
 
 
 @pytest.mark.parametrize(
     "contact",
     [
-        sh.Friction(**PRESSED),
-        pytest.param(sh.Friction(**PRESSED, across=(2,)), marks=pytest.mark.slow),
+        shroud(normal_load=3.0),
+        pytest.param(shroud(normal_load=3.0, across=(2,)), marks=pytest.mark.slow),
         sh.Gap(normal=(1,), normal_stiffness=2e4, normal_load=5.0),
     ],
     ids=["line", "plane", "stop"],
@@ -76,15 +72,14 @@ def test_a_static_displacement_takes_no_digits_of_planar_friction():
 def problem_of(**changes):
     """Two degrees of freedom, the directions of a contact to the ground."""
     matrices = np.eye(2), np.diag([2.0, 3.0]), [[1e4, 5e2], [5e2, 1.6e4]]
-    model = sh.Model(*matrices, contacts={"shroud": sh.Friction(**(PRESSED | changes))})
+    model = sh.Model(*matrices, contacts={"shroud": shroud(**(dict(normal_load=3.0) | changes))})
     wave = sh.forces.HarmonicForce(cosine={1: [5, 0]}, sine={1: [0, 8]})
     return sh.HarmonicBalance(model, wave, range(8))
 
 
 @pytest.mark.slow
 @pytest.mark.parametrize(
-    ("hertz", "changes"),
-    [(9.9, dict(normal=(0,))), (10.0, dict(friction_coefficient=100.0))],
+    ("hertz", "changes"), [(9.9, dict(normal=(0,))), (10.0, dict(friction_coefficient=100.0))]
 )
 def test_cold_starts_come_from_frequencies_beside(hertz, changes):
     problem = problem_of(**changes)

@@ -17,10 +17,7 @@ SLIDER = dict(contact_stiffness=2e4, friction_coefficient=0.5, normal_load=1.0)
 
 def disk() -> sh.Sector:
     """Sectors of two masses, the second of which rubs on that of the next sector."""
-    slider = sh.Friction(
-        tangential=(1, sh.next_sector(1)),
-        **SLIDER,
-    )
+    slider = sh.Friction(tangential=(1, sh.next_sector(1)), **SLIDER)
     sector = sh.Sector(sh.Model(MASS, DAMPING, STIFFNESS), [0], [2], N)
     return sector.with_contacts(shroud=slider)
 
@@ -42,8 +39,7 @@ def ring() -> sh.HarmonicBalance:
         stiffness = stiffness + value.real * along.T @ ahead
         damping = damping + value.imag / (2 * np.pi * FREQUENCY) * along.T @ ahead
     sliders = sh.Friction(
-        tangential=[(2 * j + 1, 2 * k + 1) for j, k in enumerate(following.tolist())],
-        **SLIDER,
+        tangential=[(2 * j + 1, 2 * k + 1) for j, k in enumerate(following.tolist())], **SLIDER
     )
     model = sh.Model(mass, damping, stiffness, contacts={"shroud": sliders})
     pattern = np.kron(np.exp(-2j * np.pi * ORDER * np.arange(N) / N), [0.2, 1.0])

@@ -12,10 +12,7 @@ import symhbm as sh
 def columns():
     table = rods.places()
     return dict(
-        node=table.node,
-        direction=table.direction,
-        coordinates=table.coordinates,
-        label=table.label,
+        node=table.node, direction=table.direction, coordinates=table.coordinates, label=table.label
     )
 
 

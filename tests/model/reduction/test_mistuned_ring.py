@@ -254,10 +254,7 @@ def shrouded(damping=None, air=()):
     stiffness = np.array([[5e4, -2e4, -2e4], [-2e4, 2e4, 0], [-2e4, 0, 2e4]])
     given = np.diag([2.0, 0.5, 0]) if damping is None else damping
     disk = sh.Sector(sh.Model(np.diag([1.0, 0.4, 0]), given, stiffness), [0], [2], 5)
-    shroud = sh.Friction(
-        tangential=(1, sh.next_sector(1)),
-        **rub(3e3, 0.5, 1.0),
-    )
+    shroud = sh.Friction(tangential=(1, sh.next_sector(1)), **rub(3e3, 0.5, 1.0))
     return disk.with_contacts(shroud=shroud).with_influences(*air)
 
 

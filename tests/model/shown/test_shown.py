@@ -97,11 +97,7 @@ def test_no_frequencies_where_they_have_no_meaning():
         sh.Model(eye, eye, 1e4 * eye), stiffness={0: 1e4 * eye, 600: 2e4 * eye}
     )
     sector = sectors.random_disk(5, True)
-    for structure in (
-        turning,
-        sector,
-        sh.Model(eye, eye + turn, 1e4 * eye),
-    ):
+    for structure in (turning, sector, sh.Model(eye, eye + turn, 1e4 * eye)):
         rows = cells(structure._repr_html_())
         assert not any("natural" in label for label in rows)
         assert rows["structure"].startswith(f"{structure.n_dof} degree")
