@@ -71,14 +71,6 @@ def test_a_response_is_drawn_where_it_is(name):
     assert off_paper(line, curve, dof=place, n_values=number, problem=problem) < CLOSE
 
 
-@pytest.mark.slow
-def test_a_curve_over_a_load_is_drawn_where_it_is():
-    curve = sh.follow(fig03.problem(), "normal_load", (0.5, 500), frequency=19.5, throw=True)
-    (line,) = long_lines(sh.plot.response(curve).axes[0])
-    assert line.axes.get_xscale() == "log"
-    assert off_paper(line, curve, n_values=500) < CLOSE
-
-
 def test_corners_between_values_of_a_grid():
     curve = sh.frf(mistuned(), (50, 110), np.linspace(50, 110, 31), progress=False)
     ax = sh.plot.response(curve).axes[0]

@@ -25,9 +25,10 @@ ROUND_OFF = 1e-9
 """Numbers of texts below it are round-off."""
 CHANGING = re.compile(
     r"symhbm \d.*|at most (?:0\.0e\+00|[\d.]+e-1\d)[^\n]*|(?:\d+ of )?\d+ (?:stored )?points"
-    r"|points +\d+|\d+, all converged"
+    r"|points +\d+|\d+, all converged|(?:machine code and )?the virtual machine of CasADi"
+    r"|machine code"
 )
-"""Parts of texts that tell versions, places of round-off, and how many points a path has."""
+"""Parts of texts that tell versions, round-off, what evaluates, and how many points a path has."""
 PLACES = {"n", "row", "point", "n_points", "rejected_steps", "linear_solves", "iterations"}
 """Names of numbers and counts of points, and of work."""
 NUMBER = re.compile(r"[-+]?\d+(?:\.\d+)?(?:e[-+]?\d+)?")

@@ -9,21 +9,20 @@ import pytest
 import symhbm as sh
 from symhbm.plot.drawing import scaled
 from tests.pages import check
-from tests.problems import duffing, one_blade, ring_of_blades
+from tests.problems import one_blade, ring_of_blades
 from tests.quick import quick_first
 
 PROBLEM = sh.HarmonicBalance(one_blade(), sh.forces.PointForce(), harmonics=(1, 3))
 DISK = ring_of_blades(5, contact_stiffness=1e6, normal_load=10)
 WAVE = sh.forces.EngineOrder(1)
 RING = sh.HarmonicBalance(DISK, WAVE)
-DUFFING = duffing()
 SELF_EXCITED = sh.HarmonicBalance(one_blade(damping=-0.5), harmonics=(1, 3))
 
 
-def mistuned(n_samples, n_values, **options):
+def mistuned(n_samples, n_values):
     draws = sh.mistuning.uniform(DISK, n_samples, seed=1, contact_stiffness=0.2)
     grid = np.linspace(100, 300, n_values)
-    return sh.frf(RING, (100, 300), at=grid, over=draws, progress=False, **options)
+    return sh.frf(RING, (100, 300), at=grid, over=draws, progress=False)
 
 
 CASES = {
@@ -38,8 +37,6 @@ CASES = {
         progress=False,
     ),
     "grid": lambda: mistuned(6, 21),
-    "peaks alone": lambda: mistuned(4, 21, keep=["peak_frequency", "peak_amplitude"]),
-    "duffing": lambda: sh.frf(DUFFING, (0.32, 0.08), stability=True, progress=False),
     "modes": lambda: sh.nonlinear_modes(
         sh.HarmonicBalance(one_blade(), harmonics=(1, 3)),
         over={"normal_load": [1, 3]},
