@@ -1,8 +1,13 @@
 """Limits of several contacts at one point of a path: which of them begin or end to slip there."""
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
+import pytest
 
 import symhbm as sh
+from symhbm.continuation.events import brief_crossing
 from tests.designs import ring
 
 
@@ -24,3 +29,31 @@ def test_of_contacts_that_reach_their_limits_together_one_may_relieve_the_other(
     for low, high, of_contacts in zip(edges[:-1], edges[1:], slips, strict=True):
         at = sh.solve(problem, (low + high) / 2, throw=True)
         assert tuple(np.flatnonzero(at.contact_state == 1)) == of_contacts
+
+
+@pytest.mark.parametrize("least", [1e-3, -1e-4])
+def test_what_is_solved_for_within_a_step_tells_of_all_contacts(least):
+    """Five margins that come back short of their limits, or one that passes it, at one point."""
+    offsets, asked = least * np.array([2, 1.5, 1.2, 1.1, 1.0]), []
+    offsets[:-1] = np.abs(offsets[:-1])
+
+    def at(value):
+        margins = -offsets - 4 * (value - 0.5) ** 2 * (1 + value)
+        rates = np.full(5, -8 * (value - 0.5) * (1 + value) - 4 * (value - 0.5) ** 2)
+        point, direction = np.array([0.0, value]), np.array([0.0, 1.0])
+        return SimpleNamespace(point=point, direction=direction, margins=margins, rate=rates)
+
+    def correct(guess, plane, switches):
+        asked.append(float(guess[-1]))
+        return at(guess[-1])
+
+    states, begin = np.zeros(5, dtype=bool), at(0.0)
+    base: Any = SimpleNamespace(state=begin.point, after=begin.direction, switches=states)
+    base.margins, base.rate = begin.margins, begin.rate
+    corrector: Any = SimpleNamespace(correct=correct)
+    found = brief_crossing(corrector, base, at(1.0), np.ones(2))  # type: ignore[arg-type]
+    assert (found is None) == (least > 0)
+    if found is not None:
+        assert found.margins[-1] > 0
+    # One after the other, each of the five would ask for it.
+    assert asked == [0.5]

@@ -1,6 +1,8 @@
 """Contact limits on a path: the points at which contacts begin or end to slip."""
 
 import math
+from bisect import bisect
+from itertools import pairwise
 from typing import Any
 
 import numpy as np
@@ -168,7 +170,8 @@ def brief_crossing(
     """A point within a step at which a contact is beyond its limit, None if there is none.
 
     The slip margin of each contact is a cubic from its values and rates at both ends. Where its
-    maximum comes close to the limit, points are added there until the crossing is decided.
+    maximum comes close to the limit, points are added there until the crossing is decided. What is
+    solved for because of one contact tells of the others.
     """
     turning = np.empty(len(base.switches), dtype=np.int64)
     of_base = base.state, base.after, base.switches, base.margins, base.rate
@@ -176,35 +179,48 @@ def brief_crossing(
     count, length, advance = _turning(of_base, of_ahead, scale, turning)
     if not count:
         return None
-    normal, start = base.after / scale, base.state
-    outward = np.where(base.switches, -1.0, 1.0)
-    for contact in turning[:count].tolist():
-        sign = outward[contact]
-        left = 0.0, float(sign * base.margins[contact]), float(sign * base.rate[contact])
-        rate = float(sign * ahead.rate[contact] / advance)
-        right = 1.0, float(sign * ahead.margins[contact]), rate
+    normal, start, chosen = base.after / scale, base.state, turning[:count]
+    outward = np.where(base.switches, -1.0, 1.0)[chosen]
+    shares, values = [0.0, 1.0], [base.margins[chosen], ahead.margins[chosen]]
+    rates = [base.rate[chosen], ahead.rate[chosen] / advance]
+    for k in range(count):
         for _ in range(_MAX_REFINEMENTS):
-            width = right[0] - left[0]
-            slopes = width * length * left[2], width * length * right[2]
-            share, maximum = interpolation.cubic_top(left[1], right[1], slopes)
-            share = left[0] + width * share
-            rise = maximum - max(left[1], right[1])
-            if maximum < -0.5 * rise - BEYOND or rise <= 0:
+            share = _doubtful(shares, outward[k] * np.array([values, rates])[:, :, k], length)
+            if share is None:
                 break
             guess = start + share * (ahead.point - start)
             plane = Hyperplane(start + share * length * base.after, scale, normal)
             solution = corrector.correct(guess, plane, base.switches)
             if solution is None:
                 break
-            if crossed(solution.margins, base.switches)[contact]:
+            if crossed(solution.margins, base.switches)[chosen].any():
                 return solution
+            place = bisect(shares, share)
             slope = solution.rate / max(float(np.dot(normal, solution.direction)), 1e-3)
-            margins = float(outward[contact] * solution.margins[contact])
-            if not np.isfinite(margins):
-                break  # a contact that moves by round-off only
-            inner = share, margins, float(outward[contact] * slope[contact])
-            left, right = (inner, right) if inner[2] > 0 else (left, inner)
+            shares.insert(place, share)
+            values.insert(place, solution.margins[chosen])
+            rates.insert(place, slope[chosen])
     return None
+
+
+def _doubtful(shares: list[float], margins: FloatArray, length: float) -> float | None:
+    """Share of a step at which a margin may pass its limit, None where it stays within.
+
+    ``margins`` (2, n_shares) are its values and rates at some ``shares``.
+    """
+    highest, result = -math.inf, None
+    for (begin, value, rate), (end, value_ahead, rate_ahead) in pairwise(
+        zip(shares, *margins.tolist(), strict=True)
+    ):
+        width = end - begin
+        if not (rate > 0 >= rate_ahead and math.isfinite(value) and math.isfinite(value_ahead)):
+            continue
+        slopes = width * length * rate, width * length * rate_ahead
+        share, maximum = interpolation.cubic_top(value, value_ahead, slopes)
+        rise = maximum - max(value, value_ahead)
+        if maximum >= -0.5 * rise - BEYOND and rise > 0 and maximum > highest:
+            highest, result = maximum, begin + width * share
+    return result
 
 
 @Loop
