@@ -265,12 +265,6 @@ def test_kept_names_alone_are_stored(tmp_path):
     left = {*json.loads(kept.attrs["left_out"])}
     assert left == {*whole.data_vars} - {*kept.data_vars} > {"coefficient", "event_frequency"}
     assert sh.datasets.rebuild(kept).harmonics == (1,)
-    moved = sh.follow(
-        BLADE, "normal_load", (0.5, 9), frequency=19.5, keep=["event_normal_load"], progress=False
-    )
-    assert moved.event_normal_load.size
-    assert "event_kind" not in moved
-    assert {"peak_normal_load", "peak_coefficient"} < {*moved.data_vars}
     none = sh.frf(BLADE, BAND, at=GRID, keep=[], verifiable=False, progress=False)
     peaks = {name for name in names if name.startswith("peak_")}
     assert set(none.data_vars) == names - {"amplitude", "event_kind"} - peaks | set(

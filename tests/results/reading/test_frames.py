@@ -63,33 +63,3 @@ def test_archives_are_read_part_by_part(sweep, tmp_path, monkeypatch):
     assert set.union(*loaded) <= {"peak_amplitude", "peak_frequency"}
     monkeypatch.undo()
     assert parts.equals(sh.datasets.table(sweep, "peaks", variables=["peak_amplitude"]))
-
-
-BAD = {
-    "result": (TypeError, "result=3", lambda ds: sh.datasets.table(3)),
-    "kind": (ValueError, "kind='rows'", lambda ds: sh.datasets.table(ds, "rows")),
-    "each": (ValueError, "each='blade'", lambda ds: sh.datasets.table(ds, each="blade")),
-    "unknown": (KeyError, "amplitud", lambda ds: sh.datasets.table(ds, variables=["amplitud"])),
-    "text": (
-        TypeError,
-        "variables='amplitude'",
-        lambda ds: sh.datasets.table(ds, variables="amplitude"),
-    ),
-    "misfit": (
-        ValueError,
-        "variable 'peak_dof'",
-        lambda ds: sh.datasets.table(ds, variables=["peak_dof"]),
-    ),
-    "missing": (
-        ValueError,
-        "table of peaks: the archive has no peaks",
-        lambda ds: sh.datasets.table(ds.drop_dims("peak"), "peaks"),
-    ),
-}
-
-
-@pytest.mark.parametrize("name", BAD)
-def test_bad_arguments(sweep, name):
-    error, words, call = BAD[name]
-    with pytest.raises(error, match=words):
-        call(sweep)

@@ -104,22 +104,3 @@ def test_along_another_parameter_and_without_motion():
     )
     assert still.peak_to_peak.item() == 0.0
     assert np.isnan(still.phase_lag.item())
-
-
-BAD = {
-    "result": (TypeError, "result=3", lambda ds: sh.datasets.motion(3)),
-    "kind": (ValueError, "kind='events'", lambda ds: sh.datasets.motion(ds, "events")),
-    "angle": (ValueError, "angle=", lambda ds: sh.datasets.motion(ds, angle=[[0.0]])),
-    "missing": (
-        KeyError,
-        "'coefficient'",
-        lambda ds: sh.datasets.motion(ds.drop_vars("coefficient")),
-    ),
-}
-
-
-@pytest.mark.parametrize("name", BAD)
-def test_bad_arguments(sweep, name):
-    error, words, call = BAD[name]
-    with pytest.raises(error, match=words):
-        call(sweep)

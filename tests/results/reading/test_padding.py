@@ -57,8 +57,3 @@ def test_archives_that_are_opened_lazily(sweep, tmp_path):
         found = sh.datasets.trimmed(archive.sel(normal_load=0.0))
         assert not found["coefficient"].variable._in_memory
         assert found.sizes["event"] == 0
-
-
-def test_bad_arguments():
-    with pytest.raises(TypeError, match="result=3"):
-        sh.datasets.trimmed(3)
