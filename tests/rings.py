@@ -43,7 +43,7 @@ def assembled(disk: sh.Sector, force: Any = None, harmonics: tuple[int, ...] = (
             np.vstack([of_sector[group.rows[:, k]].toarray() for of_sector in all_rows])
             for k in range(group.rows.shape[1])
         ]
-        values = {name: np.tile(v, n) for name, v in disk.values_of(group).items()}
+        values = {name: np.tile(v, n) for name, v in group.values.items()}
         contacts[group.name] = sh.Contacts(group.law, *directions, **values)
     model = sh.Model(*matrices, contacts=contacts)
     return Ring(model, None if force is None else _force(disk, force, motions), motions)

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.balance.evaluation import ContactStates, UnknownLayout
-from symhbm.model import SliderContacts, Structure, Symmetry
-from symhbm.model.contacts import ContactLaw, Motions
+from symhbm.model import Structure, Symmetry
+from symhbm.model.contacts import ContactLaw, Motions, SliderContacts
 from symhbm.numerics import FloatArray
 
 
@@ -51,7 +51,7 @@ def balanced_groups(
     contacts = np.arange(model.n_contacts) if symmetry is None else symmetry.contacts
     position = np.full(model.n_contacts, -1)
     position[contacts] = np.arange(len(contacts))
-    first_row = np.concatenate([[0], np.cumsum([len(model.contact_rows[j]) for j in contacts])])
+    first_row = np.concatenate([[0], np.cumsum([len(model.groups.rows[j]) for j in contacts])])
     result = []
     for group in model.groups:
         own = np.sort(position[group.contacts][position[group.contacts] >= 0])
@@ -113,7 +113,7 @@ class BalancedContacts:
 
     def sliders(self, frequency: float = 0.0) -> SliderContacts:
         """The contacts that are springs in series with sliders, at a frequency [rad/s]."""
-        return SliderContacts.of(self, frequency)
+        return SliderContacts.of(((g, self.values[g.name]) for g in self.groups), frequency)
 
     def margins_within(
         self,

@@ -68,7 +68,7 @@ class Equations:
         if symmetry is not None:
             dofs, contacts = dofs[: symmetry.n_dof], symmetry.contacts
             self.expansion = symmetry.expansion(basis)
-            rows = model.rows_of(contacts)[:, None] * size + np.arange(size)
+            rows = model.groups.rows_of(contacts)[:, None] * size + np.arange(size)
             displacements = displacements.tocsr()[rows.ravel()]
         self.dofs: NDArray[np.intp] = dofs
         self.contacts: NDArray[np.intp] = contacts

@@ -159,7 +159,7 @@ class HarmonicBalance:
         excitation = excitation.placed(model.number_of)
         model = model.under(excitation)
         if harmonics is None:
-            moves_mean = not model.odd or model.static_load(excitation).any()
+            moves_mean = not model.groups.odd or model.static_load(excitation).any()
             harmonics = (0, 1) if moves_mean else (1,)
         basis = FourierBasis(check_harmonics(harmonics))
         if samples is not None:
@@ -198,11 +198,7 @@ class HarmonicBalance:
     def _active(self) -> frozenset[str]:
         """The groups of contacts that are compiled."""
         # The switches of contacts that do nothing count, too.
-        busy = {
-            group.name
-            for group in self.model.groups
-            if group.law.switches or group.law.acts(self.model.values_of(group)).any()
-        }
+        busy = {group.name for group in self.model.groups if group.law.switches or group.acts}
         return self._given.active | busy
 
     @cached_property
@@ -239,7 +235,7 @@ class HarmonicBalance:
     @cached_property
     def contacts(self) -> BalancedContacts:
         """The contacts that do something, with their values."""
-        values = {group.name: self.model.values_of(group) for group in self.model.groups}
+        values = {group.name: group.values for group in self.model.groups}
         if self.symmetry is not None:
             values = {
                 group.name: {
@@ -321,8 +317,8 @@ class HarmonicBalance:
         array = np.asarray(values, dtype=float)
         if self.symmetry is None or array.ndim == 0:
             return array
-        if name in self.model.contact_parameters:
-            contacts = self.model.contact_parameters[name].contacts
+        if name in self.model.groups.owners:
+            contacts = self.model.groups.owner(name).contacts
             return self.symmetry.own_of_contacts(name, array, contacts)
         return self.symmetry.own_of_dofs(name, array)
 
@@ -366,7 +362,7 @@ class HarmonicBalance:
         for name, value in values.items():
             (of_model if name in own else of_force)[name] = value
         # The force and matrices of others change, and what was compared sector by sector.
-        others = {*values} - {*self.model.contact_parameters, "force_amplitude"}
+        others = {*values} - {*self.model.groups.owners, "force_amplitude"}
         if others:
             changes["linear"] = None
         if of_model:
@@ -538,7 +534,7 @@ class HarmonicBalance:
         ``values`` are those of damping among them.
         """
         gives = min(values, default=0.0) < 0 or not self.model.dissipates(self.harmonics)
-        return gives or self.model.many_valued([*map(self.parameter_name, names)])
+        return gives or self.model.groups.many_valued([*map(self.parameter_name, names)])
 
     @property
     def residual(self) -> ca.Function:
@@ -572,8 +568,8 @@ class HarmonicBalance:
                 f"{name}: expected viscous damping, under a loss factor derivatives by deviations "
                 "are not known; sweep it by over="
             )
-        if name in self.model.contact_parameters:
-            owner = self.model.contact_parameters[name].name
+        if name in self.model.groups.owners:
+            owner = self.model.groups.owner(name).name
             if owner not in self._active:
                 other = self._copy(active=self._active | {owner})
                 vars(self).clear()

@@ -42,7 +42,7 @@ def check_mean(problem: HarmonicBalance, growing: bool = False) -> None:
     exciting = tuple(sorted({*problem.basis.order[acts].astype(int).tolist()}))
     if exciting and 0 in complete_harmonics(exciting, 1):
         why = f"a force of harmonics {exciting}, not odd multiples of one alone,"
-    elif 0 in complete_harmonics(harmonics, 1) and model.many_valued():
+    elif 0 in complete_harmonics(harmonics, 1) and model.groups.many_valued():
         why = "a motion of even harmonics"
     else:
         return
@@ -56,7 +56,7 @@ def is_held(problem: HarmonicBalance) -> bool:
     """Whether stiffness or cubic springs determine where the structure stands in the mean."""
     model = problem.model
     stiffness = model.static_stiffness
-    springs = model.directions[model.holding_rows]
+    springs = model.directions[model.groups.holding_rows]
     springs = springs / abs(springs).max(axis=1).toarray()[:, None] if springs.nnz else springs
     diagonal = np.abs(stiffness.diagonal())
     # Cubic springs hold with any stiffness: that of the structure, where they are.

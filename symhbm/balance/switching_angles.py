@@ -214,7 +214,7 @@ def slip_angles(
     neither spring nor limit.
     """
     model, basis = problem.model, problem.basis
-    contact, rows, stiffness, limit = model.sliders(0.0)
+    contact, rows, stiffness, limit = model.groups.sliders(0.0)
     travel, both = 2 * limit, np.full((2, model.n_contacts), np.nan)
     slips = slip[contact] & (travel > 0) & (stiffness > 0)
     if slips.any():

@@ -240,7 +240,7 @@ class ParameterProblem(ContinuationProblem):
         by_entry = self._derivative(**inputs)["jacobian"].sparse()
         chosen = self.chosen(problem)
         margins_by_parameter: FloatArray | float = 0.0
-        if self.name in problem.model.contact_parameters:
+        if self.name in problem.model.groups.owners:
             by_value = problem.contacts.margin_slopes(evaluation.states, frequency)[1][self.name]
             margins_by_parameter = by_value @ chosen
         return replace(

@@ -19,7 +19,6 @@ from symhbm.model.matrices import Model
 from symhbm.model.outputs import Output
 from symhbm.model.parameters import (
     BLADE_PARAMETERS,
-    CONTACT_PARAMETERS,
     PARAMETERS,
     ReadOnly,
     amplitude_of,
@@ -29,17 +28,11 @@ from symhbm.model.places import Place, Places, next_sector, number_of
 from symhbm.model.plausibility import DOUBT, warn_of_doubts
 from symhbm.model.sectors import find_symmetry
 from symhbm.model.shown import as_table, rows_of
-from symhbm.model.structure import (
-    Matrices,
-    SliderContacts,
-    Structure,
-    weighted,
-)
+from symhbm.model.structure import Matrices, Structure, weighted
 from symhbm.model.symmetry import Symmetry
 
 __all__ = [
     "BLADE_PARAMETERS",
-    "CONTACT_PARAMETERS",
     "DOUBT",
     "PARAMETERS",
     "ContactPairs",
@@ -56,7 +49,6 @@ __all__ = [
     "PointForce",
     "RayleighDamping",
     "ReadOnly",
-    "SliderContacts",
     "StaticLoad",
     "StructuralDamping",
     "Structure",

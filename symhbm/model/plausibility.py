@@ -65,7 +65,7 @@ def _doubts(
     """All doubts, an empty text without any."""
     if not driven:
         return "no force oscillates; HarmonicBalance(model, excitation) takes one"
-    springs = model.stuck_springs
+    springs = model.groups.stuck_springs
     said = [_of_symmetry(model), _of_effect(model, moving), _of_harmonics(model, harmonics)]
     # Above a critical speed Coriolis forces hold what spin softening leaves without stiffness.
     softened = bool(np.any(model.stiffness_matrix.diagonal() < 0))
@@ -99,7 +99,7 @@ def _of_effect(model: Structure, moving: Collection[str]) -> str:
     """A parameter that moves and does nothing, as another one of its law is 0 all the time."""
     idle, nothing = [], []
     for group in model.groups:
-        values = model.values_of(group)
+        values = group.values
         moves = {own: name for own, name in group.parameters.items() if name in moving}
         if moves and not group.law.acts(values | dict.fromkeys(moves, np.ones(group.n))).any():
             idle += moves.values()
@@ -118,7 +118,7 @@ def _of_harmonics(model: Structure, harmonics: Sequence[int]) -> str:
     divisor = int(np.gcd.reduce([n for n in harmonics if n > 0]))
     complete = (*range(0, max(harmonics) + 1, divisor),)
     left_out = sorted({*complete} - {*harmonics})
-    if model.odd or not left_out:
+    if model.groups.odd or not left_out:
         return ""
     return (
         f"contacts that open or whose force is not odd make harmonics {left_out}, which "
@@ -146,7 +146,7 @@ def _of_damping(model: Structure, springs: FloatArray) -> str:
 def _of_band(
     model: Structure, springs: FloatArray, band: tuple[float, float], harmonics: Sequence[int]
 ) -> str:
-    if not model.bounded:
+    if not model.groups.bounded:
         return ""  # such contacts move resonances as far as the motion is large
     low, high = min(band), max(band)
     of_one, reach = low == high, max(_FAR, *harmonics)

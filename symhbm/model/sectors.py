@@ -67,7 +67,7 @@ def _contact_order(
         return None
     values: list[list[Any]] = [[] for _ in model.contacts]
     for group in model.groups:
-        of_group = np.array(list(model.values_of(group).values())).T.tolist()
+        of_group = np.array(list(group.values.values())).T.tolist()
         for j, row in zip(group.contacts, of_group, strict=True):
             values[j] += [group.name, *row]
     # Contacts of equal ends, side by side, differ by their values.

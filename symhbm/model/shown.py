@@ -80,9 +80,7 @@ def _parameters(structure: Any) -> Rows:
 
 
 def _contacts(structure: Any) -> Rows:
-    groups = [
-        group for group in structure.groups if group.law.acts(structure.values_of(group)).any()
-    ]
+    groups = [group for group in structure.groups if group.acts]
     words = [f"{group.name}: {group.n} of {group.law!r}" for group in groups[:_MOST_GROUPS]]
     words += [f"{len(groups) - _MOST_GROUPS} more groups"] if len(groups) > _MOST_GROUPS else []
     return [("contacts", "; ".join(words))] if words else []
@@ -96,7 +94,7 @@ def _natural_frequencies(structure: Any, stuck: bool) -> np.ndarray:
     size = structure.n_dof
     if not structure.has_matrices or structure.nodal_diameters is not None or size > _MOST_DOFS:
         return np.empty(0)
-    if stuck and not structure.stuck_springs.any():
+    if stuck and not structure.groups.stuck_springs.any():
         return np.empty(0)
     if gyroscopic_part(structure.damping_matrix) is not None:
         return np.empty(0)

@@ -16,26 +16,12 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike, NDArray
 
-from symhbm.model.contacts import (
-    Ends,
-    Group,
-    Parameter,
-    SpringSliders,
-    renumbered,
-    weights_of,
-)
+from symhbm.model.contacts import CONTACT_PARAMETERS, ContactGroups, Parameter, weights_of
 from symhbm.model.excitation import Excitation, check_whole, static_force
 from symhbm.model.linear import displacements
 from symhbm.model.mass import dissipates
 from symhbm.model.outputs import Output, outputs_of
-from symhbm.model.parameters import (
-    CONTACT_PARAMETERS,
-    PARAMETERS,
-    SHORT,
-    ReadOnly,
-    grouped,
-    records_by_name,
-)
+from symhbm.model.parameters import PARAMETERS, ReadOnly
 from symhbm.model.places import NextSector, Place, Places, check_places, number_of
 from symhbm.model.records import Record
 from symhbm.model.shown import as_table, as_text, rows_of
@@ -73,44 +59,6 @@ class Matrices(NamedTuple):
     def n_dof(self) -> int:
         """Number of degrees of freedom."""
         return int(self.mass_matrix.shape[0])
-
-
-class SliderContacts(NamedTuple):
-    """Contacts that are a spring in series with a slider, (n,) each.
-
-    Their numbers ``contact`` among all contacts and ``row`` among all displacements, their
-    ``stiffness`` [N/m] and ``limit`` [N].
-    """
-
-    contact: NDArray[np.intp]
-    row: NDArray[np.intp]
-    stiffness: FloatArray
-    limit: FloatArray
-
-    @classmethod
-    def of(cls, owner: Any, frequency: float) -> SliderContacts:
-        """Those of the ``groups`` of an owner, which has their values, at a frequency [rad/s]."""
-        parts = [(*np.zeros((2, 0), dtype=int), *np.zeros((2, 0)))]
-        for group in owner.groups:
-            sliders = group.law.sliders(frequency, owner.values_of(group))
-            if sliders is not None:
-                parts.append((group.contacts, group.rows[:, 0], *sliders))
-        return cls(*map(np.concatenate, zip(*parts, strict=True)))
-
-
-class SpringSliderContacts(NamedTuple):
-    """Contacts that are springs and sliders, (n,) each.
-
-    Their numbers ``contact`` among all contacts, those of their ``tangential`` displacements, of
-    those ``across`` and ``normal`` to them among all, -1 without one, and what they are, as
-    `SpringSliders`.
-    """
-
-    contact: NDArray[np.intp]
-    tangential: NDArray[np.intp]
-    across: NDArray[np.intp]
-    normal: NDArray[np.intp]
-    sliders: SpringSliders
 
 
 class Structure(Record, ABC):
@@ -159,8 +107,7 @@ class Structure(Record, ABC):
     """
 
     contacts: tuple[Any, ...] = ()
-    row_ends: tuple[Ends, ...]
-    groups: tuple[Group, ...]
+    groups: ContactGroups
     contact_stiffness: Any
     friction_coefficient: Any
     normal_load: Any
@@ -254,15 +201,11 @@ class Structure(Record, ABC):
 
     def _set_contacts(self, contacts: Any, **parameters: Any) -> None:
         self._forget()
-        every, rows, groups, values = grouped(
-            self._n_named, contacts, parameters, self.number_of, self._places_of_contacts
-        )
-        self._check_names(values)
-        if self.speed is not None:
-            groups = tuple(group._replace(law=group.law.at(self.speed)) for group in groups)
-        self._store(contacts=every, row_ends=rows, groups=groups)
-        for name, value in values.items():
-            self._store(**{name: self._each(name, value)})
+        named = self._n_named, contacts, parameters, self.number_of, self._places_of_contacts
+        groups = ContactGroups.of(*named)
+        self._check_names(groups.owners)
+        groups = groups if self.speed is None else groups.at(self.speed)
+        self._store(**groups.attributes)
 
     def _forget(self) -> None:
         """Leave out what was computed from other attributes."""
@@ -315,7 +258,7 @@ class Structure(Record, ABC):
                 f"its contacts; {verb} the structure with the others"
             )
         other = self._copy()
-        for name in self.contact_parameters:
+        for name in self.groups.owners:
             vars(other).pop(name)
         other._set_contacts(groups)
         return other
@@ -366,8 +309,8 @@ class Structure(Record, ABC):
         assert places is not None
         assert places.coordinates is not None
         result = np.zeros((self.n_contacts, 3))
-        for j, rows in enumerate(self.contact_rows):
-            named = {dof for row in rows for dof in weights_of(self.row_ends[row])[0]}
+        for j, rows in enumerate(self.groups.rows):
+            named = {dof for row in rows for dof in weights_of(self.groups.row_ends[row])[0]}
             inside = {dof for dof in named if dof < places.n_dof} or named
             dofs = np.array(sorted(inside)) % places.n_dof
             _, first = np.unique(places.node[dofs], return_index=True)
@@ -400,90 +343,15 @@ class Structure(Record, ABC):
     @cached_property
     def records(self) -> dict[str, Parameter]:
         """What each parameter is that not all structures have: those of the contacts."""
-        return records_by_name({group.name: group.law.parameters for group in self.groups})
-
-    def attributes_of_contacts(self, number: Callable[[int], int] | None = None) -> dict[str, Any]:
-        """What is stored of the contacts, with another ``number`` of each degree of freedom."""
-        names = "contacts", "row_ends", "groups", *self.contact_parameters
-        values = {name: getattr(self, name) for name in names}
-        if number is not None:
-            values |= {name: renumbered(values[name], number) for name in names[:2]}
-        return values
-
-    @property
-    def is_short(self) -> bool:
-        """Whether contacts are friction and cubic springs without names."""
-        laws = {group.name: group.law for group in self.groups}
-        return laws == SHORT and all(group.n == self.n_contacts for group in self.groups)
+        return self.groups.records
 
     def about(self, name: str) -> Parameter:
         """What a parameter of a structure or an excitation is."""
         return self.records.get(name) or PARAMETERS[name]
 
-    @cached_property
-    def contact_parameters(self) -> dict[str, Group]:
-        """The parameters of the contacts by name: the group that each belongs to."""
-        return {name: group for group in self.groups for name in group.parameters.values()}
-
-    def values_of(self, group: Group) -> dict[str, FloatArray]:
-        """Values of the parameters of a group by the names of its law, (n,) each."""
-        return self._values[group.name]
-
-    @cached_property
-    def _values(self) -> dict[str, dict[str, FloatArray]]:
-        """Those of all groups by name."""
-        return {
-            group.name: {own: getattr(self, name) for own, name in group.parameters.items()}
-            for group in self.groups
-        }
-
     def dims_of(self, name: str) -> tuple[str, ...]:
         """Dimensions of one value of a parameter in a dataset."""
-        group = self.contact_parameters.get(name)
-        if group is None:
-            return self.about(name).dims
-        of_all = len(group.contacts) == len(self.contacts)
-        return ("contact",) if of_all else (f"{group.name}_contact",)
-
-    def sliders(self, frequency: float) -> SliderContacts:
-        """All contacts that are a spring in series with a slider, at a frequency [rad/s]."""
-        return SliderContacts.of(self, frequency)
-
-    def spring_sliders(self, frequency: float) -> SpringSliderContacts:
-        """All contacts that are springs and sliders, at a frequency [rad/s]."""
-        parts, values = [np.zeros((4, 0), dtype=int)], [np.zeros((len(SpringSliders._fields), 0))]
-        for group in self.groups:
-            sliders = group.law.spring_sliders(frequency, self.values_of(group))
-            if sliders is None:
-                continue
-            names = group.law.directions
-            if len(names) == 1 and names != ("normal",):
-                names = ("tangential",)
-            rows = [
-                group.rows[:, names.index(name)] if name in names else np.full(group.n, -1)
-                for name in ("tangential", "across", "normal")
-            ]
-            parts.append(np.array([group.contacts, *rows]))
-            values.append(np.array(sliders))
-        joined = SpringSliders(*np.concatenate(values, axis=1))
-        contact, tangential, across, normal = np.concatenate(parts, axis=1)
-        return SpringSliderContacts(contact, tangential, across, normal, joined)
-
-    def _over_groups(self, method: str) -> list[Any]:
-        return [getattr(group.law, method)(self.values_of(group)) for group in self.groups]
-
-    def many_valued(self, moving: Collection[str] = ()) -> bool:
-        """Whether contacts may make several responses, if damping dissipates.
-
-        Whatever the values of parameters are that are ``moving``.
-        """
-        for group in self.groups:
-            values = self.values_of(group)
-            if group.n and not group.law.monotone(values):
-                moves = not {*moving}.isdisjoint(group.parameters.values())
-                if moves or group.law.acts(values).any():
-                    return True
-        return False
+        return self.groups.dims.get(name) or self.about(name).dims
 
     def dissipates(self, harmonics: Sequence[int]) -> bool:
         """Whether damping gives energy to no motion of some harmonics."""
@@ -492,58 +360,11 @@ class Structure(Record, ABC):
         return self.of_matrices("dissipates", lambda: dissipates(self.damping_matrix))
 
     @property
-    def odd(self) -> bool:
-        """Whether contacts answer the opposite motion with the opposite force."""
-        return all(group.law.odd for group in self.groups if group.n)
-
-    @property
-    def bounded(self) -> bool:
-        """Whether the stiffness of the contacts has a bound, that of all of them stuck."""
-        return all(np.isfinite(values).all() for values in self._over_groups("stiffest"))
-
-    @property
-    def stiffest_springs(self) -> FloatArray:
-        """Largest stiffness that contacts may have, where that has a bound, (n_rows,) [N/m]."""
-        return self._along_rows([each[:, None] for each in self._over_groups("stiffest")])
-
-    @property
-    def stuck_springs(self) -> FloatArray:
-        """Stiffness along displacements with contacts stuck and closed, (n_rows,) [N/m]."""
-        return self._along_rows(self._over_groups("stuck_stiffness"))
-
-    def _along_rows(self, of_groups: Sequence[FloatArray]) -> FloatArray:
-        result = np.zeros(len(self.row_ends))
-        for group, stiffness in zip(self.groups, of_groups, strict=True):
-            finite = np.where(np.isfinite(stiffness), stiffness, 0.0)
-            np.add.at(result, group.rows, np.broadcast_to(finite, group.rows.shape))
-        return result
-
-    @property
-    def holding_rows(self) -> NDArray[np.intp]:
-        """Displacements in which contacts hold a structure in the mean, whatever slips."""
-        held = zip(self.groups, self._over_groups("holds"), strict=True)
-        rows = [group.rows[holds].ravel() for group, holds in held]  # of contacts, or one by one
-        return np.unique(np.concatenate([np.zeros(0, dtype=int), *rows]))
-
-    @cached_property
-    def contact_rows(self) -> list[NDArray[np.intp]]:
-        """Numbers of the displacements of each contact."""
-        rows = {
-            j: row for g in self.groups for j, row in zip(g.contacts.tolist(), g.rows, strict=True)
-        }
-        return [rows[j] for j in range(self.n_contacts)]
-
-    def rows_of(self, contacts: NDArray[np.intp]) -> NDArray[np.intp]:
-        """Numbers of the displacements of some contacts, one contact after the other."""
-        rows = [self.contact_rows[j] for j in contacts.tolist()]
-        return np.concatenate([np.zeros(0, dtype=int), *rows])
-
-    @property
     def touched(self) -> set[int]:
         """Degrees of freedom that contacts act on, of a sector those that are not right."""
         if self.interfaces is not None:
             return self.interfaces.touched(self._directions_as_named)
-        return {dof for ends in self.row_ends for dof in weights_of(ends)[0]}
+        return {dof for ends in self.groups.row_ends for dof in weights_of(ends)[0]}
 
     @cached_property
     def directions(self) -> sp.csr_array:
@@ -555,11 +376,7 @@ class Structure(Record, ABC):
 
     @property
     def _directions_as_named(self) -> sp.csr_array:
-        each = [weights_of(ends) for ends in self.row_ends]
-        rows = [j for j, (dofs, _) in enumerate(each) for _ in dofs]
-        columns = [dof for dofs, _ in each for dof in dofs]
-        values = [weight for _, weights in each for weight in weights]
-        return sp.csr_array((values, (rows, columns)), shape=(len(each), self._n_named))
+        return self.groups.directions(self._n_named)
 
     @property
     def nodal_diameters(self) -> Any:
@@ -640,8 +457,7 @@ class Structure(Record, ABC):
     @cached_property
     def parameters(self) -> dict[str, FloatArray]:
         """Named parameters: per blade where it has such, and one value per contact."""
-        of_contacts = {name: np.asarray(getattr(self, name)) for name in self.contact_parameters}
-        return ReadOnly(self._own_parameters() | of_contacts)
+        return ReadOnly(self._own_parameters() | self.groups.values)
 
     def _own_parameters(self) -> dict[str, FloatArray]:
         """Those that are not of contacts."""
@@ -658,7 +474,7 @@ class Structure(Record, ABC):
         """The same of parameters by what they are called here."""
         # What does not change was checked when this structure was made, and copies share it.
         shared = {*_OF_CONTACTS}
-        if {*named} <= {*self.contact_parameters}:
+        if {*named} <= {*self.groups.owners}:
             vars(self).setdefault(DENSE, {})
             shared.add(DENSE)
         other = self._copy(**{n: value for n, value in vars(self).items() if n in shared})
@@ -701,16 +517,11 @@ class Structure(Record, ABC):
         return name
 
     def _put(self, name: str, value: ArrayLike) -> None:
-        self._store(**{name: self._each(name, value)})
+        self._store(**self.groups.with_value(name, value).attributes)
 
     def _store(self, **values: Any) -> None:
         for name, value in values.items():
             object.__setattr__(self, name, value)
-
-    def _each(self, name: str, value: ArrayLike) -> FloatArray:
-        """Checked values of a parameter, (n,), one for each contact of its group."""
-        size, bound = self.contact_parameters[name].n, self.records[name].bound
-        return check.one_or_each(name, value, size, "contact", bound)
 
     @property
     def n_whole(self) -> int:
@@ -885,11 +696,11 @@ class PlacesAlone(Structure):
 
 DENSE = "_of_matrices"
 """Where a structure keeps what is made of its matrices."""
-_OF_CONTACTS = {"contact_rows", "directions", "records", "contact_parameters"}
+_OF_CONTACTS = {"directions", "records"}
 """Attributes that are computed from the contacts, whatever the values of parameters are."""
-CACHED = {*_OF_CONTACTS, "parameters", "_values", DENSE}
+CACHED = {*_OF_CONTACTS, "parameters", DENSE}
 """Attributes that are computed from the others."""
-_BESIDE = {"contacts", "row_ends", "groups", "outputs"}
+_BESIDE = {"contacts", "groups", "outputs"}
 """What archives hold of a structure beside its record."""
 
 

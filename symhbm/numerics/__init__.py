@@ -3,11 +3,7 @@
 from symhbm.numerics import check
 from symhbm.numerics.arrays import (
     DENSE_LIMIT,
-    RADIANS,
-    ComplexArray,
     Factorisation,
-    FloatArray,
-    Table,
     bordered,
     by_size,
     compact,
@@ -19,6 +15,7 @@ from symhbm.numerics.arrays import (
     saddle,
 )
 from symhbm.numerics.c_library import to_machine_code
+from symhbm.numerics.check import RADIANS, ComplexArray, FloatArray, Table
 from symhbm.numerics.compiled import Assembly, Compiled, constant, sparsity_of
 from symhbm.numerics.fourier import (
     FourierBasis,

@@ -1,4 +1,4 @@
-"""Arrays: their types, and linear algebra of dense and sparse Jacobians."""
+"""Linear algebra of dense and sparse Jacobians."""
 
 from collections.abc import Callable
 from contextlib import suppress
@@ -12,13 +12,7 @@ from numpy.typing import NDArray
 from scipy.linalg import get_lapack_funcs
 from scipy.sparse.linalg import splu
 
-FloatArray = NDArray[np.float64]
-ComplexArray = NDArray[np.complexfloating[Any, Any]]
-Table = dict[str, Any]
-"""Arrays by the names of a dataset."""
-
-RADIANS = 2 * np.pi
-"""Angular frequency [rad/s] of 1 Hz."""
+from symhbm.numerics.check import FloatArray
 
 
 def relative_difference(value: FloatArray, reference: FloatArray) -> float:

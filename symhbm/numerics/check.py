@@ -1,13 +1,25 @@
-"""Input checks at the boundary: each error names the argument, its value and what is allowed."""
+"""Values at the boundary: their types, and checks of them.
+
+Each error names the argument, its value and what is allowed.
+"""
 
 import sys
 import warnings
 from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
 from numbers import Integral
+from typing import Any
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
+
+FloatArray = NDArray[np.float64]
+ComplexArray = NDArray[np.complexfloating[Any, Any]]
+Table = dict[str, Any]
+"""Arrays by the names of a dataset."""
+
+RADIANS = 2 * np.pi
+"""Angular frequency [rad/s] of 1 Hz."""
 
 _BOUNDS = {
     "positive": (lambda a: a > 0, "finite and > 0"),
@@ -61,7 +73,7 @@ def _joined(texts: list[str], words: str) -> str:
     return ", ".join(texts)
 
 
-def array(name: str, value: ArrayLike, bound: str = "any") -> NDArray[np.float64]:
+def array(name: str, value: ArrayLike, bound: str = "any") -> FloatArray:
     """Return ``value`` as a float array whose entries satisfy ``bound``.
 
     Raises
@@ -96,7 +108,7 @@ def scalar(name: str, value: ArrayLike, bound: str = "any") -> float:
 
 def one_or_each(
     name: str, value: ArrayLike, size: int, of_what: str, bound: str = "any"
-) -> NDArray[np.float64]:
+) -> FloatArray:
     """Return a read-only array of ``size`` values from one value or one per ``of_what``."""
     result = array(name, value, bound)
     if result.ndim > 1 or (result.ndim == 1 and result.size != size):

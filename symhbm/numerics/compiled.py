@@ -8,7 +8,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from symhbm.numerics.arrays import FloatArray
+from symhbm.numerics.check import FloatArray
 
 _MOST = 32
 """Points that one call evaluates: more take no less time for each."""

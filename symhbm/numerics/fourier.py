@@ -15,7 +15,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from symhbm.numerics.arrays import FloatArray
+from symhbm.numerics.check import FloatArray
 
 
 def check_harmonics(harmonics: Iterable[int]) -> tuple[int, ...]:

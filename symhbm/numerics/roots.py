@@ -5,7 +5,7 @@ from collections.abc import Callable
 import numpy as np
 import scipy
 
-from symhbm.numerics.arrays import FloatArray
+from symhbm.numerics.check import FloatArray
 
 MACHINE = np.finfo(float).eps
 """Round-off of double precision."""

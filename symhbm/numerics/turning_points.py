@@ -5,7 +5,7 @@ from dataclasses import dataclass
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.numerics.arrays import FloatArray
+from symhbm.numerics.check import FloatArray
 from symhbm.numerics.fourier import FourierBasis
 from symhbm.numerics.loops import fourier
 

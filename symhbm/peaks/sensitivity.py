@@ -249,7 +249,7 @@ def _stored_peaks(dataset: xr.Dataset, laws: Iterable[ContactLaw]) -> _StoredPea
     if sizes != expected or tuple(dataset["harmonic"].values.tolist()) != harmonics:
         raise ArchiveError(f"dataset: expected coefficients of sizes {expected}, got {sizes}")
     for name in sweep.values:
-        if name in problem.model.contact_parameters:
+        if name in problem.model.groups.owners:
             problem.derivative(name)  # compiles contacts that do nothing so far
     return _StoredPeaks(problem, sweep, dims, stored)
 

@@ -131,7 +131,7 @@ def _starts(at_rest: AtRest) -> Iterator[FloatArray]:
     springs, loads, rows = [], [], []
     for group in model.groups:
         if isinstance(group.law, NormalLaw) and "normal" in group.law.directions:
-            values = model.values_of(group)
+            values = group.values
             load = np.broadcast_to(group.law.load(at_rest.omega, values), group.n)
             balanced = np.maximum(load, 0) if group.law.preload == "balanced" else 0 * load
             springs += np.broadcast_to(values["normal_stiffness"], group.n).tolist()

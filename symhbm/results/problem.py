@@ -9,8 +9,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from symhbm.balance import HarmonicBalance
-from symhbm.model import CONTACT_PARAMETERS, PARAMETERS, Structure, is_pattern
-from symhbm.model.contacts import ContactLaw, Contacts
+from symhbm.model import PARAMETERS, Structure, is_pattern
+from symhbm.model.contacts import CONTACT_PARAMETERS, ContactLaw, Contacts
 from symhbm.model.excitation import BaseMotion, bases_of
 from symhbm.model.records import NotRebuiltError, digest_of, joined, pack, packed, unpack
 from symhbm.numerics import FloatArray
@@ -123,15 +123,15 @@ def _in_waves(problem: HarmonicBalance) -> dict[str, Any]:
 
 def _groups(model: Structure) -> dict[str, Any]:
     """Groups of contacts that have names, or a law of the user's own, as JSON keeps them."""
-    if model.is_short:
+    if model.groups.are_short:
         return {}
-    groups = {}
+    groups, ends = {}, model.groups.row_ends
     for group in model.groups:
         law, numbers = _alone(group.law)
         groups[group.name] = {
             "law": law,
             "numbers": numbers.tolist(),
-            "pairs": [[pack(model.row_ends[row], []) for row in rows] for rows in group.rows.T],
+            "pairs": [[pack(ends[row], []) for row in rows] for rows in group.rows.T],
             "parameters": group.parameters,
             "variables": {own: list(about) for own, about in group.law.variables.items()},
         }
@@ -174,7 +174,7 @@ def describe_problem(dataset: xr.Dataset, laws: Iterable[ContactLaw] = ()) -> Ha
         model._set_contacts(_contacts_of(told["groups"], nominal, laws))
     else:
         model._set_contacts(metadata.contacts, **nominal(CONTACT_PARAMETERS))
-    others = {*model.parameters} - {*model.contact_parameters}
+    others = {*model.parameters} - {*model.groups.owners}
     model = model.with_parameters(**nominal(sorted(others)))._seeing(metadata.outputs)
     own = {"peaks_of": unpack(told["peaks_of"], numbers), "by_sector": told["by_sector"]}
     problem = HarmonicBalance(model, excitation, told["harmonics"], told["samples"], **own)

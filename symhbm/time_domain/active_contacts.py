@@ -51,13 +51,13 @@ class ActiveContacts:
     """
 
     def __init__(self, model: Structure, frequency: float):
-        contact, tangential, across, normal, sliders = model.spring_sliders(frequency)
+        contact, tangential, across, normal, sliders = model.groups.spring_sliders(frequency)
         stiffness, normal_stiffness, friction, load, offset = sliders
         rows = model.directions.toarray()
         rubs = (stiffness > 0) & (friction > 0) & ((normal_stiffness > 0) | (load > 0))
         presses = (normal >= 0) & ((normal_stiffness > 0) | (np.maximum(load, 0.0) != offset))
         carries = rubs | presses
-        self.all_directions = rows[[of_contact[0] for of_contact in model.contact_rows]]
+        self.all_directions = rows[[of_contact[0] for of_contact in model.groups.rows]]
         self.n_dof, self.n_contacts = model.n_dof, model.n_contacts
         self.sprung = np.zeros(self.n_contacts, dtype=bool)
         self.load = np.full(self.n_contacts, np.nan)

@@ -53,7 +53,7 @@ class SmoothForces:
             if not isinstance(group.law, MemorylessLaw):
                 raise ArithmeticError(f"perturbations of {group.law!r} are not known in time")
             rows = directions[group.rows.ravel()]
-            values = problem.model.values_of(group)
+            values = group.values
             self._parts.append((group, values, rows, accelerations(rows.T)))
 
     def at(self, x: FloatArray, slope: FloatArray) -> tuple[FloatArray, FloatArray, FloatArray]:

@@ -299,7 +299,7 @@ def _write_series(
 
 def acting(problem: HarmonicBalance) -> list[tuple[Group, dict[str, FloatArray]]]:
     """The groups whose contacts do something, and their values."""
-    groups = ((group, problem.model.values_of(group)) for group in problem.model.groups if group.n)
+    groups = ((group, group.values) for group in problem.model.groups if group.n)
     return [(group, values) for group, values in groups if group.law.acts(values).any()]
 
 

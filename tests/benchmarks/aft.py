@@ -68,9 +68,11 @@ def _contacts(model: Any, law: type, names: tuple[str, ...]) -> tuple[np.ndarray
     """Ends (n, m, 2) of the displacements of a law's contacts, and their values (n, p)."""
     groups = [group for group in model.groups if type(group.law) is law]
     ends = [
-        [(*model.row_ends[row], -1)[:2] for row in rows] for group in groups for rows in group.rows
+        [(*model.groups.row_ends[row], -1)[:2] for row in rows]
+        for group in groups
+        for rows in group.rows
     ]
-    values = [np.transpose([model.values_of(group)[name] for name in names]) for group in groups]
+    values = [np.transpose([group.values[name] for name in names]) for group in groups]
     n_rows = len(law.directions)  # type: ignore[attr-defined]
     dofs = np.array(ends, dtype=int).reshape(-1, n_rows, 2)
     return dofs, np.concatenate([np.empty((0, len(names))), *values])

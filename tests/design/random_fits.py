@@ -55,7 +55,7 @@ def random_fit(number: int) -> RandomFit:
     else:
         problem = catalogued(_CELLS[number - _RINGS])
         frequencies = np.linspace(17.0, 36.0, 16)
-        own = problem.model.contact_parameters
+        own = problem.model.groups.owners
         pool = [name for name in own if np.size(problem.parameters[name])]
         pool = [name for name in pool if np.all(problem.parameters[name] > 0)]
     if rng.random() < _ONE_OF_PRODUCT:  # of a constant load only the product is seen

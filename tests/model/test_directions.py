@@ -93,7 +93,7 @@ def test_directions_by_name():
     models = [sh.Model(*matrices(4), contacts={"corner": group}) for group in forms]
     for model in models:
         assert model.contacts == models[0].contacts
-        assert model.row_ends == ((0, 1), Weights((2, 3), (0.5, -0.5)))
+        assert model.groups.row_ends == ((0, 1), Weights((2, 3), (0.5, -0.5)))
 
 
 def turned(seed=3):

@@ -215,7 +215,7 @@ def test_natural_frequencies_of_a_large_structure():
     chain = 1e4 * sp.diags_array([-ones[1:], 2 * ones, -ones[1:]], offsets=[-1, 0, 1])
     model = sh.Model(sp.eye_array(n), 0.5 * sp.eye_array(n), chain, contacts=[(0,)], **CONTACT)
     exact = 200 * np.sin(np.arange(1, n + 1) * np.pi / (2 * n + 2)) / (2 * np.pi)
-    lowest, highest = _lowest(model, 1.0), _highest(model, model.stuck_springs)
+    lowest, highest = _lowest(model, 1.0), _highest(model, model.groups.stuck_springs)
     assert exact[0] <= lowest < 1.2 * exact[0]
     assert exact[-1] / 2 < highest <= 1.01 * exact[-1]
     problem = sh.HarmonicBalance(model, sh.forces.PointForce(n // 2))
@@ -223,7 +223,7 @@ def test_natural_frequencies_of_a_large_structure():
     assert not said(lambda: sh.solve(problem, 20.0))
     small = sh.Model(np.eye(3), 0 * np.eye(3), chain.toarray()[:3, :3])
     expected = 200 * np.sin(np.arange(1, 4) * np.pi / 8) / (2 * np.pi)
-    for found in _resonances(small, small.stuck_springs, 5.0):
+    for found in _resonances(small, small.groups.stuck_springs, 5.0):
         np.testing.assert_allclose(found, expected, rtol=1e-10)
 
 

@@ -11,7 +11,7 @@ from symhbm.balance.second_order import SecondOrder
 from symhbm.continuation.between.peaks import PeakKind
 from symhbm.continuation.following import follow_branch
 from symhbm.continuation.problem import FrequencyProblem
-from symhbm.numerics.arrays import RADIANS
+from symhbm.numerics.check import RADIANS
 from symhbm.peaks.conditions import Conditions, solve
 from symhbm.peaks.maximum import Maximum, MaximumKind
 from tests.problems import one_blade, ring_of_blades

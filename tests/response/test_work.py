@@ -18,7 +18,7 @@ from symhbm.continuation.following import solution_beside
 from symhbm.continuation.problem import FrequencyProblem
 from symhbm.continuation.start import solve_point
 from symhbm.numerics import c_library
-from symhbm.numerics.arrays import RADIANS
+from symhbm.numerics.check import RADIANS
 from symhbm.response import curve, ensemble
 from symhbm.response import describe as point
 from symhbm.response.describe import describe, describe_each

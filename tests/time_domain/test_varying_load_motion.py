@@ -139,7 +139,7 @@ def check_forces(problem, motion, count=20000):
     pressing, states = motion.normal_force(tau), motion.states(tau)
     displacement = problem.model.directions.toarray() @ x.T
     for group in problem.model.groups:
-        sliders = group.law.spring_sliders(motion.frequency, problem.model.values_of(group))
+        sliders = group.law.spring_sliders(motion.frequency, group.values)
         names = group.law.directions
         for j, rows, values in zip(
             group.contacts, group.rows, zip(*sliders, strict=True), strict=True

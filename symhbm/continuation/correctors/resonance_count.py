@@ -76,7 +76,7 @@ def structure_matrices(problem: HarmonicBalance, wave: int) -> list[NDArray]:
         if symmetry is None:
             return [matrix.toarray() for matrix in matrices]
         phases = symmetry.phases(wave)
-        rows = [*(np.arange(symmetry.n_dof),) * 3, model.rows_of(symmetry.contacts)]
+        rows = [*(np.arange(symmetry.n_dof),) * 3, model.groups.rows_of(symmetry.contacts)]
         return [
             (matrix[row] @ phases).toarray() for matrix, row in zip(matrices, rows, strict=True)
         ]

@@ -185,10 +185,10 @@ def _reduced(problem: HarmonicBalance, wave: int) -> Reduced:
     shape = np.hstack([shapes[power][: problem.n_dof] for power in sorted(shapes)])
     springs = scaled(directions.conj().T)
     force = scaled(problem.excitation.amplitude * shape)
-    stiffest_springs = problem.model.stiffest_springs
+    stiffest_springs = problem.model.groups.stiffest_springs
     if problem.symmetry is not None:
-        stiffest_springs = stiffest_springs[problem.model.rows_of(problem.symmetry.contacts)]
-    bounded = problem.model.bounded
+        stiffest_springs = stiffest_springs[problem.model.groups.rows_of(problem.symmetry.contacts)]
+    bounded = problem.model.groups.bounded
     rows = np.vstack([damping, *(part.conj().T for part in (springs, inverse, force))])
     return Reduced(stiffness, damping, springs, force, stiffest_springs, inverse, bounded, rows)
 

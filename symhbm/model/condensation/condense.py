@@ -194,7 +194,7 @@ def condense(
     if stability:
         bands += _between(bands)
     touched = structure.directions[:, masters].toarray()
-    springs = (touched.T * model.stuck_springs) @ touched
+    springs = (touched.T * model.groups.stuck_springs) @ touched
     reduced, certificate = reduce(interior, bands, springs, progress)
     _check_error(certificate, tolerance)
     condensed = CondensedStiffness.of(reduced, interior, patterns, stability)

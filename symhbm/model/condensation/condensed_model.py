@@ -118,9 +118,9 @@ class CondensedModel(Structure):
         certificate: Certificate,
         displacements: NDArray[np.intp],
     ):
-        self._check_names(structure.contact_parameters)
+        self._check_names(structure.groups.owners)
         position = {int(dof): i for i, dof in enumerate(dofs)}
-        self._store(**structure.attributes_of_contacts(position.__getitem__))
+        self._store(**structure.groups.renumbered(position.__getitem__).attributes)
         self._store(places=places_of(structure, structure.places, dofs, displacements))
         self._store(beneath=structure, displacements_kept=displacements)
         # The layout in memory decides how sums are rounded: it is that of what archives hold.
@@ -222,7 +222,7 @@ class CondensedModel(Structure):
         if not known or self._digest(structure, self.condensed.patterns) != self.digest:
             raise ValueError("structure: expected that which was condensed, its matrices differ")
         same = *_MATRICES, "lumped", "places"
-        whole = self.attributes_of_contacts(self.dofs.tolist().__getitem__)
+        whole = self.groups.renumbered(self.dofs.tolist().__getitem__).attributes
         whole |= {name: getattr(structure, name) for name in same}
         return self._copy(beneath=restored(whole, Model))
 
@@ -338,7 +338,7 @@ def places_of(
         return None if places is None else places.of(dofs)
     coordinates = None
     if places.coordinates is not None:
-        owner = {int(row): j for j, of in enumerate(structure.contact_rows) for row in of}
+        owner = {int(row): j for j, of in enumerate(structure.groups.rows) for row in of}
         coordinates = structure.contact_coordinates[[owner[row] for row in rows.tolist()]]
     watched = places.of(dofs[: len(dofs) - len(rows)])
     return watched.beside(rows, names_of(structure, rows), coordinates)

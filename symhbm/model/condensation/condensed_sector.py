@@ -55,10 +55,10 @@ class CondensedSector(CondensedModel):
         displacements: NDArray[np.intp],
         digest: str | None = None,
     ):
-        self._check_names(structure.contact_parameters)
+        self._check_names(structure.groups.owners)
         # The layout in memory decides how sums are rounded: it is that of what archives hold.
         waves = {n: copied(wave) for n, wave in waves.items()}
-        self._store(**structure.attributes_of_contacts(), displacements_kept=displacements)
+        self._store(**structure.groups.attributes, displacements_kept=displacements)
         self._store(frequency=frequency, harmonics=harmonics, beneath=structure.structure)
         self._store(waves=waves, certificates=certificates, certificate=_together(certificates))
         places = places_of(structure, structure.structure.places, dofs, displacements)
@@ -107,7 +107,7 @@ class CondensedSector(CondensedModel):
         sector = self.sector._copy()
         sector._set_contacts(contacts, **parameters)
         self._forget()
-        self._store(sector=sector, **sector.attributes_of_contacts())
+        self._store(sector=sector, **sector.groups.attributes)
 
     def of_structure(self, structure: Any) -> "CondensedSector":
         """The same with the whole sector that it was condensed from, given again.
@@ -119,7 +119,7 @@ class CondensedSector(CondensedModel):
         same = structure.n_whole == self.n_whole
         if not same or _digest(structure) != self.digest:
             raise ValueError("structure: expected that which was condensed, its matrices differ")
-        whole = structure._copy(**self.attributes_of_contacts(), order=self.order)
+        whole = structure._copy(**self.groups.attributes, order=self.order)
         return self._copy(sector=whole, beneath=whole.structure)
 
 
@@ -177,7 +177,7 @@ def condense_sector(
         interior = Interior(matrices, place, patterns[others])
         if wave.bands:
             touched = sector.directions_of(n)[:, place].toarray()
-            springs = (touched.conj().T * sector.stuck_springs) @ touched
+            springs = (touched.conj().T * sector.groups.stuck_springs) @ touched
             reduced, certificates[n] = reduce(interior, wave.bands, springs, progress)
         else:
             reduced = _at_rest(interior)

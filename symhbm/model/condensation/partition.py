@@ -14,7 +14,7 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from symhbm.model.contacts import Weights
+from symhbm.model.contacts import ContactGroups, Weights
 from symhbm.model.cyclic import Sector
 from symhbm.model.linear import LowRankSum, RelativeCoordinates, check_held, factorised
 from symhbm.model.matrices import Model
@@ -247,12 +247,11 @@ def in_displacements(
     parts = np.split(rows.indices, rows.indptr[1:-1]), np.split(rows.data, rows.indptr[1:-1])
     ends = [_ends(*part) for part in zip(*parts, strict=True)] if structure.n_contacts else []
     matrices = {name: _congruent(getattr(structure, name), change) for name in Matrices._fields}
-    names = ["groups", "places", "damping", *structure.contact_parameters]
-    values = {name: getattr(structure, name) for name in names}
-    of_contacts = [tuple(ends[row] for row in rows) for rows in structure.contact_rows]
-    values |= dict(
-        row_ends=tuple(ends),
-        contacts=tuple(each[0] if len(each) == 1 else each for each in of_contacts),
+    of_contacts = [tuple(ends[row] for row in rows) for rows in structure.groups.rows]
+    contacts = tuple(each[0] if len(each) == 1 else each for each in of_contacts)
+    values = ContactGroups(contacts, tuple(ends), structure.groups).attributes | dict(
+        places=structure.places,
+        damping=structure.damping,
         lumped=False,
         beneath=structure,
         _lift=change,

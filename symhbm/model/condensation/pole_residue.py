@@ -310,5 +310,5 @@ class ModalMatrices(NamedTuple):
             f"{name}_matrix": sp.csc_array(getattr(self, name))
             for name in ("mass", "damping", "stiffness")
         }
-        own = contacts.attributes_of_contacts()
-        return restored(matrices | own | {"lumped": contacts.lumped}, Model)
+        own = contacts.groups.attributes | {"lumped": contacts.lumped}
+        return restored(matrices | own, Model)

@@ -16,12 +16,10 @@ from symhbm.model.contacts.group import (
     Ends,
     Group,
     Weights,
-    check_directions,
-    is_name,
-    named,
     renumbered,
     weights_of,
 )
+from symhbm.model.contacts.groups import CONTACT_PARAMETERS, ContactGroups, SliderContacts
 from symhbm.model.contacts.law import FREE, ContactLaw, graph_of
 from symhbm.model.contacts.marched import marched
 from symhbm.model.contacts.memoryless import CubicSpring, MemorylessLaw, PolynomialLaw
@@ -41,8 +39,10 @@ from symhbm.model.contacts.smooth import SmoothForce, SmoothLaw
 from symhbm.model.contacts.varying_load import VariableLoadFriction
 
 __all__ = [
+    "CONTACT_PARAMETERS",
     "FREE",
     "Behaviour",
+    "ContactGroups",
     "ContactLaw",
     "Contacts",
     "Coulomb",
@@ -62,6 +62,7 @@ __all__ = [
     "PlanarFriction",
     "PolynomialLaw",
     "PressedCoulomb",
+    "SliderContacts",
     "SmoothForce",
     "SmoothLaw",
     "SpringSliders",
@@ -69,13 +70,10 @@ __all__ = [
     "UnilateralSpring",
     "VariableLoadFriction",
     "Weights",
-    "check_directions",
     "graph_of",
-    "is_name",
     "laws",
     "loops_near_limit",
     "marched",
-    "named",
     "on_loop",
     "renumbered",
     "stick_intervals",

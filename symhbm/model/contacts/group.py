@@ -5,6 +5,8 @@ names of their places, come in tuples, weights in mappings or in arrays of two d
 list of numbers could be either and is refused.
 """
 
+from __future__ import annotations
+
 from collections import Counter
 from collections.abc import Callable, Iterable, Mapping
 from dataclasses import dataclass
@@ -18,7 +20,7 @@ from symhbm.model.contacts.law import ContactLaw
 from symhbm.model.contacts.motions import Parameter
 from symhbm.model.places import NextSector, Place, check_place
 from symhbm.model.records import Record
-from symhbm.numerics import check
+from symhbm.numerics import FloatArray, check
 
 _AS_WRITTEN = (
     "expected (first, second), as in [(0, 1)] or [('tip:y', 'shroud:y')], or (dof,) for a contact "
@@ -288,7 +290,7 @@ class Group(NamedTuple):
 
     Its ``name``; ``contacts`` (n,), their numbers among all contacts; ``rows`` (n, m), their
     displacements among those of all; ``parameters``, what each of the law is called in the
-    structure.
+    structure; ``values``, those of the parameters by the names of the law, (n,) each.
     """
 
     name: str
@@ -296,11 +298,27 @@ class Group(NamedTuple):
     contacts: NDArray[np.intp]
     rows: NDArray[np.intp]
     parameters: dict[str, str]
+    values: dict[str, FloatArray]
 
     @property
     def n(self) -> int:
         """Number of contacts."""
         return len(self.contacts)
+
+    @property
+    def acts(self) -> bool:
+        """Whether any of the contacts does something."""
+        return bool(self.law.acts(self.values).any())
+
+    def with_values(self, values: Mapping[str, Any]) -> Group:
+        """The group with other values, one or one per contact, raises ValueError for bad ones."""
+        checked = {
+            own: check.one_or_each(
+                self.parameters[own], value, self.n, "contact", self.law.parameters[own].bound
+            )
+            for own, value in values.items()
+        }
+        return self._replace(values=self.values | checked)
 
 
 def _by_name(law: ContactLaw, given: tuple, values: dict[str, Any]) -> dict[str, Any]:

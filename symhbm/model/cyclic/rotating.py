@@ -118,7 +118,7 @@ class RotatingModel(Model):
             still = values.get(name)
             turned = turning * self.coriolis
             values[name] = matrix_of(name, turned if still is None else still + turned, self.n_dof)
-        values["groups"] = tuple(g._replace(law=g.law.at(speed)) for g in self.groups)
+        values["groups"] = self.groups.at(speed)
         values["speed"] = speed
         result = object.__new__(Model)
         result._store(**values)

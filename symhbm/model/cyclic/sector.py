@@ -186,8 +186,8 @@ class Sector(PolynomialStructure):
         """The sector of a `RotatingModel` at one speed [1/min]."""
         if not isinstance(self.structure, RotatingModel):
             raise TypeError("structure: expected a RotatingModel, whose matrices change with speed")
-        groups = tuple(group._replace(law=group.law.at(speed)) for group in self.groups)
-        return self._copy(**_of(self.structure.at(speed), self.interfaces), groups=groups)
+        own = _of(self.structure.at(speed), self.interfaces)
+        return self._copy(**own, groups=self.groups.at(speed))
 
     def without_rule(self) -> Sector:
         """The same without a rule of damping of its structure."""

@@ -196,7 +196,7 @@ def natural_modes_of(
     mass, damping, stiffness = structure.matrices(nodal_diameter)
     if stuck:
         directions = structure.directions_of(nodal_diameter)
-        springs = sp.diags_array(structure.stuck_springs)
+        springs = sp.diags_array(structure.groups.stuck_springs)
         stiffness = stiffness + directions.conj().T @ springs @ directions
     gyroscopic = gyroscopic_part(damping)
     if gyroscopic is None:
@@ -237,7 +237,7 @@ def natural_band(models: Sequence[Any]) -> tuple[float, float]:
 def _extremes(model: Any) -> tuple[float, float]:
     """Lowest natural frequency that is not zero and highest one [Hz]."""
     directions = model.directions
-    springs = directions.T @ sp.diags_array(model.stiffest_springs) @ directions
+    springs = directions.T @ sp.diags_array(model.groups.stiffest_springs) @ directions
     stuck = model.stiffness_matrix + springs
     try:
         free = _squares(model.stiffness_matrix, model.mass_matrix)

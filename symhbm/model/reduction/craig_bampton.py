@@ -291,7 +291,7 @@ def _contacts(sector: Sector, basis: FloatArray) -> dict[str, Contacts]:
         group.name: Contacts(
             group.law,
             *([rows[row] for row in column] for column in group.rows.T),
-            **sector.values_of(group),
+            **group.values,
         )
         for group in sector.groups
     }

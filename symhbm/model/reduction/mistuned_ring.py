@@ -307,7 +307,7 @@ def _contacts(sector: Sector, spread: Any) -> dict[str, Contacts]:
     beyond = named[:, size:] @ sector.interfaces.rotation
     each: Any = sp.kron(sp.eye_array(n), named[:, :size]) + sp.kron(_next(n), beyond)
     rows: Any = sp.csr_array(each @ spread)
-    n_rows = len(sector.row_ends)
+    n_rows = len(sector.groups.row_ends)
     rows.sum_duplicates()
     rows.eliminate_zeros()
     result = {}
@@ -315,7 +315,7 @@ def _contacts(sector: Sector, spread: Any) -> dict[str, Contacts]:
         directions = [
             rows[(np.arange(n)[:, None] * n_rows + column).ravel()] for column in group.rows.T
         ]
-        values = {own: np.tile(value, n) for own, value in sector.values_of(group).items()}
+        values = {own: np.tile(value, n) for own, value in group.values.items()}
         result[group.name] = Contacts(group.law, *directions, **values)
     return result
 

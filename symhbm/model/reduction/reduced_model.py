@@ -179,7 +179,7 @@ class _Wave:
         every: Any = sp.eye_array(self.parts.n_dof, format="csr")
         self.rows: Any = sp.vstack([rows, every[watched]]).tocsr()
         self.n_contact = rows.shape[0]
-        self.springs = structure.stuck_springs
+        self.springs = structure.groups.stuck_springs
 
     @property
     def damped(self) -> bool:
@@ -286,7 +286,7 @@ class ReducedModel(Model):
                 self._store(**{name: sp.csc_array(projected(matrix, basis))})
         self._store(speed=structure.speed)
         position = {int(dof): i for i, dof in enumerate(dofs)}
-        self._store(**structure.attributes_of_contacts(position.__getitem__))
+        self._store(**structure.groups.renumbered(position.__getitem__).attributes)
         self._store(outputs={n: out.of(self.seen(out)) for n, out in structure.outputs.items()})
 
     stored_as = Model

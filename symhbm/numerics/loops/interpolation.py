@@ -6,7 +6,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import ArrayLike
 
-from symhbm.numerics.arrays import FloatArray
+from symhbm.numerics.check import FloatArray
 from symhbm.numerics.machine_code import Loop
 
 _CLOSE = 1e-9

@@ -167,7 +167,7 @@ def _values_beside(model: Structure) -> dict[tuple[str, int], str]:
         if name in BLADE_PARAMETERS:
             keys, symbol = [("blade", i) for i in range(len(values))], SYMBOLS[name][0]
         else:
-            group = model.contact_parameters[name]
+            group = model.groups.owner(name)
             keys = [(group.law.drawn_as, j) for j in group.contacts.tolist()]
             symbol = model.records[name].shown_as(name)[0]
         for key, value in zip(keys, values, strict=True):

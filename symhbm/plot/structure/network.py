@@ -84,7 +84,7 @@ def kinds_of_contacts(model: Structure) -> list[list[str]]:
     """Elements of each contact, those of all its laws, or ``opened`` where it has no force."""
     kinds: list[list[str]] = [[] for _ in model.contacts]
     for group in model.groups:
-        acts = group.law.acts(model.values_of(group))
+        acts = group.law.acts(group.values)
         for j in group.contacts[acts].tolist():
             kinds[j].append(group.law.drawn_as)
     return [kind or ["opened"] for kind in kinds]
@@ -93,7 +93,7 @@ def kinds_of_contacts(model: Structure) -> list[list[str]]:
 def places_of_contacts(model: Structure) -> list[tuple[int, ...]]:
     """Degrees of freedom of each contact in the first of its directions, largest weights first."""
     rows = _places(model)
-    return [rows[of_contact[0]] for of_contact in model.contact_rows]
+    return [rows[of_contact[0]] for of_contact in model.groups.rows]
 
 
 def _places(model: Structure) -> list[tuple[int, ...]]:

@@ -249,7 +249,7 @@ def _linear_values(parts: Network) -> list[str]:
 def _contact_values(model: Structure, kinds: list[list[str]]) -> list[str]:
     lines = []
     for group in model.groups:
-        chosen = group.law.acts(values := model.values_of(group))
+        chosen = group.law.acts(values := group.values)
         if not chosen.any():
             continue
         texts = []
@@ -276,10 +276,10 @@ def _not_drawn(model: Structure, parts: Network, force: _Force | None) -> list[s
         notes.append(f"viscous dampers; the damping matrix {parts.dampers.reason}")
     if parts.inertial_pairs:
         notes.append(f"coupling of {_counted(parts.inertial_pairs, 'pair')} by inertia")
-    several = sum(len(rows) > 1 for rows in model.contact_rows)
+    several = sum(len(rows) > 1 for rows in model.groups.rows)
     if several:
         notes.append(f"further directions of {_counted(several, 'contact')}")
-    weighted = sum(isinstance(ends, Weights) for ends in model.row_ends)
+    weighted = sum(isinstance(ends, Weights) for ends in model.groups.row_ends)
     if weighted:
         notes.append(f"weights of {_counted(weighted, 'displacement')} of contacts")
     if force is not None and force.inside:

@@ -181,7 +181,7 @@ def _error(
 
 def _has_normal_forces(problem: HarmonicBalance) -> bool:
     """Whether normal forces of contacts vary with the motion."""
-    laws = [(g.law, problem.model.values_of(g)) for g in problem.model.groups if g.n]
+    laws = [(g.law, g.values) for g in problem.model.groups if g.n]
     return any(
         "normal" in law.directions and law.spring_sliders(0.0, values) is not None
         for law, values in laws

@@ -296,7 +296,7 @@ class StoredPoints(StoredGroup):
         try:
             problem, omega = self.problem_at(index)
             nearby = None
-            if curved(problem) or problem.model.many_valued():
+            if curved(problem) or problem.model.groups.many_valued():
                 balance, coefficient = problem.located(), self.stored["coefficient"][index]
                 nearby = balance, unknowns_of(balance.basis, balance.harmonics, coefficient)
             motion = exact_motion_of(problem, omega, nearby)

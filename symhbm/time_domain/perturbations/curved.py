@@ -45,7 +45,7 @@ def along_curved(
     that are neither smooth nor sliders.
     """
     model = problem.model
-    _, row, stiffness, limit = model.sliders(frequency)
+    _, row, stiffness, limit = model.groups.sliders(frequency)
     carries = (stiffness > 0) & (limit > 0)
     active, stiffness, limit = row[carries], stiffness[carries], limit[carries]
     relative = problem.layout.relative(unknowns)
@@ -106,7 +106,7 @@ class _Perturbation:
         )
         factor = np.linalg.cholesky(mass)
         directions = model.directions.toarray()
-        sliders = model.sliders(frequency)
+        sliders = model.groups.sliders(frequency)
         springs = np.zeros(len(directions))
         springs[sliders.row] = sliders.stiffness
         spring = springs[:, None] * directions
@@ -236,7 +236,7 @@ def _breaks(problem: HarmonicBalance, frequency: float, relative: FloatArray) ->
     for group in curved(problem):
         assert isinstance(group.law, MemorylessLaw)
         motion = relative[group.rows.ravel()].reshape(group.n, -1)
-        values = problem.model.values_of(group)
+        values = group.values
         result += group.law.breaks(Motions(problem.basis, motion, frequency, values))
     return np.concatenate(result)
 
@@ -259,7 +259,7 @@ def _stiffening(
     waves = [np.zeros((0, count // 2 + 1), dtype=complex)]
     for group, law in polynomials:
         n, m = group.rows.shape
-        values = problem.model.values_of(group)
+        values = group.values
         instants = relative[group.rows.ravel()] @ at_sample.T
         instants = instants.reshape(n, m, count).transpose(2, 0, 1).reshape(count * n, m)
         along = {name: np.tile(value, count) for name, value in values.items()}

@@ -166,7 +166,7 @@ def test_archives_and_loops_of_contacts(tmp_path):
     assert sh.solve(sh.datasets.rebuild(point), 24.0).equals(point)
     given = point.coefficient.transpose("dof", "harmonic", "component").values
     moves = problem.layout.relative(unknowns_of(problem.basis, HARMONICS, given))
-    for contact, rows in enumerate(disk.contact_rows):
+    for contact, rows in enumerate(disk.groups.rows):
         told = histories.contact_of(point, contact).relative(point.coefficient)
         for row, motion in zip(rows, told, strict=True):
             parts = motion.transpose("harmonic", "component").values.ravel()[[0, *range(2, 8)]]
