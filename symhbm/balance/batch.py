@@ -45,7 +45,7 @@ def check_each(
         return np.array(norm), located
     equations, arguments = first.compiled
     if any(problem is not first for problem in problems):
-        of_each = zip(*(problem.compiled[1] for problem in problems), strict=True)
+        of_each = zip(*(problem.arguments_in_order for problem in problems), strict=True)
         arguments = [np.array(values) for values in of_each]
     n, at = len(unknowns), (unknowns, frequencies[:, None], *arguments)
     if first.in_closed_form:
@@ -67,7 +67,7 @@ def compile_checks(problem: HarmonicBalance, announce: Callable[[], None]) -> No
     ``announce`` is called before what takes seconds.
     """
     if problem.in_closed_form and problem.structure is None:
-        to_machine_code([_check_function(problem.compiled[0])], True, announce)
+        to_machine_code([_check_function(problem.equations)], True, announce)
 
 
 _CHECKS: WeakKeyDictionary[Equations, dict[bool, Compiled]] = WeakKeyDictionary()

@@ -1,8 +1,9 @@
 """The contacts of a balance, group by group: their motions, events, margins and sliders."""
 
+import math
 from collections.abc import Sequence
 from dataclasses import dataclass, field
-from functools import cached_property
+from functools import cached_property, lru_cache
 from typing import NamedTuple
 
 import numpy as np
@@ -10,8 +11,8 @@ from numpy.typing import NDArray
 
 from symhbm.balance.evaluation import ContactStates, UnknownLayout
 from symhbm.model import Structure, Symmetry
-from symhbm.model.contacts import ContactLaw, Motions, SliderContacts
-from symhbm.numerics import FloatArray
+from symhbm.model.contacts import ContactLaw, Motions, NormalLaw, SliderContacts, graph_of
+from symhbm.numerics import Compiled, FloatArray, FourierBasis
 
 
 class BalancedGroup(NamedTuple):
@@ -195,6 +196,52 @@ class BalancedContacts:
             rates += each if n_switches < 2 else [np.stack(each, axis=1).ravel()]
         return rates[0] if len(rates) == 1 else np.concatenate([np.zeros(0), *rates])
 
+    def springs(self, unknowns: FloatArray, frequency: float, states: ContactStates) -> FloatArray:
+        """Springs equivalent to contacts in a motion, see `symhbm.laws.ContactLaw.springs`.
+
+        Stiffness and loss [N/m] by harmonic above 0, (2, n_harmonics, m^2 of each contact).
+        """
+        basis, relative = self.layout.basis, self.layout.relative(unknowns)
+        n_harmonics = sum(n > 0 for n in basis.harmonics)
+        parts: list[list[FloatArray]] = [[], []]
+        for group in self.groups:
+            if not group.n:
+                continue
+            given = (
+                self.motions(group, relative).ravel(),
+                frequency,
+                self.packed(group),
+                states.groups[group.name].events.ravel(),
+            )
+            springs = _springs(group.law, basis, group.n)(*given)
+            for part, found in zip(parts, springs, strict=True):
+                # Contact by contact, and by harmonic within.
+                by_contact = found.reshape(group.n, n_harmonics, -1)
+                part.append(by_contact.transpose(1, 0, 2).reshape(n_harmonics, -1))
+        nothing = np.zeros((n_harmonics, 0))
+        return np.array([np.concatenate([nothing, *part], axis=1) for part in parts])
+
+    def by_row(self, springs: FloatArray) -> FloatArray:
+        """Springs (n_harmonics, m^2 of each contact) by the displacements that they act on.
+
+        (n_harmonics, n_rows), or (n_harmonics, n_rows, n_rows) where a law couples displacements.
+        """
+        size, places = self.places_of_springs
+        result, first = np.zeros((len(springs), math.prod(size))), 0
+        for of_group in places:  # groups may act on the same displacements
+            result[:, of_group] += springs[:, first : first + len(of_group)]
+            first += len(of_group)
+        return result.reshape(len(springs), *size)
+
+    def largest_load(self, frequency: float) -> float:
+        """Largest load [N] of contacts that a normal force presses, 0 without, at [rad/s]."""
+        loads = [
+            np.abs(group.law.load(frequency, self.values_of(group))).max(initial=0.0)
+            for group in self.groups
+            if isinstance(group.law, NormalLaw)
+        ]
+        return float(max(loads, default=0.0))
+
     @property
     def margins_move(self) -> bool:
         """Whether margins of switches depend on the frequency at a given motion."""
@@ -220,6 +267,11 @@ class BalancedContacts:
                 by_values[name] = np.zeros((n_switches, group.n))
                 by_values[name][at, owner] = values.ravel()
         return by_frequency, by_values
+
+
+@lru_cache(maxsize=64)
+def _springs(law: ContactLaw, basis: FourierBasis, n_contacts: int) -> Compiled:
+    return Compiled(graph_of(law, basis).springs.map(n_contacts))
 
 
 def motions_at_each(

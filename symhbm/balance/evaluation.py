@@ -1,4 +1,4 @@
-"""The balance at one point: its unknowns, the states of its contacts, and what residuals return."""
+"""The balance at one point: its unknowns, what they tell, states of contacts, and residuals."""
 
 from collections.abc import Sequence
 from dataclasses import dataclass, fields
@@ -6,6 +6,7 @@ from functools import cached_property
 from typing import Any
 
 import numpy as np
+import scipy.sparse as sp
 from numpy.typing import NDArray
 
 from symhbm.model.contacts import Located
@@ -61,6 +62,49 @@ class UnknownLayout:
         """Derivatives (..., n_unknowns) from those by one displacement, (..., n_components)."""
         size = self.basis.n_components
         return by_motion @ self.directions[row * size : (row + 1) * size]
+
+
+@dataclass(frozen=True)
+class Observed:
+    """Coefficients of the displacements that are unknown, or of an output, from the unknowns.
+
+    ``rows`` (n, n_dof of the structure) are those of an output, None for displacements.
+    """
+
+    layout: UnknownLayout
+    rows: Any = None
+
+    @cached_property
+    def _matrix(self) -> Any:
+        """The coefficients by the unknowns, sparse."""
+        if self.rows is None:
+            return sp.csr_array(sp.eye_array(self.layout.n_unknowns))
+        each = sp.kron(self.rows, sp.eye_array(self.layout.basis.n_components))
+        return sp.csr_array(each @ self.layout.expansion)
+
+    @property
+    def n(self) -> int:
+        """How many quantities there are."""
+        return self.layout.n_dof if self.rows is None else self.rows.shape[0]
+
+    def of(self, unknowns: FloatArray) -> FloatArray:
+        """Coefficients (.., n, n_components) from unknowns (.., n_unknowns)."""
+        values = unknowns
+        if self.rows is not None:
+            values = (self._matrix @ unknowns.reshape(-1, self.layout.n_unknowns).T).T
+        return values.reshape(*unknowns.shape[:-1], self.n, self.layout.basis.n_components)
+
+    def by_unknowns(self, row: int) -> Any:
+        """Coefficients of one quantity by the unknowns, sparse (n_components, n_unknowns)."""
+        size = self.layout.basis.n_components
+        return self._matrix[row * size : (row + 1) * size]
+
+    @property
+    def scale(self) -> float:
+        """Bound of the quantities over the size of the response."""
+        if self.rows is None:
+            return 1.0
+        return float(np.sqrt(self._matrix.power(2).sum(axis=1).max()))
 
 
 @dataclass(frozen=True)

@@ -41,7 +41,7 @@ class _Expression:
     @classmethod
     def of(cls, goal: Goal, problem: HarmonicBalance) -> _Expression:
         """The expression of a goal, of the inputs of the residual."""
-        equations, basis = problem.compiled[0], problem.basis
+        equations, basis = problem.equations, problem.basis
         residual = equations.residual
         symbol = {name: ca.SX.sym(name, residual.sparsity_in(name)) for name in residual.name_in()}
         parameters = {
@@ -115,7 +115,7 @@ class ValueOf(NamedTuple):
 
         Raises ArithmeticError where it is no number.
         """
-        compiled = _VALUES.setdefault(problem.compiled[0], {})
+        compiled = _VALUES.setdefault(problem.equations, {})
         if (key := _key(goal)) not in compiled:
             of = _Expression.of(goal, problem)
             variables = ca.vertcat(of.inputs["unknowns"], of.inputs["frequency"])
@@ -187,5 +187,5 @@ def _inputs(
 ) -> list[FloatArray]:
     """Stored entries of the inputs of the residual, in their order."""
     named = problem.arguments(unknowns, frequency, states=states)
-    names = problem.compiled[0].residual.name_in()
+    names = problem.equations.residual.name_in()
     return [np.ravel(named[name], order="F") for name in names]

@@ -57,7 +57,7 @@ class SecondOrder:
         for name in names:
             problem.derivative(name)  # compiles its contacts, though they do nothing so far
         check_problem(problem, bends=True)
-        self._balance = problem.compiled[0].residual
+        self._balance = problem.equations.residual
         symbol = {
             name: ca.SX.sym(name, self._balance.sparsity_in(name))
             for name in self._balance.name_in()
@@ -208,7 +208,7 @@ class SecondOrder:
         """Derivative by all variables of what the events of a group move with; None without."""
         if not group.n or not group.law.n_events(problem.basis):
             return None
-        spread = constant(problem.compiled[0].spreads(group)[0])
+        spread = constant(problem.equations.spreads(group)[0])
         motion = ca.reshape(ca.mtimes(spread, symbol["unknowns"]), -1, group.n)
         values = {own: symbol[identifier(name)] for own, name in group.parameters.items()}
         each = []

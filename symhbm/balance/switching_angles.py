@@ -88,7 +88,7 @@ class SwitchingAngles:
                 symbol[name] = ca.SX.sym(name, self._balance.sparsity_in(name))
         symbol["slip"] = ca.SX.sym("slip", n_contacts)
         x, theta_0, rho = ca.vertsplit(symbol["unknowns"], [0, *self._ends, self.n_unknowns])
-        moved = ca.mtimes(constant(problem.compiled[0].spreads(group)[0]), x)
+        moved = ca.mtimes(constant(problem.equations.spreads(group)[0]), x)
         relative = ca.reshape(moved, basis.n_components, n_contacts)
         kernel, spring = switching_kernel(basis), ca.DM.eye(basis.n_components)
         events, turning, onset = [], [], []

@@ -18,7 +18,8 @@ import scipy.sparse as sp
 
 from symhbm.balance.equations import Equations
 from symhbm.balance.evaluation import Evaluation
-from symhbm.balance.harmonic_balance import HarmonicBalance, nothing_on
+from symhbm.balance.harmonic_balance import HarmonicBalance
+from symhbm.balance.problem import nothing_on
 from symhbm.model import EngineOrder, Matrices, find_symmetry
 from symhbm.model.cyclic import Sector, displacements
 from symhbm.numerics import Assembly, Compiled, FloatArray, check, sparsity_of
@@ -86,7 +87,7 @@ class SustainedMotion:
         self._momentum = sp.csc_array(momentum)
         self._momentum.sort_indices()
         self.inertia = sp.csc_array(displacements(lambda n: (n > 0) * mass_in(n), basis))
-        equations = problem.compiled[0]
+        equations = problem.equations
         functions = _FUNCTIONS.setdefault(equations, [])
         if not functions:  # the sparsity is that of the structure, and the same for its copies
             functions.append(_function(self._momentum))

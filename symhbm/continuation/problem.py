@@ -262,7 +262,7 @@ class Corrected(NamedTuple):
     ``amplification`` is the largest inertia force over the largest exciting one;
     ``resonances_below`` counts the resonances below each harmonic of the frequency, None where they
     were not counted; ``springs`` are those of the contacts in this motion where they are known, as
-    of `contact_springs`.
+    of `BalancedContacts.springs`.
     """
 
     point: FloatArray

@@ -81,7 +81,7 @@ class Response:
         # Sectors that are alike at a design of different variables are alike at every design.
         whole = variables.problem(problem, variables.apart)
         self._problem = sector_of(whole) if dof is None else whole
-        key = id(self._problem.compiled[0].residual)
+        key = id(self._problem.equations.residual)
         if key not in compiled:
             compiled[key] = SecondOrder(self._problem, variables.names)
         self._second_order = compiled[key]

@@ -8,13 +8,13 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from symhbm.balance import HarmonicBalance, advise_condensing, check_mean, check_problem
+from symhbm.balance import HarmonicBalance, check_mean, check_problem
 from symhbm.design import arguments
 from symhbm.design.cases import Bands, NamedPeak, Work
 from symhbm.design.outcome import Comparison, compared
 from symhbm.design.program import Aim, CaseStatistic, Limits, Program, Statistic
 from symhbm.design.variables import DesignVariables
-from symhbm.model import DOUBT, warn_of_doubts
+from symhbm.model import DOUBT, advise_condensing, warn_of_doubts
 from symhbm.model.linear import natural_band
 from symhbm.numerics import FloatArray, check
 from symhbm.response import frf
@@ -56,7 +56,7 @@ class Task:
     ) -> "Task":
         """The arguments of a call, checked; raises TypeError, ValueError or KeyError."""
         check_problem(problem, bends=True)
-        advise_condensing(problem, "second derivatives take minutes")
+        advise_condensing(problem.model, problem.n_unknowns, "second derivatives take minutes")
         if problem.samples is not None:
             raise ValueError(
                 f"problem: expected located switching angles, got friction over {problem.samples} "

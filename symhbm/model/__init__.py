@@ -14,6 +14,7 @@ from symhbm.model.excitation import (
     force_coefficients,
 )
 from symhbm.model.interfaces import ContactPairs, contact_pairs
+from symhbm.model.large import MANY, advise_condensing, check_size
 from symhbm.model.mass import positive_definite
 from symhbm.model.matrices import Model
 from symhbm.model.outputs import Output
@@ -34,6 +35,7 @@ from symhbm.model.symmetry import Symmetry
 __all__ = [
     "BLADE_PARAMETERS",
     "DOUBT",
+    "MANY",
     "PARAMETERS",
     "ContactPairs",
     "EngineOrder",
@@ -53,10 +55,12 @@ __all__ = [
     "StructuralDamping",
     "Structure",
     "Symmetry",
+    "advise_condensing",
     "amplitude_of",
     "as_table",
     "bladed_disk",
     "check_excitation",
+    "check_size",
     "contact_pairs",
     "find_symmetry",
     "force_coefficients",

@@ -182,7 +182,7 @@ class Maximum:
         size = self.problem.basis.n_components
         if self.problem.peaks_of is None:
             return np.arange(self.dof * size, (self.dof + 1) * size), np.eye(size)
-        rows = self.problem.peaking_by_unknowns(self.dof)
+        rows = self.problem.peaking.by_unknowns(self.dof)
         unknowns = np.unique(rows.indices)
         return unknowns, rows[:, unknowns].toarray()
 
@@ -206,7 +206,7 @@ class Maximum:
     @property
     def scale(self) -> float:
         """The amplitude, or goal, of a response of 1."""
-        return self.problem.peaking_scale if self.problem.goal is None else self.unit
+        return self.problem.peaking.scale if self.problem.goal is None else self.unit
 
     @cached_property
     def slope(self) -> FloatArray:

@@ -10,9 +10,9 @@ import numpy as np
 import xarray as xr
 from numpy.typing import ArrayLike
 
-from symhbm.balance import HarmonicBalance, advise_condensing, check_mean, check_problem
+from symhbm.balance import HarmonicBalance, check_mean, check_problem
 from symhbm.continuation import SolveError, Status
-from symhbm.model import warn_of_doubts
+from symhbm.model import advise_condensing, warn_of_doubts
 from symhbm.model.linear import natural_band
 from symhbm.numerics import check
 from symhbm.peaks.peak_rows import Islands, results_of, rows_of, status_of
@@ -108,7 +108,7 @@ def peak_curve(
     array([3.088579])
     """
     check_problem(problem, bends=True)
-    advise_condensing(problem, "second derivatives take minutes")
+    advise_condensing(problem.model, problem.n_unknowns, "second derivatives take minutes")
     axis = check_axis(problem, parameter, band, at)
     parameter, grid, index = axis["name"], axis["at"], axis["index"]
     low, high = sorted(axis["band"])

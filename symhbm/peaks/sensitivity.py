@@ -122,7 +122,7 @@ def sensitivity(dataset: xr.Dataset, *, laws: Iterable[ContactLaw] = ()) -> xr.D
     stored = _stored_peaks(dataset, laws)
     status, one_sided = np.full(stored.shape, "", dtype=object), False
     problem, parameters = stored.problem, stored.problem.parameters
-    n_dof = problem.whole.n_peaking if problem.goal is None else 1
+    n_dof = problem.whole.peaking.n if problem.goal is None else 1
     sizes = [np.size(parameters[name]) for name in problem.differentiable]
     # Towards larger and smaller values, as of `slopes_of` each.
     slopes = np.full((2, 2, *stored.shape, n_dof, sum(sizes)), np.nan)
@@ -249,8 +249,7 @@ def _stored_peaks(dataset: xr.Dataset, laws: Iterable[ContactLaw]) -> _StoredPea
     if sizes != expected or tuple(dataset["harmonic"].values.tolist()) != harmonics:
         raise ArchiveError(f"dataset: expected coefficients of sizes {expected}, got {sizes}")
     for name in sweep.values:
-        if name in problem.model.groups.owners:
-            problem.derivative(name)  # compiles contacts that do nothing so far
+        problem.activate(name)
     return _StoredPeaks(problem, sweep, dims, stored)
 
 
@@ -260,7 +259,7 @@ def _derivatives(
     """Derivatives of a peak for each degree of freedom that peaks there, frequencies in Hz."""
     tied = [peak.dof]
     if problem.goal is None:
-        amplitude, _ = largest_displacement(problem.basis, problem.peaking(peak.unknowns))
+        amplitude, _ = largest_displacement(problem.basis, problem.peaking.of(peak.unknowns))
         tied = np.flatnonzero(np.abs(amplitude - peak.amplitude) <= TIE * peak.amplitude).tolist()
     if peak.dof not in tied:
         return NOT_VERIFIED, {}
@@ -311,7 +310,7 @@ def _instants(solved: Conditions, dof: int) -> tuple[FloatArray, FloatArray] | N
     points = turning_points(basis, maximum.motion[None])
     value, angle = points.value[0], points.angle[0]
     tied = np.flatnonzero(np.abs(value) >= (1 - TIE) * np.abs(value).max())
-    moves = problem.peaking_by_unknowns(dof) @ solved.by_parameters[: problem.n_unknowns]
+    moves = problem.peaking.by_unknowns(dof) @ solved.by_parameters[: problem.n_unknowns]
     each = np.array([np.sign(value[i]) * (basis.values(angle[i]) @ moves) for i in tied])
     if np.ptp(each, axis=0).max() <= _PARTED * np.abs(each).max():
         return None

@@ -103,7 +103,7 @@ def _held(
     at = problem, unknowns, frequency
     if problem.goal is not None or dof is not None:
         return [Maximum.at_edge(*at, dof or 0, kind)]
-    amplitude, _ = largest_displacement(problem.basis, problem.peaking(unknowns))
+    amplitude, _ = largest_displacement(problem.basis, problem.peaking.of(unknowns))
     largest = amplitude.max(initial=0.0)
     dofs = np.flatnonzero(amplitude >= 0.5 * largest) if largest > 0 else []
     return [Maximum.at_edge(*at, int(dof), kind) for dof in dofs]

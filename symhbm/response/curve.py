@@ -291,7 +291,7 @@ class Curve(CurveTable):
             unknowns, basis = np.array([rows[i][2].unknowns for i in at]), problem.basis
             found = dict(peak_coefficient=by_harmonic(basis, problem.layout.everywhere(unknowns)))
             for name, output in problem.model.outputs.items():
-                of_output = values_of(output, basis, problem.output_of(name, unknowns))
+                of_output = values_of(output, basis, problem.observed[name].of(unknowns))
                 found[f"peak_{name}_amplitude"] = of_output[f"{name}_amplitude"]
             put(table, np.array(at), found)
         return table

@@ -152,7 +152,7 @@ def _described(
         **{name: of for name, of in contacts.items() if name not in _COUNTS},
     )
     for name, output in first.model.outputs.items():
-        table |= values_of(output, basis, first.output_of(name, unknowns))
+        table |= values_of(output, basis, first.observed[name].of(unknowns))
     arguments = [*zip(problems, unknowns, frequencies.tolist(), strict=True)]
     if _sums_samples(first):
         table["sampling_error"] = np.array([_sampling_error(*point) for point in arguments])
@@ -279,7 +279,7 @@ def _sampling_error(problem: HarmonicBalance, unknowns: FloatArray, frequency: f
     for group in located.contacts.groups:
         if group.law.sums_samples:
             of_force = group.law.sampling_errors(exact.states.groups[group.name])
-            error = error + located.compiled[0].spreads(group)[0].T @ of_force.ravel()
+            error = error + located.equations.spreads(group)[0].T @ of_force.ravel()
     factors, size = Factorisation(exact.jacobian), float(np.linalg.norm(unknowns)) or 1.0
     step = factors.solve(error)
     if step is None:

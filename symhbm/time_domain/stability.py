@@ -13,8 +13,8 @@ import scipy.linalg
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from symhbm.balance import MANY, Evaluation, HarmonicBalance, advise_condensing
-from symhbm.model import Structure
+from symhbm.balance import Evaluation, HarmonicBalance
+from symhbm.model import MANY, Structure, advise_condensing
 from symhbm.model.condensation import LARGEST_MODAL
 from symhbm.model.contacts import MemorylessLaw
 from symhbm.numerics import FloatArray, check
@@ -44,7 +44,9 @@ def check_stability(problem: HarmonicBalance, stability: object) -> bool:
     if wanted and not model.has_matrices:
         _check_condensed(model)
     if wanted:
-        advise_condensing(problem, "stability is not computed", ", stability=True")
+        advise_condensing(
+            problem.model, problem.n_unknowns, "stability is not computed", ", stability=True"
+        )
     return wanted
 
 
@@ -266,7 +268,7 @@ def _damping(problem: HarmonicBalance, frequency: float, unknowns: FloatArray) -
     for group in problem.contacts.groups:
         if isinstance(group.law, MemorylessLaw):
             each = group.law.damping(problem.contacts.at(group, relative, frequency))
-            spread = problem.compiled[0].spreads(group)[0]
+            spread = problem.equations.spreads(group)[0]
             result += spread.T @ scipy.linalg.block_diag(*each) @ spread
     return result
 

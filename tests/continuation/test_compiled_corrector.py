@@ -290,7 +290,7 @@ def test_slopes_of_many_segments_are_those_of_each():
 @pytest.mark.slow
 def test_motions_that_cannot_lead_need_not_be_examined(monkeypatch):
     branch = branch_of("many sectors")
-    assert not branch.curve.problem.compiled[0].assemble.as_full
+    assert not branch.curve.problem.equations.assemble.as_full
     problem, segments = branch.curve.problem, Segments.of(branch.points)
     measured = measure(problem.single_valued, segments.left, segments.right, segments.scale)
     some = estimate_slopes(problem, segments, measured)

@@ -142,7 +142,7 @@ _SYSTEMS: WeakKeyDictionary[Equations, dict[str, AngleSystem]] = WeakKeyDictiona
 
 def angle_system(problem: HarmonicBalance, moving: str) -> AngleSystem:
     """The system of a problem along a parameter, shared by all its copies by with_parameters."""
-    systems = _SYSTEMS.setdefault(problem.compiled[0], {})
+    systems = _SYSTEMS.setdefault(problem.equations, {})
     if moving not in systems:
         systems[moving] = AngleSystem(SwitchingAngles(problem), moving)
     return systems[moving]

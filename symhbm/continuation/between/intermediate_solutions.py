@@ -173,7 +173,7 @@ def _rises(at: Slopes, heading: int, per_dof: bool) -> NDArray[np.bool_]:
 
 def _amplitude(problem: HarmonicBalance, unknowns: FloatArray) -> FloatArray:
     """Largest values (..., n_peaking) of what has peaks at motions (..., n_unknowns)."""
-    motions = problem.peaking(unknowns).reshape(-1, problem.basis.n_components)
+    motions = problem.peaking.of(unknowns).reshape(-1, problem.basis.n_components)
     return largest_displacement(problem.basis, motions)[0].reshape(*unknowns.shape[:-1], -1)
 
 

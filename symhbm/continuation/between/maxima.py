@@ -239,7 +239,7 @@ class Maxima(Doubt):
         value, slope = segment.interpolate(np.clip(share + _OFFSETS, 0.0, 1.0))
         n = self._problem.n_unknowns
         amplitude = amplitude_and_slope(self._problem, *(part[:, :n] for part in (value, slope)))[0]
-        size = self._problem.peaking_scale * segment.scale[0]
+        size = self._problem.peaking.scale * segment.scale[0]
         margin = max(margin, _AMPLITUDE_MARGIN * segment.length * size)
         return bool(np.any(amplitude[:, dof] + margin >= amplitude.max(axis=1)))
 

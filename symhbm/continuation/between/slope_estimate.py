@@ -71,7 +71,7 @@ def estimate_slopes(
     error = np.zeros((n, n_dof))
     if problem.samples is None:  # else piecewise linear forces have corners at any resolution
         by_component = errors_within(
-            segments, measured, lambda at: problem.peaking(at[:, : problem.n_unknowns])
+            segments, measured, lambda at: problem.peaking.of(at[:, : problem.n_unknowns])
         )
         error = OF_SLOPE * np.linalg.norm(by_component.reshape(n, n_dof, -1), axis=-1)
     motions, rates = np.empty((2, n, n_shares, problem.n_unknowns))
@@ -82,7 +82,7 @@ def estimate_slopes(
         amplitudes, inside = amplitude_and_slope(problem, motions, rates)
     else:
         amplitudes, inside = np.zeros((2, n, n_shares, n_dof))
-        motions, rates = problem.peaking(motions), problem.peaking(rates)
+        motions, rates = problem.peaking.of(motions), problem.peaking.of(rates)
         examined = _may_lead(problem.basis, motions, error * measured.length)
         for at in (left, right):
             examined |= at.amplitude >= _MIN_SHARE * at.amplitude.max(axis=1, keepdims=True)

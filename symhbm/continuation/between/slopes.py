@@ -52,9 +52,9 @@ def amplitude_and_slope(
 
     Both ``(..., n_peaking)``: displacements, or rows of an output.
     """
-    shape = (*unknowns.shape[:-1], problem.n_peaking)
+    shape = (*unknowns.shape[:-1], problem.peaking.n)
     motions, rates = (
-        problem.peaking(each).reshape(-1, problem.basis.n_components)
+        problem.peaking.of(each).reshape(-1, problem.basis.n_components)
         for each in (unknowns, derivative)
     )
     amplitude, slope = largest_and_slope(problem.basis, motions, rates)

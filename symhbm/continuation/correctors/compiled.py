@@ -219,7 +219,7 @@ def is_compiled(curve: ContinuationProblem) -> bool:
         return False
     if part is not None:
         return part.band_functions is not None
-    return problem.n_unknowns <= DENSE_LIMIT or _stays_sparse(problem.compiled[0])
+    return problem.n_unknowns <= DENSE_LIMIT or _stays_sparse(problem.equations)
 
 
 def corrector_of(curve: ContinuationProblem) -> Corrector:
@@ -270,7 +270,7 @@ def _stays_sparse(equations: Equations) -> bool:
 def _programs_of(curve: ContinuationProblem) -> "_Programs":
     """Those of a curve that has a `CompiledCorrector` or a `LocatedCorrector`."""
     problem = curve.problem
-    return _programs(problem.compiled[0], problem.structure, not is_compiled(curve))
+    return _programs(problem.equations, problem.structure, not is_compiled(curve))
 
 
 @lru_cache(maxsize=32)

@@ -7,7 +7,7 @@ dynamic stiffness ``K + B' k B - s^2 M`` has negative eigenvalues (Sylvester's l
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.balance import ContactStates, HarmonicBalance, by_row, contact_springs
+from symhbm.balance import ContactStates, HarmonicBalance
 from symhbm.continuation.problem import ContinuationProblem
 from symhbm.numerics import FloatArray, negative_eigenvalues
 
@@ -25,7 +25,7 @@ def counted(
     if curve.problem.n_dof > LARGEST_SIZE or not curve.driven:
         return None, None
     problem, frequency = curve.at(float(point[-1]))
-    springs = contact_springs(problem, point[:-1], frequency, states)
+    springs = problem.contacts.springs(point[:-1], frequency, states)
     return resonances_below(problem, frequency, springs[0]), springs
 
 
@@ -39,7 +39,7 @@ def resonances_below(
     harmonics, model = [n for n in problem.harmonics if n > 0], problem.model
     if problem.n_dof > LARGEST_SIZE:
         return None
-    springs = by_row(problem, springs)
+    springs = problem.contacts.by_row(springs)
     if not model.has_matrices:
         pairs = zip(harmonics, springs, strict=True)
         counts = [model.modes_below(n, frequency, spring) for n, spring in pairs]

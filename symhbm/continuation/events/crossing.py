@@ -18,7 +18,7 @@ from weakref import WeakKeyDictionary
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.balance import MANY, Equations, Evaluation, HarmonicBalance, SecondOrder
+from symhbm.balance import Equations, Evaluation, HarmonicBalance, SecondOrder
 from symhbm.continuation.correctors import Corrector
 from symhbm.continuation.newton import TOLERANCE
 from symhbm.continuation.point import PathPoint
@@ -29,6 +29,7 @@ from symhbm.continuation.problem import (
     ParameterProblem,
 )
 from symhbm.continuation.segment import PathState, Segment
+from symhbm.model import MANY
 from symhbm.numerics import FloatArray, full, length_of
 
 _MADE: WeakKeyDictionary[Equations, dict[tuple[str, ...], SecondOrder]] = WeakKeyDictionary()
@@ -92,7 +93,7 @@ def curvature_of(curve: ContinuationProblem) -> Curvature | None:
 
 
 def _second_order(problem: HarmonicBalance, names: tuple[str, ...]) -> SecondOrder:
-    of_equations = _MADE.setdefault(problem.compiled[0], {})
+    of_equations = _MADE.setdefault(problem.equations, {})
     if names not in of_equations:
         of_equations[names] = SecondOrder(problem, names)
     return of_equations[names]

@@ -14,7 +14,7 @@ import numpy as np
 from numpy.typing import NDArray
 from scipy.linalg import cholesky, eigh
 
-from symhbm.balance import HarmonicBalance, by_row, contact_springs
+from symhbm.balance import HarmonicBalance
 from symhbm.continuation.correctors import LARGEST_SIZE, structure_matrices
 from symhbm.continuation.point import PathPoint
 from symhbm.continuation.problem import ContinuationProblem, Corrected
@@ -53,9 +53,9 @@ def modes(
 ) -> Modes | None:
     """Modes of the structure at a point of a curve, None for one too large or without inertia.
 
-    ``springs`` are those of the contacts there, as of `contact_springs`, by default in their states
-    ``switches``. Of a structure with matrices those ``wanted`` by harmonic, from a first to before
-    a last one; all by default.
+    ``springs`` are those of the contacts there, as of ``contacts.springs``, by default in their
+    states ``switches``. Of a structure with matrices those ``wanted`` by harmonic, from a first to
+    before a last one; all by default.
     """
     problem, frequency = curve.at(value)
     if problem.n_dof > LARGEST_SIZE:
@@ -66,8 +66,8 @@ def modes(
     wanted = wanted or [(0, problem.n_dof)] * len(harmonics)
     if springs is None:
         states = problem.locate(unknowns, frequency, switches)
-        springs = contact_springs(problem, unknowns, frequency, states)
-    rows = (by_row(problem, part) for part in springs)
+        springs = problem.contacts.springs(unknowns, frequency, states)
+    rows = (problem.contacts.by_row(part) for part in springs)
     by_harmonic = []
     for n, some, *contacts in zip(harmonics, wanted, *rows, strict=True):
         if not problem.model.has_matrices:
@@ -201,7 +201,7 @@ def _of_force(
     problem: HarmonicBalance, harmonic: int, frequency: float
 ) -> list[tuple[list[int], FloatArray]]:
     """Columns of the force in one harmonic and what each is multiplied by, of cosine and sine."""
-    powers, size = problem.compiled[0].powers, problem.basis.n_components
+    powers, size = problem.equations.powers, problem.basis.n_components
     factors = frequency ** np.array(powers, dtype=float)
     columns = _columns(problem, harmonic)
     return [([k * size + one for k in range(len(powers))], factors) for one in columns]

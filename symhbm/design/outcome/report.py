@@ -165,7 +165,7 @@ def _influence(cases: Cases, active: ActiveSet) -> dict[str, tuple[float, FloatA
     for k, (case, followed) in enumerate(zip(active.cases, active.maxima, strict=True)):
         response = cases.response(case)
         problem = response.at(active.x)
-        key = id(problem.compiled[0].residual)
+        key = id(problem.equations.residual)
         if key not in compiled:
             compiled[key] = SecondOrder(problem, names)
         second_order = compiled[key]

@@ -241,14 +241,14 @@ class StoredPoints(StoredGroup):
         unknowns = unknowns_of(basis, basis.harmonics, stored["coefficient"])
         peaking = problem if self.prefix else problem.with_peaks_of(None)
         if peaking.goal is None:
-            largest = largest_displacement(basis, peaking.peaking(unknowns))[0]
+            largest = largest_displacement(basis, peaking.peaking.of(unknowns))[0]
         else:
             states = problem.locate(unknowns, omega)
             largest = np.array([ValueOf.at(peaking.goal, problem, unknowns, omega, states).value])
         each = [amplitude_difference(stored, largest)]
         for name in problem.model.outputs:
             if f"{name}_amplitude" in stored:
-                found = largest_displacement(basis, problem.output_of(name, unknowns))[0]
+                found = largest_displacement(basis, problem.observed[name].of(unknowns))[0]
                 each.append(relative_difference(np.atleast_1d(stored[f"{name}_amplitude"]), found))
         return max(each)
 

@@ -89,7 +89,7 @@ class Work:
 
     def order(self, problem: HarmonicBalance) -> SecondOrder:
         """Second derivatives of all copies of a problem."""
-        key = id(problem.compiled[0])
+        key = id(problem.equations)
         if key not in self._orders:
             self._orders[key] = SecondOrder(problem, self.names)
         return self._orders[key]
