@@ -20,8 +20,9 @@ from symhbm.balance.equations import Equations
 from symhbm.balance.evaluation import Evaluation
 from symhbm.balance.harmonic_balance import HarmonicBalance
 from symhbm.balance.problem import nothing_on
-from symhbm.model import EngineOrder, Matrices, find_symmetry
+from symhbm.model import EngineOrder, find_symmetry
 from symhbm.model.cyclic import Sector, displacements
+from symhbm.model.linear import Matrices
 from symhbm.numerics import Assembly, Compiled, FloatArray, check, sparsity_of
 
 

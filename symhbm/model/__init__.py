@@ -13,14 +13,15 @@ from symhbm.model.excitation import (
     check_excitation,
     force_coefficients,
 )
-from symhbm.model.interfaces import ContactPairs, contact_pairs
+from symhbm.model.interfaces import contact_pairs
 from symhbm.model.large import MANY, advise_condensing, check_size
-from symhbm.model.mass import positive_definite
 from symhbm.model.matrices import Model
 from symhbm.model.outputs import Output
 from symhbm.model.parameters import (
     BLADE_PARAMETERS,
+    CONTACT_PARAMETERS,
     PARAMETERS,
+    SHORT,
     ReadOnly,
     amplitude_of,
     is_pattern,
@@ -29,20 +30,20 @@ from symhbm.model.places import Place, Places, next_sector, number_of
 from symhbm.model.plausibility import DOUBT, warn_of_doubts
 from symhbm.model.sectors import find_symmetry
 from symhbm.model.shown import as_table, rows_of
-from symhbm.model.structure import Matrices, Structure, weighted
+from symhbm.model.structure import Structure
 from symhbm.model.symmetry import Symmetry
 
 __all__ = [
     "BLADE_PARAMETERS",
+    "CONTACT_PARAMETERS",
     "DOUBT",
     "MANY",
     "PARAMETERS",
-    "ContactPairs",
+    "SHORT",
     "EngineOrder",
     "Excitation",
     "ForceSum",
     "HarmonicForce",
-    "Matrices",
     "ModalDamping",
     "Model",
     "Output",
@@ -68,9 +69,7 @@ __all__ = [
     "is_pattern",
     "next_sector",
     "number_of",
-    "positive_definite",
     "rows_of",
     "single_blade",
     "warn_of_doubts",
-    "weighted",
 ]

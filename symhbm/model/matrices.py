@@ -15,13 +15,18 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
-from symhbm.model.contacts import CONTACT_PARAMETERS
 from symhbm.model.damping import Damping, RayleighDamping
-from symhbm.model.linear import all_modes, hermitian
-from symhbm.model.mass import check_semidefinite
-from symhbm.model.parameters import BLADE_PARAMETERS, PARAMETERS
+from symhbm.model.linear import (
+    Matrices,
+    NearModes,
+    all_modes,
+    check_semidefinite,
+    hermitian,
+    weighted,
+)
+from symhbm.model.parameters import BLADE_PARAMETERS, CONTACT_PARAMETERS, PARAMETERS
 from symhbm.model.places import check_places
-from symhbm.model.structure import Matrices, NearModes, Structure, weighted
+from symhbm.model.structure import Structure
 from symhbm.numerics import ComplexArray, FloatArray, check, negative_eigenvalues
 
 

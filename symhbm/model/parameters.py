@@ -34,6 +34,10 @@ PARAMETERS = {
     "mass_deviation": _deviation("mass of the blade", r"$\Delta m$"),
     "engine_order": Parameter("1", "engine order", "EO", "", None),
 }
+SHORT = {"friction": Coulomb(), "cubic": CubicSpring()}
+"""The groups of contacts that have no names of their own."""
+CONTACT_PARAMETERS = (*Coulomb.parameters, *CubicSpring.parameters)
+"""Those of contacts without a group of their own."""
 BLADE_PARAMETERS = tuple(name for name, about in PARAMETERS.items() if about.per == "dof")
 """Those with one value per degree of freedom, of lumped models."""
 

@@ -9,8 +9,8 @@ import xarray as xr
 from numpy.typing import NDArray
 
 from symhbm.balance import HarmonicBalance
-from symhbm.model import PARAMETERS, Structure, is_pattern
-from symhbm.model.contacts import CONTACT_PARAMETERS, ContactLaw, Contacts
+from symhbm.model import CONTACT_PARAMETERS, PARAMETERS, SHORT, Structure, is_pattern
+from symhbm.model.contacts import ContactLaw, Contacts
 from symhbm.model.excitation import BaseMotion, bases_of
 from symhbm.model.records import NotRebuiltError, digest_of, joined, pack, packed, unpack
 from symhbm.numerics import FloatArray
@@ -123,7 +123,7 @@ def _in_waves(problem: HarmonicBalance) -> dict[str, Any]:
 
 def _groups(model: Structure) -> dict[str, Any]:
     """Groups of contacts that have names, or a law of the user's own, as JSON keeps them."""
-    if model.groups.are_short:
+    if model.groups.are(SHORT):
         return {}
     groups, ends = {}, model.groups.row_ends
     for group in model.groups:

@@ -17,8 +17,9 @@ import numpy as np
 import scipy.linalg
 
 from symhbm.balance import HarmonicBalance
-from symhbm.model import Structure, positive_definite
+from symhbm.model import Structure
 from symhbm.model.contacts import Group
+from symhbm.model.linear import positive_definite
 from symhbm.numerics import FloatArray, by_harmonic
 from symhbm.numerics.loops import Loop, polynomials
 from symhbm.time_domain.active_contacts import ActiveContacts

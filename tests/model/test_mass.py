@@ -4,7 +4,7 @@ import numpy as np
 import pytest
 import scipy.sparse as sp
 
-from symhbm.model.mass import _different_blocks, check_semidefinite
+from symhbm.model.linear.mass import _different_blocks, check_semidefinite
 
 
 def consistent(diagonal, n=240):

@@ -18,7 +18,7 @@ from symhbm.balance import HarmonicBalance
 from symhbm.continuation.correctors import LARGEST_SIZE, structure_matrices
 from symhbm.continuation.point import PathPoint
 from symhbm.continuation.problem import ContinuationProblem, Corrected
-from symhbm.model import weighted
+from symhbm.model.linear import weighted
 from symhbm.numerics import FloatArray, length_of
 
 _NOT_EXCITED = 1e-9

@@ -17,12 +17,13 @@ from symhbm.model.condensation.pole_residue import (
 )
 from symhbm.model.condensation.reduced_basis import Certificate, Reduced
 from symhbm.model.cyclic import components, phasors
-from symhbm.model.linear import LowRankSum
+from symhbm.model.frame import restored
+from symhbm.model.linear import LowRankSum, NearModes
 from symhbm.model.matrices import Model
 from symhbm.model.outputs import Output
 from symhbm.model.places import Place, Places, number_of
 from symhbm.model.records import NotStoredError, copied, record
-from symhbm.model.structure import NearModes, PlacesAlone, Structure, restored
+from symhbm.model.structure import PlacesAlone, Structure
 from symhbm.numerics import RADIANS, ComplexArray, FloatArray, FourierBasis, check
 
 _INSIDE = 1e-12

@@ -16,9 +16,10 @@ from numpy.typing import NDArray
 
 from symhbm.model.contacts import ContactGroups, Weights
 from symhbm.model.cyclic import Sector
-from symhbm.model.linear import LowRankSum, RelativeCoordinates, check_held, factorised
+from symhbm.model.frame import restored
+from symhbm.model.linear import LowRankSum, Matrices, RelativeCoordinates, check_held, factorised
 from symhbm.model.matrices import Model
-from symhbm.model.structure import Matrices, Structure, restored
+from symhbm.model.structure import Structure
 from symhbm.numerics import ComplexArray, FloatArray
 
 _COLUMNS = 32

@@ -20,10 +20,11 @@ import scipy.sparse as sp
 from numpy.polynomial import chebyshev
 from numpy.typing import NDArray
 
-from symhbm.model.linear import hermitian
+from symhbm.model.frame import restored
+from symhbm.model.linear import NearModes, hermitian, weighted
 from symhbm.model.matrices import Model
 from symhbm.model.records import record
-from symhbm.model.structure import NearModes, Structure, restored, weighted
+from symhbm.model.structure import Structure
 from symhbm.numerics import ComplexArray, FloatArray, negative_eigenvalues
 
 _NEAR = 3.0

@@ -19,7 +19,7 @@ from symhbm.model.contacts.group import (
     renumbered,
     weights_of,
 )
-from symhbm.model.contacts.groups import CONTACT_PARAMETERS, ContactGroups, SliderContacts
+from symhbm.model.contacts.groups import ContactGroups, SliderContacts
 from symhbm.model.contacts.law import FREE, ContactLaw, graph_of
 from symhbm.model.contacts.marched import marched
 from symhbm.model.contacts.memoryless import CubicSpring, MemorylessLaw, PolynomialLaw
@@ -39,7 +39,6 @@ from symhbm.model.contacts.smooth import SmoothForce, SmoothLaw
 from symhbm.model.contacts.varying_load import VariableLoadFriction
 
 __all__ = [
-    "CONTACT_PARAMETERS",
     "FREE",
     "Behaviour",
     "ContactGroups",

@@ -13,7 +13,6 @@ import numpy as np
 import scipy.sparse as sp
 from numpy.typing import NDArray
 
-from symhbm.model.contacts.coulomb import Coulomb
 from symhbm.model.contacts.group import (
     Contacts,
     Ends,
@@ -24,15 +23,11 @@ from symhbm.model.contacts.group import (
     renumbered,
     weights_of,
 )
-from symhbm.model.contacts.memoryless import CubicSpring
+from symhbm.model.contacts.law import ContactLaw
 from symhbm.model.contacts.motions import Parameter, SpringSliders, Values
 from symhbm.model.places import Place, Places
 from symhbm.numerics import FloatArray, check
 
-CONTACT_PARAMETERS = (*Coulomb.parameters, *CubicSpring.parameters)
-"""Parameters of contacts without a group of their own."""
-SHORT = {"friction": Coulomb(), "cubic": CubicSpring()}
-"""The groups of contacts that have no names of their own."""
 TRANSLATIONS = ("x", "y", "z", "radial", "tangential", "axial")
 _ANGLE = 1e-3
 """Cosine of two directions that is none but for the digits they are given with."""
@@ -100,23 +95,25 @@ class ContactGroups(tuple[Group, ...]):
         n_dof: int,
         contacts: Any,
         parameters: Mapping[str, Any],
+        short: Mapping[str, ContactLaw],
         number_of: Callable[[Place], int],
         places: Places | None = None,
     ) -> ContactGroups:
         """The contacts of a structure of ``n_dof`` degrees of freedom; raises as `symhbm.Model`.
 
-        ``number_of`` gives the numbers of its ``places``.
+        Those without names are all of the laws ``short``; ``number_of`` gives the numbers of its
+        ``places``.
         """
         if isinstance(contacts, Mapping):
             return _by_name(n_dof, contacts, parameters, number_of, places)
         ends = check_directions("contacts", contacts).among("contacts", n_dof, number_of)
-        given = {name: parameters.get(name) for name in CONTACT_PARAMETERS}
+        given = {name: parameters.get(name) for law in short.values() for name in law.parameters}
         if ends:
-            _check_complete(given)
-        names = named({name: law.parameters for name, law in SHORT.items()})
+            _check_complete(given, short["friction"].parameters)
+        names = named({name: law.parameters for name, law in short.items()})
         every = np.arange(len(ends))
         groups = []
-        for name, law in SHORT.items():
+        for name, law in short.items():
             values = {own: 0.0 if given[own] is None else given[own] for own in law.parameters}
             group = Group(name, law, every, every[:, None], names[name], {})
             groups.append(group.with_values(values))
@@ -189,11 +186,10 @@ class ContactGroups(tuple[Group, ...]):
                 result[name] = record if own == name else of_group
         return result
 
-    @property
-    def are_short(self) -> bool:
-        """Whether they are friction and cubic springs without names."""
-        laws = {group.name: group.law for group in self}
-        return laws == SHORT and all(group.n == len(self.ends) for group in self)
+    def are(self, laws: Mapping[str, ContactLaw]) -> bool:
+        """Whether all contacts are in each of the groups of these laws by name."""
+        own = {group.name: group.law for group in self}
+        return own == laws and all(group.n == len(self.ends) for group in self)
 
     @cached_property
     def rows(self) -> list[NDArray[np.intp]]:
@@ -361,10 +357,10 @@ def _check_plane(name: str, tangential: Ends, across: Ends, places: Places | Non
             )
 
 
-def _check_complete(values: dict[str, Any]) -> None:
+def _check_complete(values: dict[str, Any], of_friction: Iterable[str]) -> None:
     """Raise ValueError for contacts that do nothing since a parameter was forgotten."""
-    given = [name for name in Coulomb.parameters if values[name] is not None]
-    missing = [name for name in Coulomb.parameters if name not in given]
+    given = [name for name in of_friction if values[name] is not None]
+    missing = [name for name in of_friction if name not in given]
     if not missing or (not given and values["cubic_stiffness"] is not None):
         return
     spring = given == ["contact_stiffness"]

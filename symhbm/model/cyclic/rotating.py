@@ -9,8 +9,8 @@ import numpy as np
 import scipy.sparse as sp
 
 from symhbm.model.excitation import Excitation
+from symhbm.model.frame import CACHED
 from symhbm.model.matrices import Model, matrix_of
-from symhbm.model.structure import CACHED
 from symhbm.numerics import check
 
 PER_MINUTE = 2 * np.pi / 60

@@ -19,9 +19,8 @@ from symhbm.model.cyclic.waves import (
     rotation_of,
 )
 from symhbm.model.excitation import EngineOrder, Excitation, StaticLoad, sector_order
-from symhbm.model.linear import RelativeCoordinates, phasors
+from symhbm.model.linear import Matrices, RelativeCoordinates, phasors
 from symhbm.model.matrices import Model, PolynomialStructure
-from symhbm.model.structure import Matrices
 from symhbm.numerics import FourierBasis, check
 
 LARGEST = 300

@@ -1,6 +1,8 @@
-"""Natural modes, matrices of low rank beside sparse ones, and displacements as coordinates."""
+"""Modes, masses, matrices of low rank beside sparse ones, and displacements as coordinates."""
 
 from symhbm.model.linear.eigenmodes import (
+    Matrices,
+    NearModes,
     all_modes,
     gyroscopic_part,
     hermitian,
@@ -8,6 +10,7 @@ from symhbm.model.linear.eigenmodes import (
     lowest_modes,
     natural_band,
     natural_modes_of,
+    weighted,
 )
 from symhbm.model.linear.low_rank import (
     LowRankSum,
@@ -21,15 +24,20 @@ from symhbm.model.linear.low_rank import (
     phasors,
     turn,
 )
+from symhbm.model.linear.mass import check_semidefinite, dissipates, positive_definite
 
 __all__ = [
     "LowRankSum",
+    "Matrices",
+    "NearModes",
     "RelativeCoordinates",
     "all_modes",
     "check_held",
+    "check_semidefinite",
     "components",
     "definite",
     "displacements",
+    "dissipates",
     "factorised",
     "gyroscopic_part",
     "hermitian",
@@ -39,5 +47,7 @@ __all__ = [
     "natural_band",
     "natural_modes_of",
     "phasors",
+    "positive_definite",
     "turn",
+    "weighted",
 ]

@@ -1,7 +1,7 @@
 """Natural modes of mass and stiffness matrices, of structures by nodal diameter, and their band."""
 
 from collections.abc import Sequence
-from typing import Any
+from typing import Any, NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -20,6 +20,33 @@ _GROWS = 1e-9
 """Imaginary part of an inverse frequency, over the largest one, that is no round-off."""
 _MOST = 0.5
 """Share of all modes from which on all of them are computed at once."""
+
+
+class NearModes(NamedTuple):
+    """All modes of a structure with its contacts as springs, ascending, arrays (n_modes,).
+
+    ``detuning``, the natural less the exciting frequency [rad/s]; ``width``, half that of the
+    resonance [rad/s]; ``near``, whether a mode is near enough for both to be of it; ``shapes``
+    (n_dof, n_near), the motions of those that are, of unit mass.
+    """
+
+    detuning: FloatArray
+    width: FloatArray
+    near: NDArray[np.bool_]
+    shapes: FloatArray
+
+
+class Matrices(NamedTuple):
+    """Mass, damping and stiffness matrices of a structure, sparse (n_dof, n_dof)."""
+
+    mass_matrix: Any
+    damping_matrix: Any
+    stiffness_matrix: Any
+
+    @property
+    def n_dof(self) -> int:
+        """Number of degrees of freedom."""
+        return int(self.mass_matrix.shape[0])
 
 
 def lowest_modes(
@@ -269,3 +296,8 @@ def _squares(stiffness: Any, mass: Any) -> np.ndarray:
     shift = -1e-9 * highest
     low = eigsh(stiffness, _LOWEST, mass, sigma=shift, which="LM", return_eigenvectors=False)
     return np.append(low, highest)
+
+
+def weighted(columns: NDArray, factors: NDArray) -> NDArray:
+    """Columns (n, m) times their factors (m,), or times a matrix (m, m) that couples them."""
+    return columns * factors if factors.ndim == 1 else columns @ factors

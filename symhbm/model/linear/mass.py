@@ -12,7 +12,7 @@ import numpy as np
 import scipy.sparse as sp
 from scipy.sparse.linalg import ArpackNoConvergence, eigsh
 
-from symhbm.model.linear import definite
+from symhbm.model.linear.low_rank import definite
 from symhbm.numerics import FloatArray
 
 _SYMMETRIC = 1e-9

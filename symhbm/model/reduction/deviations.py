@@ -12,9 +12,10 @@ from numpy.typing import ArrayLike
 from symhbm.model.contacts import Parameter
 from symhbm.model.damping import StructuralDamping
 from symhbm.model.excitation import Excitation, ForceSum, HarmonicForce, StaticLoad
+from symhbm.model.frame import DENSE
 from symhbm.model.matrices import Model
 from symhbm.model.parameters import records_of_blade_modes
-from symhbm.model.structure import DENSE, Structure
+from symhbm.model.structure import Structure
 from symhbm.numerics import FloatArray, FourierBasis, check
 
 _SQUARED = {1: 2.0, 2: 1.0}

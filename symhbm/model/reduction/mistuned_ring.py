@@ -13,13 +13,13 @@ from symhbm.model.contacts import Contacts
 from symhbm.model.cyclic import Sector
 from symhbm.model.damping import ModalDamping, StructuralDamping
 from symhbm.model.excitation import EngineOrder, Excitation, ForceSum, StaticLoad, motions_of_base
+from symhbm.model.frame import AT_REST
 from symhbm.model.linear import LowRankSum, lagging
 from symhbm.model.matrices import Model
 from symhbm.model.outputs import Output
 from symhbm.model.places import Place
 from symhbm.model.reduction.deviations import DeviatingModel, force_as_felt
 from symhbm.model.sectors import check_at_one_speed
-from symhbm.model.structure import AT_REST
 from symhbm.numerics import (
     DENSE_LIMIT,
     ComplexArray,

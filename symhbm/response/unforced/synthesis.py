@@ -12,8 +12,9 @@ import xarray as xr
 from symhbm.balance import HarmonicBalance, matrices_in
 from symhbm.continuation import newton
 from symhbm.continuation.unforced import NonlinearModeProblem
-from symhbm.model import Excitation, Matrices, check_excitation
+from symhbm.model import Excitation, check_excitation
 from symhbm.model.contacts import ContactLaw
+from symhbm.model.linear import Matrices
 from symhbm.numerics import (
     RADIANS,
     ComplexArray,
