@@ -13,11 +13,11 @@ from symhbm.model.excitation.forces import (
     FieldForce,
     HarmonicForce,
     PointForce,
+    StaticLoad,
     check_whole,
     sector_order,
 )
 from symhbm.model.excitation.frequency_force import FrequencyForce, leaves
-from symhbm.model.excitation.static_load import StaticLoad
 from symhbm.model.excitation.values import nodal_field
 
 __all__ = [
