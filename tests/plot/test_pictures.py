@@ -222,6 +222,3 @@ def test_the_command_line_draws_no_empty_picture(failed, tmp_path):
     assert result.exit_code != 0
     assert "no response was found" in result.output
     assert [path.name for path in tmp_path.iterdir()] == ["failed.nc"]
-
-
-# Studies: all that draw responses, as they are drawn in full

@@ -88,12 +88,6 @@ def test_matrices_that_are_no_network(matrix, reason):
     assert found.pairs.tolist() == [[0, 1]]
 
 
-# Symbols
-
-
-# What is not drawn
-
-
 # Large structures
 
 
@@ -143,9 +137,6 @@ def test_every_model_is_drawn(model, tmp_path):
     inside, whole = figure.get_tightbbox(), figure.get_size_inches()
     assert min(inside.x0, inside.y0) > -0.01
     assert np.all(inside.max < whole + 0.01)
-
-
-# Forces
 
 
 # Command line
