@@ -14,6 +14,7 @@ from symhbm.continuation.start import linear_response
 from symhbm.model.contacts.coulomb.located import locate, stick_intervals
 from symhbm.numerics.fourier import FourierBasis
 from symhbm.time_domain.exact_motion import exact_motion
+from symhbm.time_domain.motion import shoot
 from symhbm.time_domain.perturbations import multipliers, sliders
 from tests.designs import uneven
 from tests.problems import one_blade, ring_of_blades, rub
@@ -152,6 +153,17 @@ def test_against_the_integrated_variation(harmonics):
     # Liouville: the determinant knows the damping alone.
     loss = np.trace(np.linalg.solve(mass, damping)) * TURN / omega
     assert np.prod(computed) == pytest.approx(np.exp(-loss), rel=1e-11)
+
+
+def test_friction_beside_a_cubic_spring_on_one_body():
+    """Against the derivative of its exact motion."""
+    contact = dict(contacts=[(0,)], cubic_stiffness=0.3, **rub(1.0, 0.5, 0.3))
+    model, omega = sh.Model([[1.0]], [[0.05]], [[1.0]], **contact), 1.9
+    problem = sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=0.3), tuple(range(1, 42, 2)))
+    unknowns = solution(problem, omega)
+    motion = shoot(problem, unknowns, omega)
+    assert motion.converged
+    assert distance(multipliers(problem, omega, unknowns), motion.multipliers) < 1e-5
 
 
 @st.composite

@@ -83,6 +83,7 @@ def test_kinks_without_break_points_keep_the_tolerance():
     np.testing.assert_allclose(one.amplitude, two.amplitude, rtol=1e-10)
 
 
+@pytest.mark.slow
 @pytest.mark.parametrize("name", quick_first(["rounded", "spring", "gap"], 1))
 def test_multipliers_beside_friction_that_slips(name):
     """From event to event of a contact that slips, against the derivative of the exact motion."""
