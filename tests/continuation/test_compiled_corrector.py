@@ -67,8 +67,8 @@ def several_harmonics():
 
 def many_sectors():
     """Matrices that are factorised as sparse ones."""
-    stiffness = 1e4 * (1 + 0.02 * np.random.default_rng(3).standard_normal(42))
-    return ring(42, 1e5, 3, (1, 3), stiffness=stiffness, normal_load=3.0)
+    stiffness = 1e4 * (1 + 0.02 * np.random.default_rng(3).standard_normal(52))
+    return ring(52, 1e5, 3, (1, 3), stiffness=stiffness, normal_load=3.0)
 
 
 def stiffening():
