@@ -18,6 +18,7 @@ from symhbm.continuation.events.branch_points import find_branch_point
 from symhbm.continuation.newton import newton
 from symhbm.continuation.problem import FrequencyProblem
 from symhbm.continuation.status import Status
+from tests.quick import quick_first
 
 TURN = 2 * np.pi
 GAMMA, DAMPING = 0.1, 0.05
@@ -138,3 +139,35 @@ def test_paths_that_come_close_do_not_meet(difference, meet):
     assert (solution is not None) == meet
     if meet:
         assert solution.point[-1] == pytest.approx(pitchfork, rel=1e-10)
+
+
+@pytest.mark.parametrize("coupling", quick_first([0.15, 0.08], 1))
+def test_branch_points_next_to_folds(coupling):
+    """Two masses far apart in a chain hardly feel each other, and give way where each one folds."""
+    n = 8
+    chain = np.diag([1.0] + [2.0] * (n - 2) + [1.0]) - np.eye(n, k=1) - np.eye(n, k=-1)
+    model = sh.Model(
+        np.eye(n),
+        DAMPING * np.eye(n),
+        np.eye(n) + coupling * chain,
+        contacts=[(0,), (n - 1,)],
+        cubic_stiffness=0.3,
+    )
+    force = np.zeros(n)
+    force[[0, -1]] = 0.4
+    problem = sh.HarmonicBalance(model, sh.forces.HarmonicForce(cosine={1: force}))
+    events = []
+    for band in ((0.1, 0.4), (0.4, 0.1)):
+        with pytest.warns(RuntimeWarning, match="other solutions branch off"):
+            path = sh.frf(problem, band)
+        assert path.status.item() == Status.BRANCH_POINTS
+        by_kind = zip(path.event_kind.values, path.event_frequency.values, strict=True)
+        events.append(sorted(by_kind))
+    up, down = events
+    assert [kind for kind, _ in up] == [kind for kind, _ in down]
+    np.testing.assert_allclose([at for _, at in up], [at for _, at in down], rtol=1e-10)
+    folds, branch = ([at for kind, at in up if kind == k] for k in ("fold", "branch point"))
+    assert len(folds) == len(branch) == 2
+    np.testing.assert_allclose(folds, branch, rtol=1e-6)
+    # Changes of stability are the same, too: here within one step of one of both paths.
+    assert len(up) == (4 if coupling == 0.08 else 8)
