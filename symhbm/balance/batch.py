@@ -48,7 +48,7 @@ def check_each(
         of_each = zip(*(problem.arguments_in_order for problem in problems), strict=True)
         arguments = [np.array(values) for values in of_each]
     n, at = len(unknowns), (unknowns, frequencies[:, None], *arguments)
-    if first.in_closed_form:
+    if first.equations.closed:
         check = _check(equations, machine_code)
         residual, magnitude, *events = check.at_points(n, *at, FREE)
         located = equations.unpack(events, n)
@@ -66,7 +66,7 @@ def compile_checks(problem: HarmonicBalance, announce: Callable[[], None]) -> No
 
     ``announce`` is called before what takes seconds.
     """
-    if problem.in_closed_form and problem.structure is None:
+    if problem.equations.closed and problem.structure is None:
         to_machine_code([_check_function(problem.equations)], True, announce)
 
 

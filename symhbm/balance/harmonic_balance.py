@@ -1,8 +1,6 @@
 """The multi-harmonic balance equations, Eq. (9), compiled once for every parameter set."""
 
-from collections.abc import Iterable
 from functools import cached_property
-from typing import Any, Self
 
 import casadi as ca
 import numpy as np
@@ -11,9 +9,8 @@ from numpy.typing import NDArray
 from symhbm.balance.contacts import BalancedContacts, BalancedGroup, balanced_groups
 from symhbm.balance.equations import Equations, identifier
 from symhbm.balance.evaluation import ContactStates, Evaluation, Observed, UnknownLayout
-from symhbm.balance.goals import Goal
 from symhbm.balance.problem import Problem, without_derivative
-from symhbm.model import Excitation, Structure, Symmetry, as_table, rows_of
+from symhbm.model import as_table, rows_of
 from symhbm.numerics import FloatArray, check
 
 
@@ -76,24 +73,8 @@ class HarmonicBalance(Problem):
     array([5.])
     """
 
-    def __init__(
-        self,
-        model: Structure,
-        excitation: Excitation | None = None,
-        harmonics: Iterable[int] | None = None,
-        samples: int | None = None,
-        symmetry: Symmetry | None = None,
-        peaks_of: str | Goal | None = None,
-        by_sector: bool = True,
-    ):
-        super().__init__(model, excitation, harmonics, samples, symmetry, peaks_of, by_sector)
-        _ = self.contacts  # what cannot be compiled raises here
-
-    def _copy(self, **changes: Any) -> Self:
-        other = super()._copy(**changes)
-        if other.symmetry is not None:
-            _ = other.contacts  # sectors whose contacts differ raise here
-        return other
+    def _compile(self) -> None:
+        _ = self.contacts  # what cannot be compiled raises here, and sectors that differ
 
     @cached_property
     def groups(self) -> tuple[BalancedGroup, ...]:
@@ -140,14 +121,15 @@ class HarmonicBalance(Problem):
         """The parameters of the compiled equations, in the order of ``parameter_names``."""
         model, dofs = self.model, self.equations.dofs
         shapes = [each[dofs].ravel() for each in self._driven.shapes.values()]
-        named = self.equations.linear.values(model)
-        named = named | {name: getattr(model, name) for name in model.matrix_terms}
+        named = self.equations.linear.values(model) | dict(
+            force_amplitude=np.array([self.excitation.amplitude]),
+            force_shape=np.concatenate(shapes),
+            static_force=self._at_rest(self._driven.static[dofs]),
+        )
+        named |= {name: getattr(model, name) for name in model.matrix_terms}
         for group in self.contacts.groups:
             own = self.contacts.values_of(group)
             named |= {name: own[of] for of, name in group.parameters.items()}
-        named |= dict(force_amplitude=np.array([self.excitation.amplitude]))
-        named |= dict(force_shape=np.concatenate(shapes))
-        named |= dict(static_force=self._at_rest(self._driven.static[dofs]))
         names = self.equations.parameter_names
         return [np.ascontiguousarray(named[name], dtype=float) for name in names]
 
@@ -242,11 +224,6 @@ class HarmonicBalance(Problem):
             )
 
     @property
-    def in_closed_form(self) -> bool:
-        """Whether the events of contacts are closed forms, compiled with the balance."""
-        return self.equations.closed
-
-    @property
     def compiled(self) -> tuple[Equations, list[FloatArray]]:
         """The compiled equations, and their parameters in the order of ``parameter_names``."""
         return self.equations, self.arguments_in_order
@@ -306,7 +283,7 @@ class HarmonicBalance(Problem):
         states: ContactStates | None = None,
     ) -> Evaluation:
         at = unknowns, frequency, self.arguments_in_order
-        if self.in_closed_form:
+        if self.equations.closed:
             imposed = switches if states is None else states.switches
             found, states = self.equations.in_closed_form(*at, imposed)
         else:

@@ -116,6 +116,7 @@ class Problem:
         by_sector = check.flag("by_sector", by_sector)
         given = model, excitation, basis, samples, symmetry, peaks_of, by_sector
         self._set(_Given(*given, shared={}))
+        self._compile()
 
     def _set(self, given: _Given) -> None:
         """Store all of it."""
@@ -149,7 +150,12 @@ class Problem:
         """Copy of what is given but for changes."""
         other = object.__new__(type(self))
         other._set(self._given._replace(**{"active": self._active} | changes))
+        if other.symmetry is not None:
+            other._compile()
         return other
+
+    def _compile(self) -> None:
+        """What is compiled as soon as it is made: nothing of a problem alone."""
 
     @property
     def loaded(self) -> bool:

@@ -82,7 +82,7 @@ def least_of(
 def _evaluation(problem: sh.HarmonicBalance, unknowns: np.ndarray, omega: float) -> Callable:
     """A call that evaluates residual and Jacobian by machine code, contacts located."""
     equations, arguments = problem.compiled
-    if problem.in_closed_form and problem.structure is None:
+    if problem.equations.closed and problem.structure is None:
         evaluation = _as_machine_code(point_system(equations))
         evaluation.inputs[0][:] = np.concatenate([np.ravel(array) for array in arguments])
         evaluation.inputs[1][:] = np.append(unknowns, omega)

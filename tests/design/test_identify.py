@@ -6,8 +6,7 @@ import numpy as np
 import pytest
 
 import symhbm as sh
-from symhbm.design.identification.identify import objective_of
-from symhbm.design.identification.objective import Objective
+from symhbm.design.identification.objective import Objective, objective_of
 from symhbm.design.identification.observations import Rows
 from tests.design.differences import differences
 from tests.measurements import complex_responses, measured_responses

@@ -12,7 +12,7 @@ import symhbm as sh
 from symhbm.continuation import newton, solve_point
 from symhbm.design.identification.certainty import Certainty
 from symhbm.design.identification.estimate import descend, search
-from symhbm.design.identification.identify import objective_of
+from symhbm.design.identification.objective import objective_of
 from symhbm.design.identification.observations import Rows
 from symhbm.numerics import RADIANS
 from tests.design.random_fits import N_PROBLEMS, random_fit

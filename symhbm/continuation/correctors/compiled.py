@@ -215,7 +215,7 @@ def is_compiled(curve: ContinuationProblem) -> bool:
     if not isinstance(curve, FrequencyProblem) or not curve.single_valued:
         return False
     problem, part = curve.problem, curve.problem.structure
-    if not problem.in_closed_form:
+    if not problem.equations.closed:
         return False
     if part is not None:
         return part.band_functions is not None

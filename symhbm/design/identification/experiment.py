@@ -7,7 +7,7 @@ from typing import Any
 import numpy as np
 import xarray as xr
 
-from symhbm.design.identification.identify import objective_of
+from symhbm.design.identification.objective import objective_of
 from symhbm.design.identification.observations import Rows
 from symhbm.numerics import FloatArray, check, on_one_thread
 from symhbm.results import check_present

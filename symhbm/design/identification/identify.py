@@ -14,11 +14,9 @@ from symhbm.balance import HarmonicBalance, check_mean, check_problem
 from symhbm.continuation import SolveError
 from symhbm.design.identification.certainty import Certainty
 from symhbm.design.identification.estimate import LOSSES, descend, search
-from symhbm.design.identification.kinds import Work, curves_of
-from symhbm.design.identification.objective import Objective, Point
+from symhbm.design.identification.objective import Objective, Point, objective_of
 from symhbm.design.identification.observations import Rows
-from symhbm.design.identification.report import report, sentences_of, start_of
-from symhbm.design.identification.unknowns import Unknowns, read_unknowns
+from symhbm.design.identification.report import report, sentences_of
 from symhbm.design.kept import KeptDesigns, told_of
 from symhbm.numerics import FloatArray, check, on_one_thread
 from symhbm.results import parse, runs
@@ -156,43 +154,6 @@ def identify(
             raise SolveError(status, result)
         check.warn(status, RuntimeWarning)
     return result
-
-
-def objective_of(
-    problem: HarmonicBalance, rows: Rows, unknown: Any, start: Any = None, checked: bool = True
-) -> Objective:
-    """The objective of measurements and unknowns, checked against each other.
-
-    Those that are not ``checked`` may be fewer than the unknowns.
-    """
-    problem.model.check_frequencies("frequency", np.unique(rows.frequency))
-    unknowns = read_unknowns(problem, unknown, rows.sensors)
-    if start is not None:
-        unknowns = _started(unknowns, start)
-    n_priors = sum(one.prior is not None for one in unknowns.each)
-    n_rows = int(rows.kept.sum())
-    if checked and n_rows + n_priors < unknowns.n:
-        raise ValueError(
-            f"data: expected at least as many values as unknowns, got {n_rows} for {unknowns.n} "
-            f"({', '.join(unknowns.labels)})"
-        )
-    _ = rows.has_noise
-    for name in unknowns.names:
-        problem.derivative(name)  # compiles contacts that do nothing so far
-    alike = not any("[" in one.label and one.entries for one in unknowns.each)
-    alike &= not unknowns.relations
-    curves = curves_of(problem, rows, unknowns.names, alike)
-    return Objective(unknowns, rows, curves, Work(unknowns.names))
-
-
-def _started(unknowns: Unknowns, start: Any) -> Unknowns:
-    """Unknowns that begin at other values."""
-    values = start_of(start, unknowns.labels)
-    each = []
-    for one in unknowns.each:
-        value = float(values.get(one.label, one.value))
-        each.append(replace(one, value=float(np.clip(value, one.lower, one.upper))))
-    return replace(unknowns, each=tuple(each))
 
 
 def _call_of(problem: HarmonicBalance, objective: Objective, asked: Sequence[Any]) -> str:

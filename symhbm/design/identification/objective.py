@@ -2,16 +2,18 @@
 
 from __future__ import annotations
 
-from collections.abc import Iterator, Sequence
+from collections.abc import Iterator, Mapping, Sequence
 from dataclasses import dataclass, replace
 from functools import cached_property
+from typing import Any
 
 import numpy as np
+import xarray as xr
 
 from symhbm.balance import HarmonicBalance
-from symhbm.design.identification.kinds import Curve, Nearby, Reading, Solved, Work
+from symhbm.design.identification.kinds import Curve, Nearby, Reading, Solved, Work, curves_of
 from symhbm.design.identification.observations import Rows, readings
-from symhbm.design.identification.unknowns import Unknowns
+from symhbm.design.identification.unknowns import Unknowns, read_unknowns
 from symhbm.numerics import RADIANS, FloatArray
 
 _SAME = 1e-7
@@ -248,3 +250,53 @@ def balanced(
         own = [np.ravel(problem.own(name, column.reshape(nominal))) for column in columns]
         parts.append(np.array(own).T.reshape(-1, *shape))
     return np.concatenate(parts) if parts else np.zeros((0, *shape))
+
+
+def objective_of(
+    problem: HarmonicBalance, rows: Rows, unknown: Any, start: Any = None, checked: bool = True
+) -> Objective:
+    """The objective of measurements and unknowns, checked against each other.
+
+    Those that are not ``checked`` may be fewer than the unknowns.
+    """
+    problem.model.check_frequencies("frequency", np.unique(rows.frequency))
+    unknowns = read_unknowns(problem, unknown, rows.sensors)
+    if start is not None:
+        unknowns = _started(unknowns, start)
+    n_priors = sum(one.prior is not None for one in unknowns.each)
+    n_rows = int(rows.kept.sum())
+    if checked and n_rows + n_priors < unknowns.n:
+        raise ValueError(
+            f"data: expected at least as many values as unknowns, got {n_rows} for {unknowns.n} "
+            f"({', '.join(unknowns.labels)})"
+        )
+    _ = rows.has_noise
+    for name in unknowns.names:
+        problem.derivative(name)  # compiles contacts that do nothing so far
+    alike = not any("[" in one.label and one.entries for one in unknowns.each)
+    alike &= not unknowns.relations
+    curves = curves_of(problem, rows, unknowns.names, alike)
+    return Objective(unknowns, rows, curves, Work(unknowns.names))
+
+
+def _started(unknowns: Unknowns, start: Any) -> Unknowns:
+    """Unknowns that begin at other values."""
+    values = _start_of(start, unknowns.labels)
+    each = []
+    for one in unknowns.each:
+        value = float(values.get(one.label, one.value))
+        each.append(replace(one, value=float(np.clip(value, one.lower, one.upper))))
+    return replace(unknowns, each=tuple(each))
+
+
+def _start_of(result: Any, labels: Sequence[str]) -> Mapping[str, float]:
+    """Values to start from, of a fit or a mapping from names of unknowns."""
+    if isinstance(result, xr.Dataset) and "estimate" in result.variables:
+        values = result["estimate"].values.tolist()
+        result = dict(zip(result["unknown"].values.tolist(), values, strict=True))
+    if not isinstance(result, Mapping) or isinstance(result, xr.Dataset):
+        raise TypeError("start: expected a result of identify, or values by names of unknowns")
+    for name in result:
+        if name not in labels:
+            raise KeyError(f"start: {name!r} is no unknown; allowed: {', '.join(labels)}")
+    return result

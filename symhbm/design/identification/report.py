@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from collections.abc import Mapping, Sequence
+from collections.abc import Sequence
 from typing import Any
 
 import numpy as np
@@ -202,16 +202,3 @@ def _alike(left: Sequence[Remains], curves: Sequence[Any]) -> list[str]:
         f"Neighbouring residuals from {ends}{f' at {setting}' if setting else ''} are alike "
         f"(correlation {one.correlation:.2f}): the model leaves something unexplained."
     ]
-
-
-def start_of(result: Any, labels: Sequence[str]) -> Mapping[str, float]:
-    """Values to start from, of a fit or a mapping from names of unknowns."""
-    if isinstance(result, xr.Dataset) and "estimate" in result.variables:
-        values = result["estimate"].values.tolist()
-        result = dict(zip(result["unknown"].values.tolist(), values, strict=True))
-    if not isinstance(result, Mapping) or isinstance(result, xr.Dataset):
-        raise TypeError("start: expected a result of identify, or values by names of unknowns")
-    for name in result:
-        if name not in labels:
-            raise KeyError(f"start: {name!r} is no unknown; allowed: {', '.join(labels)}")
-    return result
