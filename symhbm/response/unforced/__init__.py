@@ -1,11 +1,7 @@
 """Curves of motions that no force drives."""
 
 from symhbm.response.unforced.arguments import amplitudes_of, axis_of, checked, request_of
-from symhbm.response.unforced.curve import (
-    free_problem,
-    mode_problem,
-)
-from symhbm.response.unforced.cycle_curve import unforced_curve
+from symhbm.response.unforced.curve import free_problem, mode_problem, unforced_curve
 from symhbm.response.unforced.synthesis import synthesised_response
 
 __all__ = [
