@@ -300,12 +300,12 @@ def _derivatives(
 def _instants(solved: Conditions, dof: int) -> tuple[FloatArray, FloatArray] | None:
     """`slopes_of` a maximum at equally large instants, towards larger and smaller parameters.
 
-    None where all of them grow alike, as opposite ones do that odd harmonics alone make. The
+    None where all of them grow alike, as opposite ones do of a motion that mirrors itself. The
     frequency is known of the instant that the maximum is of, elsewhere it is NaN.
     """
     maximum = solved.maximum
     problem, basis = maximum.problem, maximum.problem.basis
-    if problem.goal is not None or np.all(basis.order % 2):
+    if problem.goal is not None or _mirrors(maximum):
         return None
     points = turning_points(basis, maximum.motion[None])
     value, angle = points.value[0], points.angle[0]
@@ -321,6 +321,14 @@ def _instants(solved: Conditions, dof: int) -> tuple[FloatArray, FloatArray] | N
         for lead in (each.argmax(axis=0), each.argmin(axis=0))
     )
     return larger, smaller
+
+
+def _mirrors(maximum: Maximum) -> bool:
+    """Whether the second half of each period is minus the first, whatever the parameters are."""
+    problem = maximum.problem
+    size = np.abs(problem.layout.coefficients(maximum.unknowns)).max(axis=0)
+    orders = problem.basis.order[size > _REST * size.max()].astype(int)
+    return problem.model.groups.odd and bool(np.all(orders // np.gcd.reduce(orders) % 2))
 
 
 def _contacts_at_rest(maximum: Maximum) -> list[int]:

@@ -22,13 +22,17 @@ from symhbm.model.reduction.deviations import force_as_felt
 from symhbm.model.structure import PlacesAlone
 from symhbm.numerics import RADIANS, ComplexArray, FloatArray, FourierBasis
 
+_TIE = 1e-9
+"""By how much a row weighs less than the one before it."""
 _COLUMNS = 64
 """Right-hand sides solved at once: little memory."""
 
 
 def chosen_rows(shapes: FloatArray) -> NDArray[np.intp]:
     """Rows of ``shapes`` (n, m) that tell its columns apart best, (m,), ascending."""
-    parts: Any = qr(shapes.T, mode="r", pivoting=True)
+    # Of rows that tell as much the first ones, whatever machine rounds them.
+    ranked = shapes * (1 - _TIE * np.arange(len(shapes)))[:, None]
+    parts: Any = qr(ranked.T, mode="r", pivoting=True)
     return np.sort(parts[1][: shapes.shape[1]]).astype(np.intp)
 
 
