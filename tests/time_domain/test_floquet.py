@@ -16,7 +16,6 @@ from symhbm.numerics.fourier import FourierBasis
 from symhbm.time_domain.exact_motion import exact_motion
 from symhbm.time_domain.motion import shoot
 from symhbm.time_domain.perturbations import multipliers, sliders
-from tests.designs import uneven
 from tests.problems import one_blade, ring_of_blades, rub
 
 TURN = 2 * np.pi
@@ -54,7 +53,16 @@ def blade(harmonics=ODD, harmonic=1):
 
 
 def mistuned(force, harmonics):
-    return uneven(5, force, harmonics, seed=6, contact_stiffness=1.5e4, normal_load=0.75)
+    rng = np.random.default_rng(5)
+    disk = ring_of_blades(
+        5,
+        mass=rng.uniform(0.95, 1.05, 5),
+        stiffness=rng.uniform(0.9e4, 1.1e4, 5),
+        damping=rng.uniform(0.4, 0.6, 5),
+        contact_stiffness=rng.uniform(1e4, 2e4, 5),
+        normal_load=rng.uniform(0.5, 1.0, 5),
+    )
+    return sh.HarmonicBalance(disk, force, harmonics)
 
 
 MEAN = sh.forces.HarmonicForce(
@@ -88,6 +96,25 @@ def test_against_the_exact_motion(name):
     computed = multipliers(problem, omega, solution(problem, omega, start))
     assert distance(computed, motion.multipliers) < CASES[name][2]
     assert np.all(np.diff(np.abs(computed)) <= 0)
+
+
+@each_case
+def test_events_of_the_exact_motion_leave_no_error(name, monkeypatch):
+    problem, omega, motion = solved(name)
+
+    def exact_intervals(*_):
+        rows = []
+        for contact in np.unique(motion.event_contact):
+            mine = motion.event_contact == contact
+            angle, sticks = motion.event_angle[mine], motion.event_kind[mine] == "stick"
+            assert np.all(sticks != np.roll(sticks, 1))
+            end = np.append(angle[1:], angle[0] + TURN)
+            rows += [(contact, a, b) for a, b in zip(angle[sticks], end[sticks], strict=True)]
+        return tuple(map(np.array, zip(*rows, strict=True)))
+
+    monkeypatch.setattr(sliders, "stick_intervals", exact_intervals)
+    computed = multipliers(problem, omega, np.zeros(problem.n_unknowns))
+    assert distance(computed, motion.multipliers) < 1e-11
 
 
 @settings(max_examples=50)
