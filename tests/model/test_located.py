@@ -1,12 +1,100 @@
 """Events of dry friction by the compiled loop: against dense samples, closed forms, and itself."""
 
+from dataclasses import fields
+from itertools import pairwise
+
 import numpy as np
 import pytest
-from hypothesis import given, settings
+from hypothesis import event, given, settings
 from hypothesis import strategies as st
 
 from symhbm.model.contacts.coulomb.located import locate, stick_intervals
+from symhbm.model.contacts.coulomb.state import ContactState
+from symhbm.numerics import turning_points
 from symhbm.numerics.fourier import FourierBasis
+
+SETS = [(1, 3), (1, 3, 5), (1, 3, 5, 7, 9), (0, 1, 2, 3), (1, 2), (2, 5, 10), (3, 9), (0, 2, 4)]
+SAMPLES = 2**17
+STEP = 2 * np.pi / SAMPLES
+KINDS = ("ordinary", "inflection", "few", "large mean", "tiny", "huge", "no spring", "no limit")
+
+
+def marched(basis, wave, stiffness, limit):
+    """Force coefficients and number of turning points from dense samples, to about 1e-9."""
+    tau = STEP * np.arange(SAMPLES)
+    vibration = np.where(basis.order > 0, wave, 0.0)
+    functions = basis.values(tau)
+    y = functions @ vibration
+    y = np.roll(y, -np.argmax(y))
+    y = np.append(y, y[0])
+    rises = np.diff(y) > 0
+    turns = np.flatnonzero(rises[1:] != rises[:-1]) + 1
+    nodes = np.concatenate([[0], turns, [SAMPLES]])
+    force, before = np.empty(SAMPLES + 1), 0.0
+    # From any force the slider forgets it at the extremes, where it slips at all.
+    for _ in range(2):
+        for left, right in pairwise(nodes):
+            part = before + stiffness * (y[left : right + 1] - y[left])
+            force[left : right + 1] = np.clip(part, -limit, limit)
+            before = force[right]
+    if stiffness * np.ptp(y) <= 2 * limit:
+        force = stiffness * (y - (y.max() + y.min()) / 2)
+    start = np.argmax(functions @ vibration)
+    mean = (np.roll(functions, -start, axis=0) * force[:-1, None]).mean(axis=0)
+    return 2 * np.pi * basis.norm * mean, len(turns) + 1
+
+
+def drawn(basis, rng, kind):
+    """A motion (n_components,)."""
+    wave = rng.normal(size=basis.n_components) * np.maximum(basis.order, 1) ** -rng.uniform(0, 3)
+    if kind == "inflection":
+        # Slope and curvature nearly vanish at one angle: two turning points nearly meet there.
+        tau = rng.uniform(0, 2 * np.pi)
+        rates = np.array([basis.values(tau, 1), basis.values(tau, 2)])
+        goal = [rng.choice([-1, 1]) * 10 ** rng.uniform(-15, -2), 0.0]
+        wave -= np.linalg.lstsq(rates, rates @ wave - goal)[0]
+    elif kind == "few":
+        wave = rng.integers(-2, 3, basis.n_components).astype(float)
+    elif kind == "large mean":
+        wave[0] *= 1e6 if basis.order[0] == 0 else 1.0
+    elif kind == "tiny":
+        wave *= 1e-140
+    elif kind == "huge":
+        wave *= 1e140
+    return wave
+
+
+@pytest.mark.slow
+@settings(max_examples=40)
+@given(
+    seed=st.integers(0, 2**32 - 1),
+    harmonics=st.sampled_from(SETS),
+    kind=st.sampled_from(KINDS),
+    share=st.floats(1e-3, 1.3),
+)
+def test_agrees_with_dense_samples(seed, harmonics, kind, share):
+    basis, rng = FourierBasis(harmonics), np.random.default_rng(seed)
+    wave = drawn(basis, rng, kind)
+    size = np.abs(wave[basis.order > 0]).max()
+    stiffness = 0.0 if kind == "no spring" else 10 ** rng.uniform(-2, 4)
+    limit = 0.0 if kind == "no limit" else share * max(stiffness, 1.0) * size
+    found = locate(basis, wave[None], np.array([stiffness]), np.array([limit]))
+    force = stiffness * found.matrix[0] @ wave + limit * found.vector[0]
+    event(f"{kind}, {'slips' if found.slip[0] else 'sticks'}")
+    if not size:
+        assert found.reversals[0] == 0
+        assert not force.any()
+        return
+    expected, reversals = marched(basis, wave, stiffness, limit)
+    if limit:
+        # Samples err by the curvature between them; next to a large mean the closed form by its
+        # round-off.
+        curvature = np.abs(wave) @ basis.order**2
+        atol = STEP**2 / 2 * curvature + 1e-15 * np.abs(wave).max()
+        np.testing.assert_allclose(force, expected, rtol=0, atol=stiffness * atol)
+    # The samples may miss a pair, never the other way round; equal neighbours are none.
+    if kind not in ("inflection", "few"):
+        assert found.reversals[0] == reversals
 
 
 @settings(max_examples=30)
@@ -28,6 +116,54 @@ def test_one_harmonic_among_others_has_its_closed_form(decades, phase, harmonics
     np.testing.assert_allclose(
         found.slip_margin_gradient[:, part], closed.slip_margin_gradient, atol=1e-14
     )
+
+
+def batch_of_all_kinds(basis, n=40):
+    """Motions, some of them at rest, some tiny; stiffness and limits, some of them 0."""
+    rng = np.random.default_rng(4)
+    waves = rng.normal(size=(n, basis.n_components)) / np.maximum(basis.order, 1)
+    waves[::7], waves[3::7] = 0.0, waves[3::7] * 1e-120
+    stiffness, limit = 10 ** rng.uniform(-1, 1, n), rng.uniform(0.1, 3, n)
+    stiffness[5::9], limit[6::9] = 0.0, 0.0
+    return waves, stiffness, limit
+
+
+@pytest.mark.parametrize("slip", [None, True, False])
+@pytest.mark.parametrize("harmonics", SETS)
+def test_a_batch_gives_what_each_motion_gives(harmonics, slip):
+    basis = FourierBasis(harmonics)
+    waves, stiffness, limit = batch_of_all_kinds(basis)
+    imposed = None if slip is None else np.full(len(waves), slip)
+    together = locate(basis, waves, stiffness, limit, imposed)
+    for i in range(len(waves)):
+        each = slice(i, i + 1)
+        held = None if imposed is None else imposed[each]
+        alone = locate(basis, waves[each], stiffness[each], limit[each], held)
+        for field in fields(ContactState):
+            mine, own = getattr(together, field.name)[i], getattr(alone, field.name)[0]
+            if field.name in ("stick_begin", "stick_end"):
+                mine, own = mine[~np.isnan(mine)], own[~np.isnan(own)]
+            np.testing.assert_array_equal(mine, own)
+
+
+@pytest.mark.parametrize("harmonics", [(1, 2), (0, 1, 2), (1, 3)])
+def test_a_contact_held_in_slip_short_of_its_limit(harmonics):
+    """It is on +-g at the extremes of y, and never leaves its stretch of stick."""
+    basis, wave = FourierBasis(harmonics), np.array([0.1, 1.0, 0.0, 0.1, 0.1])
+    wave = wave[-basis.n_components :][None]
+    free = locate(basis, wave, np.ones(1), np.full(1, 5.0))
+    held = locate(basis, wave, np.ones(1), np.full(1, 5.0), np.array([True]))
+    assert not free.slip[0]
+    assert held.slip[0]
+    assert held.stick_fraction[0] == pytest.approx(1, abs=1e-15)
+    assert np.isnan(held.stick_end).all()
+    high, low = turning_points(basis, wave).angle[0]
+    moments = basis.moments(np.array([high, low, high + 2 * np.pi]))
+    falls, rises = basis.integrals(moments)
+    np.testing.assert_allclose(held.vector[0], falls - rises, atol=1e-14)
+    matrix = basis.products(moments.sum(axis=0))
+    matrix -= np.outer(falls, basis.values(high)) + np.outer(rises, basis.values(low))
+    np.testing.assert_allclose(held.matrix[0], matrix, atol=1e-14)
 
 
 def test_short_stretches_of_stick_keep_their_digits():
@@ -52,6 +188,37 @@ def test_a_mean_changes_nothing_and_too_small_a_motion_is_none():
     assert found.reversals.tolist()[1:] == [2, 0]
     assert found.slip_margin[2] == -np.inf
     assert not found.slip_margin_gradient[2].any()
+
+
+def test_motions_of_equal_periods_are_those_of_one():
+    """Harmonics (3, 9) with the coefficients of (1, 3): the same force, three times as often."""
+    rng = np.random.default_rng(2)
+    waves, stiffness = rng.normal(size=(10, 4)), np.ones(10)
+    limit = np.full(10, 0.4)
+    once, thrice = (locate(FourierBasis(h), waves, stiffness, limit) for h in ((1, 3), (3, 9)))
+    np.testing.assert_array_equal(once.matrix, thrice.matrix)
+    np.testing.assert_array_equal(3 * once.reversals, thrice.reversals)
+    contact_once, begin, end = once.stick_intervals
+    contact_thrice, begin_thrice, end_thrice = thrice.stick_intervals
+    np.testing.assert_array_equal(np.repeat(contact_once, 3), np.sort(contact_thrice))
+    # Round-off of angles up to two turns.
+    assert (end - begin).sum() == pytest.approx((end_thrice - begin_thrice).sum(), rel=1e-13)
+
+
+def test_no_contact_has_no_event():
+    found = locate(FourierBasis((1, 3)), np.empty((0, 4)), np.empty(0), np.empty(0))
+    assert found.matrix.shape == (0, 4, 4)
+    assert found.stick_end.shape == (0, 0)
+
+
+def test_arguments_may_be_read_only_and_strided():
+    basis, waves = FourierBasis((1, 3)), np.random.default_rng(1).normal(size=(4, 6))
+    given = waves[:, 1:5]
+    given.setflags(write=False)
+    stiffness = np.broadcast_to(1.0, 6)[:6:2]
+    found = locate(basis, given[:3], stiffness, np.full(3, 0.2))
+    plain = locate(basis, given[:3].copy(), np.ones(3), np.full(3, 0.2))
+    np.testing.assert_array_equal(found.matrix, plain.matrix)
 
 
 @pytest.mark.parametrize("wrong", [np.nan, np.inf])
