@@ -10,6 +10,7 @@ from symhbm.model.contacts.coulomb.sampled import _monotone_branches, locate_sam
 from symhbm.numerics.fourier import FourierBasis
 
 HARMONICS = [(1,), (0, 1), (1, 3, 5), (0, 1, 2, 3), (2, 5, 10)]
+SAMPLES = (64, 256, 1024, 4096)
 # With every harmonic up to 20 and 41 samples, coefficients and samples are the same information:
 # the force at the samples is the synthesis of its coefficients.
 COMPLETE = FourierBasis(tuple(range(21)))
