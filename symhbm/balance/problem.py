@@ -242,9 +242,9 @@ class Problem:
             return symmetry
         return replace(symmetry, lag=self.symmetry.lag)
 
-    def with_harmonics(self, harmonics: tuple[int, ...]) -> Self:
-        """Copy with other harmonics, compiled once for all copies of this problem."""
-        return self._copy(basis=FourierBasis(harmonics), linear=None)
+    def with_harmonics(self, harmonics: Iterable[int]) -> Self:
+        """Copy with other harmonics, compiled once for all copies; raises as the constructor."""
+        return self._copy(basis=FourierBasis(check_harmonics(harmonics)), linear=None)
 
     def with_excitation(self, excitation: Excitation) -> Self:
         """Copy under another excitation; raises as the constructor."""

@@ -70,3 +70,11 @@ def test_sign_of_the_determinant():
         matrix = rng.normal(size=(size, size))
         assert Factorisation(matrix).sign == np.sign(np.linalg.det(matrix))
     assert Factorisation(np.zeros((3, 3))).solve(np.ones(3)) is None
+
+
+def test_copies_take_harmonics_as_the_constructor_does():
+    problem = ring()
+    assert problem.with_harmonics(range(5, 0, -2)).harmonics == (1, 3, 5)
+    for harmonics, kind in ((("1",), TypeError), ((1, 1), ValueError), ((0,), ValueError)):
+        with pytest.raises(kind, match="harmonics="):
+            problem.with_harmonics(harmonics)  # type: ignore[arg-type]
