@@ -1,7 +1,6 @@
 """Points of a path, the events at them, and where the next one is expected: a cubic through two."""
 
 import math
-from dataclasses import dataclass
 from enum import StrEnum
 from typing import Any, NamedTuple
 
@@ -31,8 +30,7 @@ class EventKind(StrEnum):
     STABILITY = "change of stability"
 
 
-@dataclass(frozen=True)
-class Event:
+class Event(NamedTuple):
     """A switch of one ``contact`` that turns on or off, or another event of the path.
 
     ``kind`` is the name that the contact law gives it, or an `EventKind` (contact -1, ``turns_on``

@@ -40,11 +40,15 @@ class Symmetry:
     def contacts(self) -> NDArray[np.intp]:
         """The contacts of the first sector."""
         first = np.flatnonzero(np.array(self.contact_sector, dtype=int) == 0)
-        return first[np.argsort(np.array(self.contact_place, dtype=int)[first])]
+        return first[np.argsort(self._places[first])]
+
+    @cached_property
+    def _places(self) -> NDArray[np.intp]:
+        return np.array(self.contact_place, dtype=int)
 
     def images(self, contact: int) -> NDArray[np.intp]:
         """The contacts of all sectors that are alike to one of the first."""
-        return np.flatnonzero(np.array(self.contact_place) == contact)
+        return np.flatnonzero(self._places == contact)
 
     def wave(self, harmonic: int) -> int:
         """Turns over the number of sectors by which each lags in one harmonic."""
@@ -64,7 +68,7 @@ class Symmetry:
 
     def spread_contacts(self, values: np.ndarray) -> np.ndarray:
         """Values (n_contacts of one sector, ...) of all contacts."""
-        return values[np.array(self.contact_place, dtype=int)]
+        return values[self._places]
 
     def contact_lags(self) -> FloatArray:
         """Angle by which each contact of the whole structure lags that of the first sector."""
@@ -80,11 +84,11 @@ class Symmetry:
         self, name: str, values: FloatArray, contacts: NDArray[np.intp]
     ) -> FloatArray:
         """The first sector's values of a parameter of some ``contacts``; ValueError as above."""
-        everywhere = np.full(len(self.contact_place), np.nan)
-        everywhere[contacts] = values
+        everywhere, some = np.full((2, len(self._places)), np.nan)
+        everywhere[contacts], some[contacts] = values, 1.0
         chosen = everywhere[self.contacts]
         spread = self.spread_contacts(chosen)[contacts]
-        return self._checked(name, values, chosen[np.isin(self.contacts, contacts)], spread)
+        return self._checked(name, values, chosen[some[self.contacts] == 1.0], spread)
 
     def _checked(
         self, name: str, values: FloatArray, chosen: FloatArray, spread: FloatArray

@@ -3,7 +3,6 @@
 import math
 from abc import ABC, abstractmethod
 from collections.abc import Sequence
-from dataclasses import replace
 from itertools import chain
 
 import numpy as np
@@ -76,7 +75,7 @@ class CurveTable(ABC):
             events = solution.events
             if symmetry is not None and events:
                 of_all_sectors = [
-                    replace(event, contact=contact)
+                    event._replace(contact=contact)
                     for event in events
                     # What is of no contact is one event of all sectors.
                     for contact in symmetry.images(event.contact).tolist() or [-1]
