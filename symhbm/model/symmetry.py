@@ -84,11 +84,12 @@ class Symmetry:
         self, name: str, values: FloatArray, contacts: NDArray[np.intp]
     ) -> FloatArray:
         """The first sector's values of a parameter of some ``contacts``; ValueError as above."""
-        everywhere, some = np.full((2, len(self._places)), np.nan)
-        everywhere[contacts], some[contacts] = values, 1.0
+        everywhere = np.full(len(self._places), np.nan)
+        has_one = np.zeros(len(self._places), dtype=bool)
+        everywhere[contacts], has_one[contacts] = values, True
         chosen = everywhere[self.contacts]
         spread = self.spread_contacts(chosen)[contacts]
-        return self._checked(name, values, chosen[some[self.contacts] == 1.0], spread)
+        return self._checked(name, values, chosen[has_one[self.contacts]], spread)
 
     def _checked(
         self, name: str, values: FloatArray, chosen: FloatArray, spread: FloatArray

@@ -1,6 +1,5 @@
 """What pages hold, without a browser: names of files, sizes, thinning, and what sets are shown."""
 
-import base64
 import json
 import re
 import sys
@@ -15,6 +14,7 @@ import symhbm as sh
 from symhbm.cli import main
 from symhbm.plot.viewer.packing import embedded, number, packed, plain, thinned
 from symhbm.plot.viewer.sets import MOST_CURVES, sets_of
+from tests.pages import data_of, unpacked
 from tests.problems import one_blade, ring_of_blades
 
 BLADE = one_blade()
@@ -24,17 +24,6 @@ PROBLEM = sh.HarmonicBalance(BLADE, sh.forces.PointForce(), harmonics=(1, 3))
 @cache
 def response():
     return sh.frf(PROBLEM, (10, 30), over={"normal_load": [1, 3]}, progress=False)
-
-
-def data_of(path):
-    """What the scripts of a page draw."""
-    text = path.read_text(encoding="utf-8")
-    held = re.search(r'<script type="application/json" id="data">(.*?)</script>', text, re.DOTALL)
-    return json.loads(held[1])
-
-
-def unpacked(text):
-    return np.frombuffer(base64.b64decode(text[3:]), f"<{text[:2]}")
 
 
 def test_names_of_files(tmp_path):
