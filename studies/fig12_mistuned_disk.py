@@ -123,7 +123,7 @@ def draw(dataset: xr.Dataset) -> Figure:
     with sh.plot.panels(1, 2, size=(11.0, 4.8)) as (figure, (left, right)):
         sh.plot.response(mistuned, ax=left)
         sh.plot.response(tuned, ax=left)
-        left.set_title(f"tuned (black) and {mistuned.sizes['sample']} mistuned disks", fontsize=10)
+        left.set_title(f"tuned (dashed) and {mistuned.sizes['sample']} mistuned disks", fontsize=10)
         thin, mean = left.lines[0], left.lines[-2]
         left.legend([thin, mean], ["one mistuned disk", "tuned disk"], loc="lower left")
         lines = draw_blades(right, blades_of_worst(dataset), shades(dataset), linewidth=0.9)
@@ -136,7 +136,7 @@ def draw(dataset: xr.Dataset) -> Figure:
         names = [*map(str, range(len(lines))), "tuned"]
         look: Any = dict(loc="outside right center", alignment="left", handlelength=3.2)
         figure.legend([*lines, right.lines[-1]], names, title="blade", **look)
-        right.set_title(f"tuned (black), and each blade of disk {worst}", fontsize=10)
+        right.set_title(f"tuned (thick), and each blade of disk {worst}", fontsize=10)
         figure.suptitle("Disk of 13 blades, EO 3, $k_d$ = 1e6 N/m, $F_n$ = 10 N, one harmonic")
     return figure
 

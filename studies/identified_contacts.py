@@ -15,7 +15,7 @@ from matplotlib.axes import Axes
 from matplotlib.figure import Figure
 
 import symhbm as sh
-from studies.landmark import Landmark, Source
+from studies.landmark import Landmark, Source, unit_of
 from studies.run import run
 
 NAME = "identified_contacts"
@@ -119,14 +119,14 @@ def landmarks(dataset: xr.Dataset) -> list[Landmark]:
         for number, name in enumerate(dataset["unknown"].values.tolist()):
             estimate = float(dataset[f"{prefix}estimate"][number])
             error = float(dataset[f"{prefix}standard_error"][number])
-            units = str(dataset["unknown_units"].values[number])
+            units = unit_of(dataset["unknown_units"].values[number])
             sure = SURE * error / true[name]
             words = f"{name.replace('_', ' ')} of the {what}"
             found.append(Landmark(words, estimate, true[name], units, Source.EXACT, sure))
         size = float(dataset["curve_size"].sum())
         square = float(dataset[f"{prefix}curve_chi_square"].sum()) / (size - len(UNKNOWN))
         allowed = float(SURE * np.sqrt(2 / size))
-        words = f"mean square of the residuals of the {what}, in standard deviations"
+        words = f"mean square of the residuals of the {what}, in variances"
         found.append(Landmark(words, square, 1.0, "", Source.EXACT, allowed))
     return found
 

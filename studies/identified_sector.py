@@ -15,7 +15,7 @@ import xarray as xr
 from matplotlib.figure import Figure
 
 import symhbm as sh
-from studies.landmark import Landmark, Source
+from studies.landmark import Landmark, Source, unit_of
 from studies.open_sector import RADII
 from studies.open_sector_contacts import (
     CONTACT_STIFFNESS,
@@ -101,7 +101,7 @@ def landmarks(dataset: xr.Dataset) -> list[Landmark]:
     found = []
     for number, name in enumerate(dataset["unknown"].values.tolist()):
         sure = SURE * float(dataset["standard_error"][number]) / TRUE[name]
-        units = str(dataset["unknown_units"].values[number])
+        units = unit_of(dataset["unknown_units"].values[number])
         estimate, words = float(dataset["estimate"][number]), name.replace("_", " ")
         found.append(Landmark(words, estimate, TRUE[name], units, Source.EXACT, sure))
     size = float(dataset["curve_size"].sum())

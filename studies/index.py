@@ -11,7 +11,7 @@ import numpy as np
 import xarray as xr
 
 from studies.claim import Claim, Finding
-from studies.landmark import Landmark, number
+from studies.landmark import Landmark, number, unit_of
 from studies.page_pictures import embedded, small
 from studies.page_style import STYLE
 from studies.readings import READINGS
@@ -26,7 +26,6 @@ SOURCE = (
 )
 POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
 """The browser itself refuses every outside resource."""
-UNITS = {"1": "", "N m-1": "N/m", "N s m-1": "N s/m", "N m-3": "N/m³"}
 NORMAL_SIDE = {"normal_stiffness"}
 """Parameters of contacts that open, beside those of the source."""
 FEW = 12
@@ -91,26 +90,31 @@ def parameters(dataset: xr.Dataset) -> list[tuple[str, str]]:
 
 
 def _structure(description: Description) -> str:
-    excitation, count = description.forces[0], description.problem["n_dof"]
+    of_problem, excitation = description.problem, description.forces[0]
+    count, n_sectors = of_problem["n_dof"], of_problem.get("n_sectors")
+    if not of_problem["lumped"]:
+        whole = of_problem.get("n_whole") or count
+        unit = "degree" if whole == 1 else "degrees"
+        kept = f", {count} of them kept" if count < whole else ""
+        body = f"disk of {n_sectors} sectors, each" if n_sectors else "structure"
+        return f"{body} of {whole} {unit} of freedom{kept}"
     blades = "one blade" if count == 1 else f"ring of {count} blades"
     if excitation["type"] == "EngineOrder":
         return f"{blades}, travelling wave of an engine order"
-    if "dof" not in excitation:
-        return f"structure of {count} degrees of freedom"
-    return blades if count == 1 else f"{blades}, force on blade {excitation['dof']}"
+    return blades if count == 1 else f"{blades}, force on blade {excitation['place']}"
 
 
 def _values(values: np.ndarray, units: str) -> str:
     different = np.unique(values[np.isfinite(values)])
     if len(different) > FEW:
         return f"{len(different)} values, {_span(different, units)}"
-    return f"{', '.join(map(number, different))} {UNITS.get(units, units)}".rstrip()
+    return f"{', '.join(map(number, different))} {unit_of(units)}".rstrip()
 
 
 def _span(values: np.ndarray, units: str) -> str:
     low, high = np.nanmin(values), np.nanmax(values)
     text = number(low) if low == high else f"{number(low)} to {number(high)}"
-    return f"{text} {UNITS.get(units, units)}".rstrip()
+    return f"{text} {unit_of(units)}".rstrip()
 
 
 def page(sections: Sequence[Section]) -> str:

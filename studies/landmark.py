@@ -5,6 +5,8 @@ from dataclasses import dataclass
 from enum import StrEnum
 from math import isfinite
 
+_WRITTEN = {"1": "", "N m-1": "N/m", "N s m-1": "N s/m", "N m-3": "N/m³"}
+
 
 class Source(StrEnum):
     """Where an expected value comes from."""
@@ -59,6 +61,11 @@ class Landmark:
 
     def _quantity(self, value: float, digits: int) -> str:
         return f"{number(value, digits)} {self.unit}".rstrip()
+
+
+def unit_of(units: str) -> str:
+    """Units of a dataset, as pages write them."""
+    return _WRITTEN.get(units, units)
 
 
 def number(value: float, digits: int = 6) -> str:

@@ -5,7 +5,7 @@ contact as unknowns, each point solved by Newton's method, CasADi's rootfinder o
 start of its own and through the onset and the end of slip. Located friction is the reference.
 
 The form holds while no contact reverses while it slips. So it does all over Figs. 3 and 8; for the
-ring under engine order 1 at lighter loads the table tells over how much of the band it does.
+ring under engine order 1 at a lighter load it does where the thin line is drawn.
 """
 
 import warnings

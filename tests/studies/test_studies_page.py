@@ -11,8 +11,9 @@ from studies import fig08_engine_orders as fig08
 from studies import fig13_amplification as fig13
 from studies.__main__ import folder
 from studies.claim import Claim
-from studies.index import Section, page
+from studies.index import Section, page, parameters
 from studies.run import RESULTS
+from tests.problems import one_blade, problem, ring_of_blades
 
 
 @pytest.mark.parametrize("asked", [["--help"], ["fig03_single_blade"], ["--results"]])
@@ -72,3 +73,23 @@ def test_the_published_amplification_is_weighed_on_a_fine_step():
         [claim] = [c for c in fig13.claims(dataset) if "16.6" in c.words]
         assert claim.holds is holds
         assert f"{factor:.1f} in 2 disks of ours, on blade 3 of 13" in claim.computed
+
+
+@pytest.mark.parametrize(
+    ("words", "given"),
+    {
+        "one blade": lambda: sh.HarmonicBalance(one_blade(), sh.forces.PointForce()),
+        "ring of 3 blades, force on blade 2": lambda: sh.HarmonicBalance(
+            ring_of_blades(3), sh.forces.PointForce(2)
+        ),
+        "ring of 3 blades, travelling wave of an engine order": lambda: sh.HarmonicBalance(
+            ring_of_blades(3), sh.forces.EngineOrder(1)
+        ),
+        "disk of 4 sectors, each of 6 degrees of freedom, 1 of them kept": lambda: problem(
+            "coulomb condensed-sector order 13"
+        ),
+    }.items(),
+)
+def test_structures_are_told_by_what_they_are(words, given):
+    """Degrees of freedom that condensing keeps are no blades of a ring."""
+    assert dict(parameters(sh.solve(given(), 20.0)))["structure"] == words
