@@ -1,5 +1,7 @@
 """Several results in one picture: names, colours that go on, legends, sizes, what differs."""
 
+from itertools import combinations
+
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
@@ -131,3 +133,14 @@ def test_what_differs_is_told(curves, sweeps):
     assert "matrices, forces" in sh.datasets.compare(*results)
     with pytest.raises(TypeError, match="second=3"):
         sh.datasets.compare(sweeps[0], 3)
+
+
+def test_engine_orders_that_meet_one_mode_are_read_beside_each_other():
+    sheet = sh.Model([[1, 0], [0, 0.0]], [[0.1, 0], [0, 0.0]], [[3e4, -2e4], [-2e4, 2e4]])
+    disk = sh.Sector(sheet, [0], [1], 24)
+    lines = sh.campbell(disk, [60, 900], orders=[5, 7, 17, 19], count=1)
+    figure = sh.plot.interference(lines)
+    figure.canvas.draw()
+    labels = [text.get_window_extent() for text in figure.axes[0].texts]
+    assert len(labels) == 4
+    assert not any(one.overlaps(other) for one, other in combinations(labels, 2))

@@ -93,7 +93,8 @@ def interference(dataset: xr.Dataset, **common: Unpack[Look]) -> Picture:
     The SAFE or ZZENF diagram. Each mode has a bar over its nodal diameters, from its frequency at
     the lowest speed to that at the highest one. The folded lines are ``order * speed / 60`` at both
     speeds: engine order E meets the waves of ``E mod n_sectors``. A dot is a crossing, with its
-    engine order; the list of them is in the dataset.
+    engine order on the right, or on the left where the wave runs against the rotation; the list of
+    them is in the dataset.
 
     Parameters
     ----------
@@ -152,5 +153,8 @@ def interference(dataset: xr.Dataset, **common: Unpack[Look]) -> Picture:
     frequency = dataset.crossing_frequency.values
     panel.line(at, frequency, linestyle="", marker="o", color="k", markersize=4)
     for x, y, order in zip(at, frequency, dataset.crossing_order.values, strict=True):
-        panel.text((x, y), f"{order}", offset=(4, 3), fontsize=8)
+        # Two orders that meet one mode, E and n_sectors - E, are read beside each other.
+        against = 2 * (order % n_sectors) > n_sectors
+        side: Any = dict(offset=(-4, 3), ha="right") if against else dict(offset=(4, 3))
+        panel.text((x, y), f"{order}", **side, fontsize=8)
     return Picture([panel])
