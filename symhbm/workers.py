@@ -202,8 +202,11 @@ def progress_bar(
         # Without widgets the bar is of text, which needs no advice.
         warnings.simplefilter("ignore")
         from tqdm.auto import tqdm
+    # What is done of an unknown amount reads "surveys: 4 [00:02, 1.9survey/s]".
+    unknown = total is None
     return tqdm(
-        desc=label,
+        desc=label or (f"{unit}s" if unknown else None),
+        bar_format="{desc}: {n_fmt} [{elapsed}, {rate_fmt}{postfix}]" if unknown else None,
         total=total,
         initial=initial,
         unit=unit,

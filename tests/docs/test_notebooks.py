@@ -17,7 +17,7 @@ FOLDER = ROOT / "docs" / "notebooks"
 LONG = {"best-damper", "finite-element-sector", "mistuned-disks", "own-law"}
 LONG |= {"two-designs-of-a-shroud", "identified-contacts"}
 DRAWS = re.compile(r"^sh\.plot\.|plt\.subplots\(", re.MULTILINE)
-BAR = re.compile(r"\s*|symhbm: .*|.*(?:\d+%\|| curves?/s| points?/s|evaluations?/s).*")
+BAR = re.compile(r"\s*|symhbm: .*|.*\d+%\|.*|\w+s: \d+ \[.*/.*")
 NAMES = sorted(path.stem for path in FOLDER.glob("*.md") if path.stem != "index")
 
 

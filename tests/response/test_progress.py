@@ -90,6 +90,7 @@ def test_lines_name_what_the_work_is(capsys):
 
 def test_a_bar_in_a_terminal(monkeypatch):
     assert "5/5" in work(monkeypatch, Terminal(), True, 5, 5)
+    assert "curves: 5 [00:00, " in work(monkeypatch, Terminal(), True, None, 5)
     assert work(monkeypatch, Terminal(), None, 5, 5) == ""
     assert work(monkeypatch, Terminal(), False, 5, 5) == ""
 
