@@ -72,8 +72,17 @@ def pages(app: Sphinx) -> Iterator[tuple[str, dict[str, Any], str]]:
         yield page, {"title": path, "body": body}, "page.html"
 
 
+def followed(app: Sphinx, module: str, name: str) -> str | None:
+    """Where the code of a name is: of public ones where it was defined, of others nowhere.
+
+    The page of a file leads back to names of one module alone.
+    """
+    return None if module == "symhbm" else "symhbm"
+
+
 def setup(app: Sphinx) -> dict[str, bool]:
-    """Connect both."""
+    """Connect all."""
+    app.connect("viewcode-follow-imported", followed)
     app.connect("doctree-resolved", link)
     app.connect("html-collect-pages", pages)
     return {"parallel_read_safe": True, "parallel_write_safe": False}
