@@ -5,8 +5,6 @@ and the ground. Forces and outputs are those of the whole: of the structure that
 condensed from, of all sectors of a disk.
 """
 
-from __future__ import annotations
-
 from collections.abc import Callable, Hashable, Mapping
 from functools import cached_property
 from types import MappingProxyType

@@ -6,8 +6,6 @@ that is a symbolic link, is never loaded. Files come to be under another name an
 so that processes may write the same one at once. Those that nobody used for long are removed.
 """
 
-from __future__ import annotations
-
 import hashlib
 import os
 import platform

@@ -13,14 +13,7 @@ from symhbm.balance import HarmonicBalance
 from symhbm.continuation import Status
 from symhbm.design.flutter.limits import ModeSurface
 from symhbm.design.flutter.optimum import OptimumKind, best_on_path
-from symhbm.design.flutter.report import (
-    certificate,
-    finished,
-    is_surpassed,
-    report,
-    scan,
-    scanned_values,
-)
+from symhbm.design.flutter.report import Answer
 from symhbm.model import Place
 from symhbm.numerics import unknowns_of
 from symhbm.response import nonlinear_modes
@@ -101,28 +94,20 @@ def maximise_damping(
             found = back if _complete(back) else found
     request = recall(found)[1]
     surface, optimum = ModeSurface(problem, request), best_on_path(found, request.name)
-    complete = _complete(found)
-    level, values, point = float(found["amplitude"]), np.zeros(0), None
-    if optimum is not None:
-        values = scanned_values(request.band, optimum.best.value)
+    level, point = float(found["amplitude"]), None
+    if optimum is not None and optimum.best.kind != OptimumKind.RANGE:
         place = int(np.argmax(found["damping_ratio"].values))
-        if optimum.best.kind != OptimumKind.RANGE:
-            with suppress(ArithmeticError):
-                point = surface.at(optimum.best.value, level, _unknowns(surface, found, place))
-    scanned = values, scan(surface, values, np.array([level]))
-    status = Status.DAMPING_NOT_FOLLOWED
-    if optimum is not None and complete:
-        status = optimum.status(request.band)
-        if is_surpassed(optimum, scanned[1]):
-            status = Status.DAMPING_SURPASSED
-    said = (
+        with suppress(ArithmeticError):
+            point = surface.at(optimum.best.value, level, _unknowns(surface, found, place))
+    answer = Answer(problem, surface, optimum, point, np.array([level]), _complete(found))
+    return answer.added_to(
+        found,
         f"the damping ratio at an amplitude of {level:g} m",
         f"the mode was followed over {request.name} from {request.band[0]:g} to "
-        f"{request.band[1]:g}" + ("" if complete else ", but not to the end"),
+        f"{request.band[1]:g}" + ("" if answer.complete else ", but not to the end"),
+        Status.DAMPING_SURPASSED,
+        running.throw,
     )
-    text = certificate(*said, optimum, point, scanned, complete)
-    result = found.merge(report(problem, request, optimum, point, scanned))
-    return finished(result, status, text, running.throw)
 
 
 def _complete(found: xr.Dataset) -> bool:

@@ -14,14 +14,7 @@ from symhbm.balance import HarmonicBalance
 from symhbm.continuation import Status
 from symhbm.design.flutter.limits import FlutterLimits, ModeSurface, Row
 from symhbm.design.flutter.optimum import OptimumKind, best_limit
-from symhbm.design.flutter.report import (
-    certificate,
-    finished,
-    is_surpassed,
-    report,
-    scan,
-    scanned_values,
-)
+from symhbm.design.flutter.report import Answer
 from symhbm.model import Place
 from symhbm.numerics import Table, check
 from symhbm.response import reported
@@ -191,28 +184,21 @@ def maximise_flutter_limit(
     rows = sorted(limits.rows.values(), key=lambda row: row.value)
     result = _dataset(problem, request, limits, rows)
     missing = [row for row in rows if not row.limits]
-    point, scanned = None, (np.zeros(0), np.zeros(0))
-    if optimum is not None:
-        if optimum.best.kind != OptimumKind.RANGE:
-            best = limits.row(optimum.best.value).limits[0]
-            point = best.point._replace(by_value=best.slope)
-        values = scanned_values(request.band, optimum.best.value)
-        scanned = values, scan(limits.surface, values, np.geomspace(*limits.amplitudes, _SCANNED))
-    status = Status.DAMPING_NOT_FOLLOWED
-    if optimum is not None and not missing:
-        status = optimum.status(request.band)
-        if is_surpassed(optimum, scanned[1]):
-            status = Status.DAMPING_NOT_FOLLOWED
+    point = None
+    if optimum is not None and optimum.best.kind != OptimumKind.RANGE:
+        best = limits.row(optimum.best.value).limits[0]
+        point = best.point._replace(by_value=best.slope)
     low, high = limits.amplitudes
-    said = (
+    scanned = np.geomspace(low, high, _SCANNED)
+    return Answer(problem, limits.surface, optimum, point, scanned, not missing).added_to(
+        result,
         f"the largest negative damping ratio under which a disturbance of {low:g} m stays below "
         f"{high:g} m",
         f"the mode was followed over these amplitudes at {len(rows) - len(missing)} values of "
         f"{request.name} from {rows[0].value:g} to {rows[-1].value:g}",
+        Status.DAMPING_NOT_FOLLOWED,
+        running.throw,
     )
-    text = certificate(*said, optimum, point, scanned, not missing)
-    result = result.merge(report(problem, request, optimum, point, scanned))
-    return finished(result, status, text, running.throw)
 
 
 def _limits(

@@ -1,7 +1,5 @@
 """How sure estimates are: errors, correlations, profiles, and what measurements do not see."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass
 from functools import cached_property

@@ -1,7 +1,5 @@
 """The best values: least squares with exact Jacobians from several starts, then Newton steps."""
 
-from __future__ import annotations
-
 from collections.abc import Callable
 from dataclasses import dataclass, replace
 from functools import partial

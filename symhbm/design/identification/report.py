@@ -1,7 +1,5 @@
 """A fit as a labelled dataset: estimates, errors, residuals, and sentences on all of it."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

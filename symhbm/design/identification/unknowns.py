@@ -1,7 +1,5 @@
 """What a fit looks for: parameters of a problem and of sensors, as functions of few variables."""
 
-from __future__ import annotations
-
 from collections.abc import Callable, Mapping, Sequence
 from dataclasses import dataclass
 from functools import cached_property

@@ -5,8 +5,6 @@ the condensed stiffness is ``Z(s) = D_mm - D_mi D_ii^-1 D_im`` and, for forces o
 condensed force ``-D_mi D_ii^-1 B``. Displacements of contacts may be among the coordinates.
 """
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 from typing import Any
 

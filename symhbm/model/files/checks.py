@@ -1,7 +1,5 @@
 """What files tell of a structure, beside each other: an account in lines, and doubts among them."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from dataclasses import replace
 from typing import Any

@@ -1,7 +1,5 @@
 """The sector that a mesh is: its axis, its angle and its two sides, by where nodes are."""
 
-from __future__ import annotations
-
 from typing import NamedTuple
 
 import numpy as np

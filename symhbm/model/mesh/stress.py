@@ -1,7 +1,5 @@
 """Stresses of an isotropic material at nodes of a mesh, as rows over degrees of freedom."""
 
-from __future__ import annotations
-
 from typing import Any
 
 import numpy as np

@@ -1,7 +1,5 @@
 """Degrees of freedom of a structure by the numbers and names that calls give."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from typing import Any
 

@@ -1,7 +1,5 @@
 """All kinds of data, and the curves that measurements of a test are on."""
 
-from __future__ import annotations
-
 from collections.abc import Sequence
 
 import numpy as np

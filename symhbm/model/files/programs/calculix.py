@@ -6,8 +6,6 @@ in ``sector.frd`` and ``sector.dat``. Degrees of freedom that are held, or depen
 rows. Modes may be those of another job, of the same sector with cyclic symmetry.
 """
 
-from __future__ import annotations
-
 from collections.abc import Mapping
 from pathlib import Path
 from typing import Any

@@ -1,7 +1,5 @@
 """Cards of the decks of CalculiX and Abaqus: keywords with options, and the rows below them."""
 
-from __future__ import annotations
-
 import re
 from collections.abc import Iterator
 from dataclasses import dataclass

@@ -1,7 +1,5 @@
 """Input decks of CalculiX and Abaqus: the mesh, the materials and the supports that cards tell."""
 
-from __future__ import annotations
-
 from collections.abc import Iterable
 from functools import cached_property
 from pathlib import Path
