@@ -17,11 +17,11 @@ from symhbm.continuation.newton import (
     slope_of,
     step_of,
 )
-from symhbm.continuation.other_branches import FoundBranch, Origin, other_branches
+from symhbm.continuation.other_branches import FoundBranch, other_branches
 from symhbm.continuation.point import Event, EventKind, PathPoint
 from symhbm.continuation.problem import ContinuationProblem, FrequencyProblem, ParameterProblem
 from symhbm.continuation.segment import PathState, Segment
-from symhbm.continuation.start import AtRest, linear_response, solve_point
+from symhbm.continuation.start import AtRest, solve_point
 from symhbm.continuation.status import SolveError, Status
 
 __all__ = [
@@ -36,7 +36,6 @@ __all__ = [
     "FoundBranch",
     "FrequencyProblem",
     "NewtonResult",
-    "Origin",
     "ParameterProblem",
     "PathPoint",
     "PathState",
@@ -48,7 +47,6 @@ __all__ = [
     "corrector_of",
     "filled",
     "follow_branch",
-    "linear_response",
     "newton",
     "other_branches",
     "other_solution",

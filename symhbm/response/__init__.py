@@ -1,16 +1,14 @@
 """The public functions on problems: frf, follow, solve, periodic_motion, recover, verify."""
 
 from symhbm.response import datasets
-from symhbm.response.disks import campbell, natural_modes, sector_response
+from symhbm.response.disks import campbell, natural_modes
 from symhbm.response.frf import follow, frf
 from symhbm.response.modes_and_cycles import limit_cycles, nonlinear_modes
 from symhbm.response.other_branches import other_branches
 from symhbm.response.periodic_motion import periodic_motion
-from symhbm.response.recover import recover
 from symhbm.response.run import reported, resume
 from symhbm.response.solve import solve
 from symhbm.response.static_states import static_states
-from symhbm.response.unforced import synthesised_response
 from symhbm.response.verification import FIGURES, summary, verify
 
 __all__ = [
@@ -24,13 +22,10 @@ __all__ = [
     "nonlinear_modes",
     "other_branches",
     "periodic_motion",
-    "recover",
     "reported",
     "resume",
-    "sector_response",
     "solve",
     "static_states",
     "summary",
-    "synthesised_response",
     "verify",
 ]

@@ -5,7 +5,6 @@ from symhbm.results.description import Description, records_of_problem, values_o
 from symhbm.results.problem import NUMBERS, law_of
 from symhbm.results.provenance import (
     DRAWN,
-    LARGEST_OF,
     SCHEMA_VERSION,
     DatasetParts,
     of_places,
@@ -29,7 +28,6 @@ from symhbm.results.variables import OF_LAWS, OWN_DIMENSIONS, SLOPES, VARIABLES,
 
 __all__ = [
     "DRAWN",
-    "LARGEST_OF",
     "NUMBERS",
     "OF_LAWS",
     "OF_PEAKS",

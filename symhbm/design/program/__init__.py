@@ -2,6 +2,6 @@
 
 from symhbm.design.program.aim import Aim, CaseStatistic, Limits, Statistic
 from symhbm.design.program.optimum import ActiveSet
-from symhbm.design.program.program import Program, Step
+from symhbm.design.program.program import Program
 
-__all__ = ["ActiveSet", "Aim", "CaseStatistic", "Limits", "Program", "Statistic", "Step"]
+__all__ = ["ActiveSet", "Aim", "CaseStatistic", "Limits", "Program", "Statistic"]

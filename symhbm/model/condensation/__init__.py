@@ -2,7 +2,6 @@
 
 from symhbm.model.condensation.condense import condense
 from symhbm.model.condensation.condensed_model import CondensedModel
-from symhbm.model.condensation.condensed_sector import CondensedSector
 from symhbm.model.condensation.partition import LONG, dynamic_stiffness, refined
 from symhbm.model.condensation.pole_residue import LARGEST_MODAL, OUTSIDE, PoleResidueFunction
 from symhbm.model.linear import factorised
@@ -12,7 +11,6 @@ __all__ = [
     "LONG",
     "OUTSIDE",
     "CondensedModel",
-    "CondensedSector",
     "PoleResidueFunction",
     "condense",
     "dynamic_stiffness",

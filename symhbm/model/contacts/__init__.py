@@ -4,7 +4,6 @@ from symhbm.model.contacts import laws
 from symhbm.model.contacts.coulomb import (
     Coulomb,
     Loop,
-    PressedCoulomb,
     loops_near_limit,
     on_loop,
     stick_intervals,
@@ -25,7 +24,6 @@ from symhbm.model.contacts.marched import marched
 from symhbm.model.contacts.memoryless import CubicSpring, MemorylessLaw, PolynomialLaw
 from symhbm.model.contacts.motions import (
     Behaviour,
-    Events,
     History,
     Located,
     Motions,
@@ -47,7 +45,6 @@ __all__ = [
     "Coulomb",
     "CubicSpring",
     "Ends",
-    "Events",
     "Friction",
     "Gap",
     "Group",
@@ -60,7 +57,6 @@ __all__ = [
     "Parameter",
     "PlanarFriction",
     "PolynomialLaw",
-    "PressedCoulomb",
     "SliderContacts",
     "SmoothForce",
     "SmoothLaw",

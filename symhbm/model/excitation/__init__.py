@@ -17,7 +17,7 @@ from symhbm.model.excitation.forces import (
     check_whole,
     sector_order,
 )
-from symhbm.model.excitation.frequency_force import FrequencyForce, leaves
+from symhbm.model.excitation.frequency_force import FrequencyForce
 from symhbm.model.excitation.values import nodal_field
 
 __all__ = [
@@ -34,7 +34,6 @@ __all__ = [
     "check_excitation",
     "check_whole",
     "force_coefficients",
-    "leaves",
     "motions_of_base",
     "nodal_field",
     "sector_order",

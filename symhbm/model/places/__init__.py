@@ -3,7 +3,6 @@
 from symhbm.model.places.kept import check_whole, number_of, own_numbers
 from symhbm.model.places.names import (
     DIRECTIONS,
-    RELATIVE,
     NextSector,
     Place,
     check_place,
@@ -14,7 +13,6 @@ from symhbm.model.places.table import Places, check_places
 
 __all__ = [
     "DIRECTIONS",
-    "RELATIVE",
     "NextSector",
     "Place",
     "Places",

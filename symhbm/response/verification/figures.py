@@ -5,7 +5,8 @@ reversal instead of the closed forms. Contacts whose load moves or that slide in
 over samples: their results count as wrong by what exceeds the error of that march.
 """
 
-from dataclasses import replace
+from dataclasses import dataclass, replace
+from functools import cached_property
 from typing import Any, NamedTuple
 
 import numpy as np
@@ -105,34 +106,18 @@ def point_figures(
     those who know of what.
     """
     coefficient, basis = stored["coefficient"], problem.basis
-    unknowns = unknowns_of(basis, basis.harmonics, coefficient)
-    evaluation, ratio = problem.evaluate(unknowns, omega), float(stored.get("damping_ratio", 0.0))
-    sustains, size = sustaining_force(problem, unknowns, omega, ratio)
-    evaluation = _with_force(evaluation, sustains, size)
-    force = problem.force(omega) + sustains
-    point = unknowns[None], np.array([omega]), evaluation.states
-    results = {name: of[0] for name, of in results_of_contacts([problem], *point).items()}
-    of_law, scale = _marched(problem, unknowns, omega, results)
-    sampled = _sampled(problem, unknowns, omega)
-    dissipation = stored.get("dissipation", of_law)
+    ratio = float(stored.get("damping_ratio", 0.0))
+    point = _Point(problem, unknowns_of(basis, basis.harmonics, coefficient), omega, ratio)
     figures = {
-        "residual_stored": evaluation.norm,
-        "energy_error": _energy_error(
-            problem, unknowns, omega, force, dissipation, evaluation.magnitude
-        ),
+        "residual_stored": point.evaluation.norm,
+        "energy_error": point.energy_error(stored.get("dissipation", point.dissipation)),
     }
     if larger is not None:
         embedded = unknowns_of(larger.basis, basis.harmonics, coefficient)
-        sustains, size = sustaining_force(larger, embedded, omega, ratio)
-        figures["residual_larger"] = _with_force(
-            larger.evaluate(embedded, omega), sustains, size
-        ).norm
+        figures["residual_larger"] = _Point(larger, embedded, omega, ratio).evaluation.norm
     if stored.keys() >= {*CONTACT}:
-        sizes = _sizes_of_contacts(problem, unknowns, omega)
-        mismatch = _contact_mismatch(problem, evaluation, results, stored, of_law, scale, sizes)
-        beyond, error = _beyond(sampled, stored, scale, sizes)
-        figures["contact_mismatch"] = max(mismatch, beyond)
-        figures["march_error"] = error
+        beyond, figures["march_error"] = point.beyond(stored)
+        figures["contact_mismatch"] = max(point.contact_mismatch(stored), beyond)
     return figures
 
 
@@ -163,184 +148,181 @@ def modal_amplitude(problem: HarmonicBalance, unknowns: FloatArray) -> float:
     return float(np.sqrt(max(square, 0.0)))
 
 
-def _with_force(evaluation: Evaluation, force: FloatArray, size: float) -> Evaluation:
-    """An evaluation with one more force whose largest terms have a ``size`` [N]."""
-    residual = evaluation.residual - force.ravel()
-    return replace(evaluation, residual=residual, magnitude=evaluation.magnitude + size)
-
-
 def amplitude_difference(stored: dict[str, Any], amplitude: FloatArray) -> float:
     """Relative difference of the stored amplitudes, or that of one ``dof``, from computed ones."""
     return relative_difference(stored["amplitude"], amplitude[stored.get("dof", slice(None))])
 
 
-def _energy_error(
-    problem: HarmonicBalance,
-    unknowns: FloatArray,
-    omega: float,
-    force: FloatArray,
-    dissipation: FloatArray,
-    magnitude: float,
-) -> float:
-    """Work of the force minus the energy dissipated, over the sum of absolute work terms.
+@dataclass(frozen=True)
+class _Point:
+    """A solution of a problem, its ``unknowns`` at the angular frequency ``omega``, and its ratio.
 
-    ``force`` (n_dof, n_components) [N]. Of a condensed structure, work on what is kept, and what
-    goes from there into the inside.
+    That of the damping of a nonlinear mode, which `sustaining_force` balances.
     """
-    model, basis = problem.model, problem.basis
-    x = problem.layout.coefficients(unknowns)
-    # Divided by the norm, products of coefficients are integrals over a period.
-    rate = x @ basis.derivative_matrix.T / basis.norm
-    viscous = losses(model, basis, x, omega)
-    dissipated = float(np.sum(viscous * rate)) + dissipation.sum()
-    largest = np.abs(force * rate).sum() + np.abs(viscous * rate).sum() + np.abs(dissipation).sum()
-    largest += _FORCE_SHARE * magnitude * np.abs(rate).sum()
-    return float(abs(np.sum(force * rate) - dissipated) / (largest or 1.0))
 
+    problem: HarmonicBalance
+    unknowns: FloatArray
+    omega: float
+    ratio: float
 
-def _marched(
-    problem: HarmonicBalance, unknowns: FloatArray, frequency: float, results: Table
-) -> tuple[FloatArray, FloatArray]:
-    """Dissipation of each contact by a slider marched over its reversals, and its scale [J]."""
-    dissipation, scale = np.zeros((2, problem.n_contacts))
-    contact, rows, stiffness, limit = problem.contacts.sliders(frequency)
-    others = np.setdiff1d(np.arange(problem.n_contacts), contact)
-    dissipation[others] = results["dissipation"][others]
-    scale[others] = _work_of_contacts(problem, unknowns, frequency)[others]
-    if not len(contact):
+    @cached_property
+    def _relative(self) -> FloatArray:
+        return self.problem.layout.relative(self.unknowns)
+
+    @cached_property
+    def _sustained(self) -> tuple[FloatArray, float]:
+        return sustaining_force(self.problem, self.unknowns, self.omega, self.ratio)
+
+    @cached_property
+    def evaluation(self) -> Evaluation:
+        """The equations with the sustaining force."""
+        evaluation = self.problem.evaluate(self.unknowns, self.omega)
+        force, size = self._sustained
+        residual = evaluation.residual - force.ravel()
+        return replace(evaluation, residual=residual, magnitude=evaluation.magnitude + size)
+
+    def energy_error(self, dissipation: FloatArray) -> float:
+        """Work of the force minus the energy dissipated, over the sum of absolute work terms.
+
+        Of a condensed structure, work on what is kept, and what goes from there into the inside.
+        """
+        problem, basis = self.problem, self.problem.basis
+        force = problem.force(self.omega) + self._sustained[0]
+        x = problem.layout.coefficients(self.unknowns)
+        # Divided by the norm, products of coefficients are integrals over a period.
+        rate = x @ basis.derivative_matrix.T / basis.norm
+        viscous = losses(problem.model, basis, x, self.omega)
+        dissipated = float(np.sum(viscous * rate)) + dissipation.sum()
+        largest = sum(np.abs(term).sum() for term in (force * rate, viscous * rate, dissipation))
+        largest += _FORCE_SHARE * self.evaluation.magnitude * np.abs(rate).sum()
+        return float(abs(np.sum(force * rate) - dissipated) / (largest or 1.0))
+
+    @cached_property
+    def _results(self) -> Table:
+        """Results of the contacts."""
+        point = self.unknowns[None], np.array([self.omega]), self.evaluation.states
+        return {n: of[0] for n, of in results_of_contacts([self.problem], *point).items()}
+
+    @property
+    def dissipation(self) -> FloatArray:
+        """Dissipation of each contact [J], of sliders by a march over their reversals."""
+        return self._marched[0]
+
+    @cached_property
+    def _marched(self) -> tuple[FloatArray, FloatArray]:
+        """That dissipation, and its scale [J]."""
+        problem = self.problem
+        dissipation, scale = np.zeros((2, problem.n_contacts))
+        contact, rows, stiffness, limit = problem.contacts.sliders(self.omega)
+        others = np.setdiff1d(np.arange(problem.n_contacts), contact)
+        dissipation[others] = self._results["dissipation"][others]
+        scale[others] = self._work[others]
+        if not len(contact):
+            return dissipation, scale
+        points = turning_points(problem.basis, self._relative[rows])
+        # The force starts at its limit at the global maximum; Coulomb's law clips each step.
+        value = np.column_stack([points.value, points.value[:, 0]])
+        force, slipped = limit.copy(), np.zeros(len(limit))
+        for step in np.diff(value, axis=1).T:
+            trial = force + stiffness * step
+            force = np.clip(trial, -limit, limit)
+            slipped += np.abs(trial - force)
+        spread = value.max(axis=1) - value.min(axis=1)
+        rubs = stiffness > 0
+        lost = np.where(rubs, limit * slipped / np.where(rubs, stiffness, 1.0), 0.0)
+        if problem.samples is not None:
+            lost = self._results["dissipation"][contact]
+        dissipation[contact] = lost
+        scale[contact] = spread * (2 * limit + _SPRING_SHARE * stiffness * spread)
         return dissipation, scale
-    points = turning_points(problem.basis, problem.layout.relative(unknowns)[rows])
-    # The force starts at its limit at the global maximum; each step is clipped by Coulomb's law.
-    value = np.column_stack([points.value, points.value[:, 0]])
-    force, slipped = limit.copy(), np.zeros(len(limit))
-    for step in np.diff(value, axis=1).T:
-        trial = force + stiffness * step
-        force = np.clip(trial, -limit, limit)
-        slipped += np.abs(trial - force)
-    spread = value.max(axis=1) - value.min(axis=1)
-    rubs = stiffness > 0
-    lost = np.where(rubs, limit * slipped / np.where(rubs, stiffness, 1.0), 0.0)
-    if problem.samples is not None:
-        lost = results["dissipation"][contact]
-    dissipation[contact] = lost
-    scale[contact] = spread * (2 * limit + _SPRING_SHARE * stiffness * spread)
-    return dissipation, scale
 
+    @property
+    def _work(self) -> FloatArray:
+        """Sum of the absolute work terms of each contact (n_contacts,) [J]."""
+        problem, result = self.problem, np.zeros(self.problem.n_contacts)
+        states = problem.locate(self.unknowns, self.omega)
+        for group in problem.contacts.groups:
+            at = problem.contacts.at(group, self._relative, self.omega)
+            force = group.law.forces(at, states.groups[group.name])
+            turned = problem.basis.derivative_matrix.T / problem.basis.norm
+            shape = group.n, len(group.law.directions), problem.basis.n_components
+            rate = at.motion.reshape(shape) @ turned
+            result[group.contacts] += np.abs(force.reshape(rate.shape) * rate).sum(axis=(1, 2))
+        return result
 
-def _sampled(
-    problem: HarmonicBalance, unknowns: FloatArray, frequency: float
-) -> list[tuple[np.ndarray, Any, Any]]:
-    """Contacts whose load moves or that slide in a plane: numbers, a march, and its errors."""
-    result, relative = [], problem.layout.relative(unknowns)
-    for group in problem.contacts.groups:
-        values = problem.contacts.values_of(group)
-        if group.law.sliders(frequency, values) is None:
-            found = marched(group.law, problem.contacts.at(group, relative, frequency))
-            if found is not None:
-                result.append((group.contacts, *found))
-    return result
+    @cached_property
+    def _sizes(self) -> dict[str, FloatArray]:
+        """What round-off of results scales with by units, 1 of shares.
 
+        Of contacts under loads that vary, which may hardly touch; 0 of others.
+        """
+        contacts, (force, length) = self.problem.contacts, np.zeros((2, self.problem.n_contacts))
+        for group in contacts.groups:
+            if isinstance(group.law, NormalLaw):
+                values = contacts.values_of(group)
+                motion = np.abs(contacts.motions(group, self._relative)).sum(axis=1)
+                names = ("normal_stiffness", "contact_stiffness")
+                springs = [values[name] for name in names if name in values]
+                load = np.abs(group.law.load(self.omega, values))
+                force[group.contacts] = load + np.max(springs, axis=0) * motion
+                length[group.contacts] = motion
+        return {"N": force, "m": length, "J": force * length, "1": np.ones(len(force))}
 
-class _Sizes(NamedTuple):
-    """What round-off of contacts scales with: forces [N], motions [m] and works [J], (n,) each."""
+    def beyond(self, stored: dict[str, Any]) -> tuple[float, float]:
+        """How far stored results are beyond the errors of marches, and the largest of these errors.
 
-    force: FloatArray
-    motion: FloatArray
-    work: FloatArray
+        Of contacts whose load moves or that slide in a plane.
+        """
+        contacts, beyond, largest = self.problem.contacts, [0.0], [0.0]
+        for group in contacts.groups:
+            if group.law.sliders(self.omega, contacts.values_of(group)) is not None:
+                continue
+            march = marched(group.law, contacts.at(group, self._relative, self.omega))
+            if march is None:
+                continue
+            own, (found, errors) = group.contacts, march
+            force = np.maximum(found.largest_normal_force, _GRAZING * self._sizes["N"][own])
+            force = np.where(force > 0, force, 1.0)
+            work = np.maximum(self._marched[1][own], _GRAZING * self._sizes["J"][own])
+            work = np.where(work > 0, work, 1.0)
+            sizes = dict(dissipation=work, open_fraction=np.ones(len(own)))
+            largest.append(np.max(errors.dissipation / work, initial=0.0))
+            for name, value in found._asdict().items():
+                if name in stored:
+                    distance = np.abs(stored[name][own] - value) - getattr(errors, name)
+                    beyond.append(np.max(distance / sizes.get(name, force), initial=0.0))
+        return float(np.max(beyond)), float(np.max(largest))
 
-    def of(self, units: str) -> FloatArray:
-        """That of results in some units; 1 of shares."""
-        return {"N": self.force, "m": self.motion, "J": self.work}.get(
-            units, np.ones(len(self.force))
-        )
+    def contact_mismatch(self, stored: dict[str, Any]) -> float:
+        """Largest difference of state (1), reversals, stick fraction, dissipation over its scale.
 
-
-def _sizes_of_contacts(problem: HarmonicBalance, unknowns: FloatArray, frequency: float) -> _Sizes:
-    """Sizes of contacts under loads that vary, which may hardly touch; 0 of others."""
-    force, length = np.zeros((2, problem.n_contacts))
-    relative = problem.layout.relative(unknowns)
-    for group in problem.contacts.groups:
-        if isinstance(group.law, NormalLaw):
-            values = problem.contacts.values_of(group)
-            motion = np.abs(problem.contacts.motions(group, relative)).sum(axis=1)
-            springs = [values[n] for n in ("normal_stiffness", "contact_stiffness") if n in values]
-            load = np.abs(group.law.load(frequency, values))
-            force[group.contacts] = load + np.max(springs, axis=0) * motion
-            length[group.contacts] = motion
-    return _Sizes(force, length, force * length)
-
-
-def _beyond(
-    sampled: list[tuple[np.ndarray, Any, Any]], stored: dict, scale: FloatArray, sizes_of: _Sizes
-) -> tuple[float, float]:
-    """How far stored results are beyond the errors of marches, and the largest of these errors."""
-    beyond, largest = [0.0], [0.0]
-    for contacts, found, errors in sampled:
-        least, least_work = _GRAZING * sizes_of.force[contacts], _GRAZING * sizes_of.work[contacts]
-        force = np.maximum(found.largest_normal_force, least)
-        force = np.where(force > 0, force, 1.0)
-        work = np.maximum(scale[contacts], least_work)
-        work = np.where(work > 0, work, 1.0)
-        sizes = dict(dissipation=work, open_fraction=np.ones(len(contacts)))
-        largest.append(np.max(errors.dissipation / work, initial=0.0))
-        for name, value in found._asdict().items():
-            if name in stored:
-                distance = np.abs(stored[name][contacts] - value) - getattr(errors, name)
-                beyond.append(np.max(distance / sizes.get(name, force), initial=0.0))
-    return float(np.max(beyond)), float(np.max(largest))
-
-
-def _work_of_contacts(
-    problem: HarmonicBalance, unknowns: FloatArray, frequency: float
-) -> FloatArray:
-    """Sum of the absolute work terms of each contact (n_contacts,) [J]."""
-    result, relative = np.zeros(problem.n_contacts), problem.layout.relative(unknowns)
-    states = problem.locate(unknowns, frequency)
-    for group in problem.contacts.groups:
-        at = problem.contacts.at(group, relative, frequency)
-        force = group.law.forces(at, states.groups[group.name])
-        turned = problem.basis.derivative_matrix.T / problem.basis.norm
-        shape = group.n, len(group.law.directions), problem.basis.n_components
-        rate = at.motion.reshape(shape) @ turned
-        result[group.contacts] += np.abs(force.reshape(rate.shape) * rate).sum(axis=(1, 2))
-    return result
-
-
-def _contact_mismatch(
-    problem: HarmonicBalance,
-    evaluation: Evaluation,
-    results: Table,
-    stored: dict,
-    dissipation: FloatArray,
-    scale: FloatArray,
-    sizes: _Sizes,
-) -> float:
-    """Largest difference of state (1), reversals, stick fraction, and dissipation over a scale.
-
-    Of what laws tell beside these, relative to the largest of all contacts. Where contacts hardly
-    touch nothing is relative to less than a share of their loads and springs.
-    """
-    if not problem.n_contacts:
-        return 0.0
-    near = np.zeros(problem.n_contacts, dtype=bool)
-    near[problem.contacts.of_switches[np.abs(evaluation.states.margins) < _EDGE]] = True
-    # What slips or touches for a moment does so for the root of round-off.
-    share = np.where(near, 1.0, _GRAZING)
-    work = np.maximum(scale, share * sizes.work)
-    stick, stored_stick = np.nan_to_num([results["stick_fraction"], stored["stick_fraction"]])
-    mismatch = [
-        (results["contact_state"] != stored["contact_state"]) & ~near,
-        results["reversals"] != stored["reversals"],
-        np.abs(stick - stored_stick),
-        np.abs(dissipation - stored["dissipation"]) / np.where(work > 0, work, 1.0),
-        *(
-            _difference(stored[name], results[name], share * sizes.of(units))
-            for group in problem.groups
-            for name, (units, _) in group.law.variables.items()
-            if name in stored
-        ),
-    ]
-    return float(np.max(np.array(mismatch, dtype=float)))
+        Of what laws tell beside these, relative to the largest of all contacts. Where contacts
+        hardly touch nothing is relative to less than a share of their loads and springs.
+        """
+        problem, results = self.problem, self._results
+        if not problem.n_contacts:
+            return 0.0
+        near = np.zeros(problem.n_contacts, dtype=bool)
+        near[problem.contacts.of_switches[np.abs(self.evaluation.states.margins) < _EDGE]] = True
+        # What slips or touches for a moment does so for the root of round-off.
+        share = np.where(near, 1.0, _GRAZING)
+        work = np.maximum(self._marched[1], share * self._sizes["J"])
+        stick, stored_stick = np.nan_to_num([results["stick_fraction"], stored["stick_fraction"]])
+        mismatch = [
+            (results["contact_state"] != stored["contact_state"]) & ~near,
+            results["reversals"] != stored["reversals"],
+            np.abs(stick - stored_stick),
+            np.abs(self.dissipation - stored["dissipation"]) / np.where(work > 0, work, 1.0),
+            *(
+                _difference(
+                    stored[name], results[name], share * self._sizes.get(units, self._sizes["1"])
+                )
+                for group in problem.groups
+                for name, (units, _) in group.law.variables.items()
+                if name in stored
+            ),
+        ]
+        return float(np.max(np.array(mismatch, dtype=float)))
 
 
 def _difference(stored: FloatArray, results: FloatArray, sizes: FloatArray) -> FloatArray:

@@ -1,7 +1,7 @@
 """NetCDF archives, and the working files they are made from."""
 
 from symhbm.results.archive.from_working_file import assemble
-from symhbm.results.archive.merging import Merged, merge, merged
+from symhbm.results.archive.merging import merge, merged
 from symhbm.results.archive.netcdf import (
     ArchiveError,
     bytes_of,
@@ -21,7 +21,6 @@ from symhbm.results.tables import Spool
 __all__ = [
     "SUFFIX",
     "ArchiveError",
-    "Merged",
     "Spool",
     "Store",
     "assemble",
