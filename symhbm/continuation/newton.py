@@ -11,7 +11,6 @@ solutions of nonlinear partial differential equations, SIAM J. Sci. Comput. 37, 
 import contextlib
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
-from typing import Any
 
 import numpy as np
 
@@ -146,7 +145,7 @@ def other_solution(
 
 
 @Loop
-def _is_apart(unknowns: Any, known: Any, size: float) -> bool:
+def _is_apart(unknowns, known, size: float) -> bool:
     """Whether unknowns are none of those ``known`` (k, n), and not far from the first."""
     for k in range(len(known)):
         square = 0.0
@@ -159,7 +158,7 @@ def _is_apart(unknowns: Any, known: Any, size: float) -> bool:
 
 
 @Loop
-def _deflated(unknowns: Any, known: Any, size: float, step: Any) -> float:
+def _deflated(unknowns, known, size: float, step) -> float:
     """Length of a deflated step over that of the Newton ``step``."""
     rate = 0.0
     for k in range(len(known)):

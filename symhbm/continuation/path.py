@@ -10,7 +10,6 @@ mean the same in any units.
 """
 
 from collections.abc import Iterator
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -439,7 +438,7 @@ class Path:
 
 
 @Loop
-def _senses(start: Any, after: Any, point: Any, direction: Any, scale: Any) -> tuple[bool, bool]:
+def _senses(start, after, point, direction, scale) -> tuple[bool, bool]:
     """Whether a scaled direction goes on along the path, and away from the point before."""
     along = away = 0.0
     for i in range(len(scale)):

@@ -2,7 +2,7 @@
 
 import math
 from enum import StrEnum
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -137,7 +137,7 @@ class PathPoint(NamedTuple):
 
 
 @Loop
-def _by_arc_length(direction: Any, scale: Any, scale_there: Any, result: Any) -> float:
+def _by_arc_length(direction, scale, scale_there, result) -> float:
     """Write a derivative by the arc length at a point, from a direction in other units.
 
     Gives the length of that direction.
@@ -182,7 +182,7 @@ class Predictor(NamedTuple):
 
 
 @Loop
-def _at(state: Any, after: Any, second: Any, third: Any, length: float, result: Any) -> None:
+def _at(state, after, second, third, length: float, result) -> None:
     """Write the cubic at an arc length, from its value and derivatives."""
     for i in range(len(state)):
         curved = second[i] + length / 3 * third[i]
@@ -190,9 +190,7 @@ def _at(state: Any, after: Any, second: Any, third: Any, length: float, result: 
 
 
 @Loop
-def _through(
-    first: Any, leaving: Any, last: Any, arriving: Any, scale: Any, second: Any, third: Any
-) -> None:
+def _through(first, leaving, last, arriving, scale, second, third) -> None:
     """Write the ``second`` and ``third`` derivative at the ``last`` of two points.
 
     ``leaving`` and ``arriving`` are the tangents at the two points by their own arc lengths.

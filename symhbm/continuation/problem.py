@@ -4,7 +4,7 @@ import math
 from abc import ABC, abstractmethod
 from dataclasses import replace
 from functools import lru_cache
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 from numpy.typing import NDArray
@@ -100,7 +100,7 @@ class ContinuationProblem(ABC):
 
 
 @Loop
-def _write_scale(point: Any, smallest: float, scale: Any) -> None:
+def _write_scale(point, smallest: float, scale) -> None:
     """Write the norm of all but the last component for each of them, and the last one."""
     last = len(point) - 1
     square = 0.0
@@ -112,7 +112,7 @@ def _write_scale(point: Any, smallest: float, scale: Any) -> None:
 
 
 @Loop
-def _distance(point: Any, other: Any, scale: Any, same_harmonic: Any) -> float:
+def _distance(point, other, scale, same_harmonic) -> float:
     """Distance of two points, that of each harmonic relative to its share of the response."""
     size, last = len(same_harmonic), len(point) - 1
     apart, level = np.zeros(size), np.zeros(size)

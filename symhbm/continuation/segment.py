@@ -89,15 +89,15 @@ def measure(single_valued: bool, left: PathState, right: PathState, scale: Float
 @Loop
 def _measure(
     single_valued: bool,
-    left: Any,
-    left_direction: Any,
-    right: Any,
-    right_direction: Any,
-    scale: Any,
-    normal: Any,
-    length: Any,
-    first: Any,
-    last: Any,
+    left,
+    left_direction,
+    right,
+    right_direction,
+    scale,
+    normal,
+    length,
+    first,
+    last,
 ) -> None:
     """Write what `Measure` holds of segments (n, n_unknowns + 1)."""
     for i in range(len(normal)):
@@ -110,9 +110,7 @@ def _measure(
 
 
 @Loop
-def _normal(
-    single_valued: bool, left: Any, begin: Any, right: Any, end: Any, scale: Any, normal: Any
-) -> float:
+def _normal(single_valued: bool, left, begin, right, end, scale, normal) -> float:
     """Write the normal of one segment; gives its length."""
     size, first, last, both = len(scale), 0.0, 0.0, 0.0
     for k in range(size):
@@ -142,7 +140,7 @@ def _normal(
 
 
 @Loop
-def ahead(direction: Any, normal: Any, scale: Any) -> float:
+def ahead(direction, normal, scale) -> float:
     """Component of a tangent along a ``normal``, no less than a small positive number."""
     result = 0.0
     for k in range(len(normal)):
@@ -314,16 +312,14 @@ class Segment:
 
 
 @Loop
-def _at(left: Any, right: Any, first: Any, last: Any, share: float, result: Any) -> None:
+def _at(left, right, first, last, share: float, result) -> None:
     """Write the cubic at a share of a segment."""
     for k in range(len(left)):
         result[k] = interpolation.cubic_at(left[k], right[k], (first[k], last[k]), share)
 
 
 @Loop
-def _beside(
-    state: Any, direction: Any, normal: Any, scale: Any, distance: float, result: Any
-) -> None:
+def _beside(state, direction, normal, scale, distance: float, result) -> None:
     """Write what the tangent of a solution predicts at a distance along a normal."""
     step = distance / ahead(direction, normal, scale)
     for k in range(len(state)):
@@ -331,7 +327,7 @@ def _beside(
 
 
 @Loop
-def _along(start: Any, normal: Any, scale: Any, distance: float, result: Any) -> None:
+def _along(start, normal, scale, distance: float, result) -> None:
     """Write the point at a distance from a start along a scaled normal."""
     for k in range(len(start)):
         result[k] = start[k] + distance * normal[k] * scale[k]

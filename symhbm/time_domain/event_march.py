@@ -219,16 +219,7 @@ def _carry(
 
 
 @Loop
-def _write_margins(
-    force: Any,
-    wall: Any,
-    pressure: Any,
-    state: Any,
-    ended_slip: Any,
-    touching: Any,
-    rubs: Any,
-    margin: Any,
-) -> None:
+def _write_margins(force, wall, pressure, state, ended_slip, touching, rubs, margin) -> None:
     size = margin.shape[2]
     for j in range(len(state)):
         apart, slides = state[j] == APART, abs(state[j]) == 1
@@ -265,7 +256,7 @@ def _write_margins(
 
 
 @Loop
-def _divide(powers: Any) -> None:
+def _divide(powers) -> None:
     """Divide a polynomial that is 0 at 0 by its variable."""
     for k in range(len(powers) - 1):
         powers[k] = powers[k + 1]
@@ -273,7 +264,7 @@ def _divide(powers: Any) -> None:
 
 
 @Loop
-def _make_positive(powers: Any) -> None:
+def _make_positive(powers) -> None:
     """Write a polynomial that never changes its sign."""
     for k in range(len(powers)):
         powers[k] = 0.0
@@ -281,7 +272,7 @@ def _make_positive(powers: Any) -> None:
 
 
 @Loop
-def _largest(powers: Any) -> float:
+def _largest(powers) -> float:
     largest = 0.0
     for k in range(len(powers)):
         largest = max(largest, abs(powers[k]))
@@ -289,7 +280,7 @@ def _largest(powers: Any) -> float:
 
 
 @Loop
-def first_event(margin: Any, changes: Any) -> Any:
+def first_event(margin, changes) -> Any:
     """Share of the cell at the first event, 1 without one, and how many contacts have it.
 
     ``margin`` (n_active, 2, DEGREE + 1) are powers of what is positive until then; their contacts

@@ -11,7 +11,6 @@ exceptions.
 from copy import copy
 from dataclasses import dataclass
 from functools import cached_property
-from typing import Any
 
 import numpy as np
 import scipy.linalg
@@ -261,16 +260,7 @@ class LinearMotion(ActiveContacts):
 
 
 @Loop
-def _write_series(
-    elastic: Any,
-    at_start: Any,
-    viscous: Any,
-    wave: Any,
-    turned: Any,
-    slope: Any,
-    width: float,
-    series: Any,
-) -> None:
+def _write_series(elastic, at_start, viscous, wave, turned, slope, width: float, series) -> None:
     """Write the powers of `LinearFlow` from the first two on.
 
     ``elastic`` and ``viscous`` (n, n) are the accelerations by displacement and velocity,

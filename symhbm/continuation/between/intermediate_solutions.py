@@ -127,12 +127,12 @@ def _needed_shares(
 def _largest_error(
     left: tuple[Any, Any, Any, Any],
     right: tuple[Any, Any, Any, Any],
-    folds: Any,
-    states: Any,
-    expected: Any,
+    folds,
+    states,
+    expected,
     per_dof: bool,
-    largest: Any,
-    shares: Any,
+    largest,
+    shares,
 ) -> None:
     """Raise the ``largest`` errors of segments, and write the shares of those above 1.
 
@@ -178,7 +178,7 @@ def _amplitude(problem: HarmonicBalance, unknowns: FloatArray) -> FloatArray:
 
 
 @Loop
-def _relative_error(drawn: Any, expected: Any, per_dof: bool) -> float:
+def _relative_error(drawn, expected, per_dof: bool) -> float:
     """Largest difference of the amplitudes (n_dof,), relative to the tolerance."""
     largest = expected.max()
     scale = largest if largest > 0 else 1.0

@@ -6,7 +6,7 @@ solved for in between.
 """
 
 import math
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -110,9 +110,7 @@ def _doubtful_shares(
 
 
 @Loop
-def _most_beyond(
-    within: Any, first: Any, last: Any, begin: Any, width: Any, switches: Any, shares: Any
-) -> None:
+def _most_beyond(within, first, last, begin, width, switches, shares) -> None:
     """Write the share of each segment at which a margin is the farthest beyond its limit.
 
     Margins ``within`` (n, s, n_switches) are corrected by what they are off at the ends of a step,

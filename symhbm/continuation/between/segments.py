@@ -245,7 +245,7 @@ _MIN_ALIGNMENT = 0.3
 
 
 @Loop
-def _distance(first: Any, second: Any, direction: Any, normal: Any, scale: Any) -> float:
+def _distance(first, second, direction, normal, scale) -> float:
     """Distance of two solutions along a normal, NaN where a tangent leads elsewhere."""
     distance, along, size = 0.0, 0.0, 0.0
     for k in range(len(normal)):
@@ -295,9 +295,7 @@ def errors_within(
 
 
 @Loop
-def write_errors(
-    solutions: Any, quantities: Any, normal: Any, length: Any, scale: Any, error: Any
-) -> None:
+def write_errors(solutions, quantities, normal, length, scale, error) -> None:
     """Write the `errors_within` (n, m) of segments.
 
     ``solutions`` (8, n, n_unknowns + 1) are the one before a segment, those at its ends and the one

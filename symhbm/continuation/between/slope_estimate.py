@@ -119,12 +119,12 @@ def _write_slopes(
     amplitudes: tuple[Any, Any],
     end_slopes: tuple[Any, Any],
     tangents: tuple[Any, Any],
-    normal: Any,
-    length: Any,
-    scale: Any,
-    inside: Any,
-    switch_events: Any,
-    slopes: Any,
+    normal,
+    length,
+    scale,
+    inside,
+    switch_events,
+    slopes,
 ) -> None:
     """Write slopes per unit of length: at both ends, and ``inside`` from those by the share."""
     n, n_slopes, n_dof = slopes.shape
@@ -155,15 +155,15 @@ def _write_slopes(
 @Loop
 def _judge(
     ends: tuple[Any, Any],
-    amplitudes: Any,
-    slopes: Any,
-    inside: Any,
-    error: Any,
-    length: Any,
-    switch_events: Any,
+    amplitudes,
+    slopes,
+    inside,
+    error,
+    length,
+    switch_events,
     per_dof: bool,
-    turns: Any,
-    is_doubtful: Any,
+    turns,
+    is_doubtful,
 ) -> None:
     """Write which amplitudes of segments turn, and of which that is doubtful."""
     n_inside = amplitudes.shape[1]
@@ -197,9 +197,7 @@ def _judge(
 
 
 @Loop
-def _turn_of(
-    slopes: Any, inside: Any, error: float, constant: float, switch_events: Any
-) -> tuple[bool, bool]:
+def _turn_of(slopes, inside, error: float, constant: float, switch_events) -> tuple[bool, bool]:
     """Whether one amplitude turns, and whether further points are needed to tell."""
     last = len(slopes) - 1
     largest, sign_changes, of_states = 0.0, 0, 0

@@ -2,7 +2,6 @@
 
 from dataclasses import dataclass
 from enum import StrEnum
-from typing import Any
 
 import numpy as np
 
@@ -78,7 +77,7 @@ def largest_and_slope(
 
 
 @Loop
-def _of_one_harmonic(motions: Any, derivatives: Any, amplitude: Any, slope: Any) -> None:
+def _of_one_harmonic(motions, derivatives, amplitude, slope) -> None:
     """Write amplitudes (n,) of one harmonic each, and their slopes, from cosines and sines."""
     for i in range(len(motions)):
         cosine, sine = motions[i, 0], motions[i, 1]

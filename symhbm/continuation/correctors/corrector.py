@@ -67,7 +67,7 @@ Constraint = Hyperplane | AtLimit
 
 
 @Loop
-def crossed(margins: Any, switches: Any) -> Any:
+def crossed(margins, switches) -> Any:
     """Which switches are beyond the limit of their held state ``switches``, all (n_switches,)."""
     result = np.empty(len(margins), dtype=np.bool_)
     for i in range(len(margins)):

@@ -112,9 +112,7 @@ def beyond_limits(
 
 
 @Loop
-def _first_limit(
-    base: Any, ahead: Any, scale: Any, single_valued: bool, normal: Any, guess: Any
-) -> tuple[int, float]:
+def _first_limit(base, ahead, scale, single_valued: bool, normal, guess) -> tuple[int, float]:
     """Number of the switch that reaches its limit first, -1 if limits cannot be separated.
 
     State and margins are cubics over the step from ``base`` (state, derivative, states and margins
@@ -224,7 +222,7 @@ def _doubtful(shares: list[float], margins: FloatArray, length: float) -> float 
 
 
 @Loop
-def _turning(base: Any, ahead: Any, scale: Any, turning: Any) -> Any:
+def _turning(base, ahead, scale, turning) -> Any:
     """Contacts whose margins may pass their limits within a step between ends as of `_first_limit`.
 
     Their numbers are written into ``turning``. Returns how many they are, the length of the step

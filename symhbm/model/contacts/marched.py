@@ -4,7 +4,7 @@ A march is of first order: others with fewer samples tell how far it is off.
 """
 
 from itertools import pairwise
-from typing import Any, NamedTuple
+from typing import NamedTuple
 
 import numpy as np
 
@@ -36,7 +36,7 @@ class Marched(NamedTuple):
 
 
 @Loop
-def _slide(pull: Any, limit: Any, most: int, settled: float) -> tuple[float, float]:
+def _slide(pull, limit, most: int, settled: float) -> tuple[float, float]:
     """Work (over the stiffness of the spring) per period of a slider, and what may be left of it.
 
     ``pull`` (2, n) and ``limit`` (n,) are the spring's force at rest and the limit [N], at samples;

@@ -292,7 +292,7 @@ def angles_from(first: float, events: FloatArray, n_angles: int) -> FloatArray:
 
 
 @Loop
-def _add(contact: Any, gradient: Any, jump: Any, share: Any, weights: Any, result: Any) -> None:
+def _add(contact, gradient, jump, share, weights, result) -> None:
     """Add products of gradients and weighted jumps: their sum is symmetric, each need not be."""
     (n, m, v), size = jump.shape, share.shape[1]
     for e in range(n):

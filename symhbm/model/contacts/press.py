@@ -22,7 +22,7 @@ _DOUBLE = 1e-14
 
 
 @Loop
-def extremes(waves: Any, derivative_zeros: Any, count: int) -> Any:
+def extremes(waves, derivative_zeros, count: int) -> Any:
     """Largest and smallest value of a series, and where [rad], from the zeros of its derivative."""
     high, low = -np.inf, np.inf
     at_high, at_low = 0.0, 0.0
@@ -38,7 +38,7 @@ def extremes(waves: Any, derivative_zeros: Any, count: int) -> Any:
 
 
 @Loop
-def closed_intervals(press: Any, turning: Any, closed: Any) -> int:
+def closed_intervals(press, turning, closed) -> int:
     """Write where the load is above zero [rad]; their number, -1 where it always is.
 
     Intervals (2, n) ascend, the first begins in ``[0, 2 pi)``; an interval ends after its begin.
@@ -74,7 +74,7 @@ def closed_intervals(press: Any, turning: Any, closed: Any) -> int:
 
 
 @Loop
-def variables_of(motion: Any, values: Any, load: int, variables: Any) -> None:
+def variables_of(motion, values, load: int, variables) -> None:
     """Write the variables of a contact, of which ``load`` are coefficients of ``k_t u``.
 
     ``values`` (4) are ``k_t``, ``k_n``, ``mu`` and ``N0``.
@@ -91,7 +91,7 @@ def variables_of(motion: Any, values: Any, load: int, variables: Any) -> None:
 
 
 @Loop
-def over_size(order: Any, variables: Any, load: int, value: float, slope: Any) -> float:
+def over_size(order, variables, load: int, value: float, slope) -> float:
     """A value over the size of variables, without means of motions; minus infinity without any.
 
     Of as many as ``slope`` has, which is that of the value and then of the result.
@@ -114,9 +114,7 @@ def over_size(order: Any, variables: Any, load: int, value: float, slope: Any) -
 
 
 @Loop
-def press_margins(
-    order: Any, is_sine: Any, variables: Any, normal: float, turning: Any, margins: Any, slopes: Any
-) -> None:
+def press_margins(order, is_sine, variables, normal: float, turning, margins, slopes) -> None:
     """Write the margins of opening and touch, the extremes of the load over its size.
 
     Of ``N0`` and the coefficients of ``k_n v`` behind the other ``variables``, by which their
@@ -137,9 +135,7 @@ def press_margins(
 
 
 @Loop
-def chained(
-    motion: Any, values: Any, load: int, slopes: Any, by_motion: Any, by_values: Any
-) -> None:
+def chained(motion, values, load: int, slopes, by_motion, by_values) -> None:
     """Write derivatives by motion (q, m K) and by ``k_t, k_n, mu, N0`` (q, 4) from ``slopes``.
 
     Those are by the variables, of which ``load`` are coefficients of ``k_t u``.

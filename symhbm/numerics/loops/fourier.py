@@ -4,7 +4,6 @@ A basis is given by its orders, and by which of its components are sines.
 """
 
 import math
-from typing import Any
 
 import numpy as np
 
@@ -16,7 +15,7 @@ _ROUND_OFF = 4e-15
 
 
 @Loop
-def as_series(order: Any, is_sine: Any, coefficients: Any, cosine: Any, sine: Any) -> None:
+def as_series(order, is_sine, coefficients, cosine, sine) -> None:
     """Write coefficients (K) as a series, see `symhbm.numerics.loops.series`."""
     for h in range(len(cosine)):
         cosine[h] = sine[h] = 0.0
@@ -28,7 +27,7 @@ def as_series(order: Any, is_sine: Any, coefficients: Any, cosine: Any, sine: An
 
 
 @Loop
-def functions_at(order: Any, is_sine: Any, angle: float, derivative: int, row: Any) -> None:
+def functions_at(order, is_sine, angle: float, derivative: int, row) -> None:
     """Write the basis functions at an angle [rad], or a derivative of them, into a row (K)."""
     turn_cosine, turn_sine = math.cos(angle), math.sin(angle)
     c, s, h = 1.0, 0.0, 0
@@ -45,7 +44,7 @@ def functions_at(order: Any, is_sine: Any, angle: float, derivative: int, row: A
 
 
 @Loop
-def moments(begin: float, end: float, result: Any) -> None:
+def moments(begin: float, end: float, result) -> None:
     """Write integrals of ``cos(k tau)`` and ``sin(k tau)`` over an interval into (2, 2 H + 1)."""
     half, middle = 0.5 * (end - begin), 0.5 * (begin + end)
     turn, shift = (math.cos(middle), math.sin(middle)), (math.cos(half), math.sin(half))
@@ -67,7 +66,7 @@ def moments(begin: float, end: float, result: Any) -> None:
 
 
 @Loop
-def add_products(sums: Any, order: Any, is_sine: Any, norm: Any, out: Any) -> None:
+def add_products(sums, order, is_sine, norm, out) -> None:
     """Add the matrix that restricts a series to what the moments ``sums`` are of, transposed."""
     size = len(order)
     for i in range(size):
@@ -92,9 +91,7 @@ _SMALL, _LARGE = 1e-100, 1e100
 
 
 @Loop
-def turning_points(
-    cosine: Any, sine: Any, mirrors: bool, angle: Any, value: Any
-) -> tuple[int, int, int]:
+def turning_points(cosine, sine, mirrors: bool, angle, value) -> tuple[int, int, int]:
     """Write where a series turns over one period [rad], ascending from its maximum, and its values.
 
     ``angle`` and ``value`` take twice the highest harmonic. ``mirrors`` tells that its second half
@@ -142,16 +139,7 @@ def turning_points(
 
 
 @Loop
-def turning_points_of(
-    order: Any,
-    is_sine: Any,
-    mirrors: bool,
-    motions: Any,
-    angle: Any,
-    value: Any,
-    counts: Any,
-    lowest: Any,
-) -> int:
+def turning_points_of(order, is_sine, mirrors: bool, motions, angle, value, counts, lowest) -> int:
     """Write the `turning_points` of motions (n, K), the last one again behind them.
 
     ``angle`` and ``value`` are (n, 2 H), ``counts`` and ``lowest`` (n,).
@@ -169,7 +157,7 @@ def turning_points_of(
 
 
 @Loop
-def largest(cosine: Any, sine: Any, both: bool) -> tuple[float, float]:
+def largest(cosine, sine, both: bool) -> tuple[float, float]:
     """Largest value of a series, or magnitude of ``both`` signs, and its angle in [0, 2 pi].
 
     A cell of the period is left out where the cubic through values and slopes at its ends, with the
@@ -241,7 +229,7 @@ def largest(cosine: Any, sine: Any, both: bool) -> tuple[float, float]:
 
 
 @Loop
-def largest_of(order: Any, is_sine: Any, both: bool, motions: Any, size: Any, angle: Any) -> int:
+def largest_of(order, is_sine, both: bool, motions, size, angle) -> int:
     """Write the `largest` magnitudes (n,) of motions (n, K), and where they are [rad]."""
     waves = np.empty((2, order[len(order) - 1] + 1))
     for j in range(len(motions)):

@@ -98,7 +98,7 @@ def _turns(cube: float, square: float, slope: float) -> tuple[float, float]:
 
 
 @Loop
-def interpolate(left: Any, right: Any, first: Any, last: Any, shares: Any, values: Any) -> None:
+def interpolate(left, right, first, last, shares, values) -> None:
     """Write `cubic` of several pairs of points at the same ``shares`` (s,).
 
     Points ``left`` and ``right`` and slopes ``first`` and ``last`` are (n, m), ``values``
@@ -112,7 +112,7 @@ def interpolate(left: Any, right: Any, first: Any, last: Any, shares: Any, value
 
 
 @Loop
-def differentiate(left: Any, right: Any, first: Any, last: Any, shares: Any, rates: Any) -> None:
+def differentiate(left, right, first, last, shares, rates) -> None:
     """Write `cubic_slope` of the same."""
     for i in range(len(rates)):
         for h in range(len(shares)):
@@ -138,7 +138,7 @@ def amplitude_between(
 
 
 @Loop
-def _amplitudes(left: Any, right: Any, first: Any, last: Any, share: Any, result: Any) -> None:
+def _amplitudes(left, right, first, last, share, result) -> None:
     for i in range(len(result)):
         result[i] = amplitude_at(left[i], right[i], first[i], last[i], share[i])
 

@@ -6,7 +6,6 @@ diminishing): none is missed, however close the next one is.
 
 import math
 from functools import cache
-from typing import Any
 
 import numpy as np
 
@@ -46,7 +45,7 @@ def crossings(powers: np.ndarray) -> list[tuple[float, bool]]:
 
 
 @Loop
-def _find_crossings(coefficients: Any, powers: Any, places: Any, falls: Any) -> int:
+def _find_crossings(coefficients, powers, places, falls) -> int:
     """Write the first changes of sign, as many as there is place for; their number.
 
     ``coefficients`` are those of Bernstein, ``powers`` those of the same polynomial.
@@ -87,7 +86,7 @@ def _find_crossings(coefficients: Any, powers: Any, places: Any, falls: Any) -> 
 
 
 @Loop
-def _halve(right: Any, left: Any) -> None:
+def _halve(right, left) -> None:
     """Put Bernstein coefficients on the right half in place of those on both; write the left."""
     size = len(right)
     for i in range(size):
@@ -97,7 +96,7 @@ def _halve(right: Any, left: Any) -> None:
 
 
 @Loop
-def _zero(powers: Any, left: float, right: float, falls: bool) -> float:
+def _zero(powers, left: float, right: float, falls: bool) -> float:
     """The only zero between ``left`` and ``right``: Newton's method kept inside a bracket."""
     root = (left + right) / 2
     for _ in range(_STEPS):
@@ -119,7 +118,7 @@ def _zero(powers: Any, left: float, right: float, falls: bool) -> float:
 
 
 @Loop
-def find_exits(coefficients: Any, powers: Any, exits: Any) -> None:
+def find_exits(coefficients, powers, exits) -> None:
     """Write where polynomials that begin positive become negative (m,), infinity if they do not.
 
     ``coefficients`` are those of Bernstein, ``powers`` those of the same polynomials, (m, degree +

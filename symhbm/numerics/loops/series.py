@@ -5,7 +5,6 @@ to the highest harmonic.
 """
 
 import math
-from typing import Any
 
 import numpy as np
 
@@ -24,7 +23,7 @@ _LAST_STEP = 1e-6
 
 
 @Loop
-def at(cosine: Any, sine: Any, angle: float) -> tuple[float, float]:
+def at(cosine, sine, angle: float) -> tuple[float, float]:
     """Value and slope of a series at an angle [rad]."""
     turn_cosine, turn_sine = math.cos(angle), math.sin(angle)
     c, s, value, slope = 1.0, 0.0, 0.0, 0.0
@@ -36,7 +35,7 @@ def at(cosine: Any, sine: Any, angle: float) -> tuple[float, float]:
 
 
 @Loop
-def bent_at(cosine: Any, sine: Any, angle: float) -> tuple[float, float, float]:
+def bent_at(cosine, sine, angle: float) -> tuple[float, float, float]:
     """Value, slope and second derivative of a series at an angle [rad]."""
     turn_cosine, turn_sine = math.cos(angle), math.sin(angle)
     c, s, value, slope, bend = 1.0, 0.0, 0.0, 0.0, 0.0
@@ -50,14 +49,14 @@ def bent_at(cosine: Any, sine: Any, angle: float) -> tuple[float, float, float]:
 
 
 @Loop
-def derive(cosine: Any, sine: Any, of_cosine: Any, of_sine: Any) -> None:
+def derive(cosine, sine, of_cosine, of_sine) -> None:
     """Write the coefficients of the derivative of a series."""
     for h in range(len(cosine)):
         of_cosine[h], of_sine[h] = h * sine[h], -h * cosine[h]
 
 
 @Loop
-def on_grid(cosine: Any, sine: Any, values: Any) -> None:
+def on_grid(cosine, sine, values) -> None:
     """Write values and slopes (2, 4 n) of a series at equidistant angles of a period.
 
     Four angles that mirror each other in both axes share their cosines and sines.
@@ -94,7 +93,7 @@ def on_grid(cosine: Any, sine: Any, values: Any) -> None:
 
 
 @Loop
-def crossing(cosine: Any, sine: Any, level: float, left: float, right: float, rises: bool) -> float:
+def crossing(cosine, sine, level: float, left: float, right: float, rises: bool) -> float:
     """Where a series passes a level between two angles, between which it is monotone."""
     low, low_slope = at(cosine, sine, left)
     high, high_slope = at(cosine, sine, right)
@@ -126,7 +125,7 @@ def _start(
 
 @Loop
 def crossing_near(
-    cosine: Any, sine: Any, level: float, left: float, right: float, root: float, rises: bool
+    cosine, sine, level: float, left: float, right: float, root: float, rises: bool
 ) -> float:
     """As `crossing`, from a ``root`` nearby: Halley's method, guarded."""
     last = _LAST_STEP / (len(cosine) - 1)
@@ -154,7 +153,7 @@ def crossing_near(
 
 
 @Loop
-def gone(cosine: Any, sine: Any, start: float, way: float) -> float:
+def gone(cosine, sine, start: float, way: float) -> float:
     """How far [rad] beyond a turning point a series has gone a ``way``, 0 where that is not close.
 
     Next to it differences of values are round-off, and few terms of a power series are exact.
@@ -181,9 +180,7 @@ def gone(cosine: Any, sine: Any, start: float, way: float) -> float:
 
 
 @Loop
-def _of_one_harmonic(
-    cosine: Any, sine: Any, noise: float, half: bool, angles: Any, rises: Any
-) -> int:
+def _of_one_harmonic(cosine, sine, noise: float, half: bool, angles, rises) -> int:
     """As `sign_changes_in`, in closed form."""
     size, mean = np.hypot(cosine[1], sine[1]), cosine[0]
     if size - abs(mean) <= noise:
@@ -204,7 +201,7 @@ def _of_one_harmonic(
 
 @Loop
 def put(
-    stack: Any,
+    stack,
     depth: int,
     left: float,
     right: float,
@@ -220,7 +217,7 @@ def put(
 
 
 @Loop
-def sign_changes(cosine: Any, sine: Any, noise: float, angles: Any, rises: Any) -> int:
+def sign_changes(cosine, sine, noise: float, angles, rises) -> int:
     """Changes of sign of a series in ``[0, 2 pi)``, ascending; values up to ``noise`` are 0.
 
     They are written into ``angles`` [rad] and ``rises``, of twice the highest harmonic at least;
@@ -230,9 +227,7 @@ def sign_changes(cosine: Any, sine: Any, noise: float, angles: Any, rises: Any) 
 
 
 @Loop
-def sign_changes_in(
-    cosine: Any, sine: Any, noise: float, half: bool, angles: Any, rises: Any
-) -> int:
+def sign_changes_in(cosine, sine, noise: float, half: bool, angles, rises) -> int:
     """As `sign_changes`, or in ``[0, pi)`` of a series whose second half is minus the first.
 
     No series changes its sign more often than twice its highest harmonic: where more changes are
@@ -259,7 +254,7 @@ def sign_changes_in(
 
 
 @Loop
-def _without_pairs(period: float, count: int, angles: Any, rises: Any) -> int:
+def _without_pairs(period: float, count: int, angles, rises) -> int:
     """Leave out neighbours closer than counts, whose order is that of round-off."""
     kept = 0
     for i in range(count):
@@ -277,15 +272,7 @@ def _without_pairs(period: float, count: int, angles: Any, rises: Any) -> int:
 
 @Loop
 def _scan(
-    cosine: Any,
-    sine: Any,
-    bound: float,
-    noise: float,
-    half: bool,
-    ends: Any,
-    most: int,
-    angles: Any,
-    rises: Any,
+    cosine, sine, bound: float, noise: float, half: bool, ends, most: int, angles, rises
 ) -> int:
     """Sign changes from values and slopes (2, n) at the ends of cells, above ``most`` no more.
 

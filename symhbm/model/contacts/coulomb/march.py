@@ -7,7 +7,6 @@ Between the points of a path the range of a motion alone gives an estimate of it
 """
 
 import math
-from typing import Any
 
 import numpy as np
 
@@ -25,15 +24,7 @@ SLIP, MARGIN, THETA_0, THETA_STAR, STICK_FRACTION, REVERSALS = range(6)
 
 @Loop
 def locate(
-    order: Any,
-    is_sine: Any,
-    norm: Any,
-    mirrors: bool,
-    motions: Any,
-    sliders: Any,
-    force: Any,
-    figures: Any,
-    stick: Any,
+    order, is_sine, norm, mirrors: bool, motions, sliders, force, figures, stick
 ) -> tuple[int, int]:
     """Locate the events of contacts.
 
@@ -95,7 +86,7 @@ def locate(
 
 
 @Loop
-def _series(order: Any, is_sine: Any, motion: Any, waves: Any) -> None:
+def _series(order, is_sine, motion, waves) -> None:
     """Write a motion as a series without its mean, and without the rest where it is too small."""
     fourier.as_series(order, is_sine, motion, waves[0], waves[1])
     waves[0, 0] -= waves[0, 0]  # no number stays none
@@ -119,13 +110,7 @@ def _margin(travel: float, way: float) -> float:
 
 @Loop
 def _unless_slipping(
-    order: Any,
-    is_sine: Any,
-    highest: float,
-    lowest: float,
-    spread: float,
-    slips: bool,
-    force: Any,
+    order, is_sine, highest: float, lowest: float, spread: float, slips: bool, force
 ) -> None:
     """Write the gradient of the margin, and ``A`` and ``b`` of a contact that sticks, else zeros.
 
@@ -149,14 +134,7 @@ def _unless_slipping(
 
 @Loop
 def runs_of(
-    waves: Any,
-    angle: Any,
-    value: Any,
-    forced: Any,
-    side: int,
-    stiffness: float,
-    limit: float,
-    runs: Any,
+    waves, angle, value, forced, side: int, stiffness: float, limit: float, runs
 ) -> tuple[int, int]:
     """March a slider over as many branches as ``forced`` has.
 
@@ -189,7 +167,7 @@ def runs_of(
 
 @Loop
 def _onset(
-    waves: Any, left: float, right: float, low: float, high: float, share: float, rises: bool
+    waves, left: float, right: float, low: float, high: float, share: float, rises: bool
 ) -> float:
     """Where ``y`` has gone a ``share`` of its way between two turning points, of those values."""
     if share <= 0.0 or share >= 1.0:
@@ -203,7 +181,7 @@ def _onset(
 
 
 @Loop
-def add_force(order: Any, is_sine: Any, norm: Any, runs: Any, times: float, force: Any) -> None:
+def add_force(order, is_sine, norm, runs, times: float, force) -> None:
     """Add ``A`` and ``b`` of a contact with these runs, that many times, to ``force``.
 
     Its rows are those of the matrix, and the vector.
@@ -255,7 +233,7 @@ def range_margins(basis: FourierBasis, motion: FloatArray, error: FloatArray) ->
 
 
 @Loop
-def _of_one_harmonic(motion: Any, error: Any, margins: Any) -> None:
+def _of_one_harmonic(motion, error, margins) -> None:
     """Write the margins of motions with a cosine and a sine alone."""
     for i in range(len(motion)):
         size = math.sqrt(motion[i, 0] * motion[i, 0] + motion[i, 1] * motion[i, 1]) + error[i, 0]
@@ -263,7 +241,7 @@ def _of_one_harmonic(motion: Any, error: Any, margins: Any) -> None:
 
 
 @Loop
-def _of_samples(values: Any, motion: Any, error: Any, margins: Any) -> None:
+def _of_samples(values, motion, error, margins) -> None:
     """Write the margins over samples, from the ``values`` (s, K) of the components at them."""
     for i in range(len(motion)):
         lowest, highest = math.inf, -math.inf

@@ -4,7 +4,6 @@ Derivatives are by the variables of `symhbm.model.contacts.press`.
 """
 
 import math
-from typing import Any
 
 import numpy as np
 
@@ -33,7 +32,7 @@ ASKED = -2
 
 
 @Loop
-def _slip_margin(order: Any, variables: Any, asked: float, slope: Any) -> float:
+def _slip_margin(order, variables, asked: float, slope) -> float:
     """The margin of slip, of how much its resting place is asked for.
 
     The gradient of that, ``slope`` (P), becomes that of the margin.
@@ -55,9 +54,8 @@ def _slip_margin(order: Any, variables: Any, asked: float, slope: Any) -> float:
 
 @Loop
 def figures_of(
-    press: Any, stiffness: float, kind: int, n_closed: int, closed: Any, pieces: Any, nodes: Any,
-    turning: Any, figures: Any,
-) -> None:  # fmt: skip
+    press, stiffness: float, kind: int, n_closed: int, closed, pieces, nodes, turning, figures
+) -> None:
     """Write shares of the period, normal forces and the path of the slider, (6)."""
     period_length, of_piece = 2 * math.pi, np.empty(press.shape)
     figures[:] = 0.0
@@ -85,16 +83,7 @@ def figures_of(
 
 @Loop
 def locate(
-    basis: Any,
-    motions: Any,
-    values: Any,
-    held: Any,
-    most: int,
-    events: Any,
-    margins: Any,
-    by_motion: Any,
-    by_values: Any,
-    figures: Any,
+    basis, motions, values, held, most: int, events, margins, by_motion, by_values, figures
 ) -> int:
     """Locate the events of contacts: 0, or what has failed.
 

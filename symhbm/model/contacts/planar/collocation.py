@@ -52,7 +52,7 @@ AT_BEGIN = (-1.0) ** np.arange(STAGES) @ TO_SERIES
 
 
 @Loop
-def motion_at(waves: Any, angle: float, out: Any) -> None:
+def motion_at(waves, angle: float, out) -> None:
     """Write values and two derivatives of ``x``, ``y`` and ``r`` at an angle [rad] into (3, 3)."""
     turn_cosine, turn_sine = math.cos(angle), math.sin(angle)
     for k in range(3):
@@ -69,7 +69,7 @@ def motion_at(waves: Any, angle: float, out: Any) -> None:
 
 
 @Loop
-def rates_at(waves: Any, angle: float, out: Any) -> None:
+def rates_at(waves, angle: float, out) -> None:
     """Write ``x'``, ``y'``, ``r`` and ``r'`` at an angle [rad] into (4)."""
     turn_cosine, turn_sine = math.cos(angle), math.sin(angle)
     c, s = 1.0, 0.0
@@ -84,7 +84,7 @@ def rates_at(waves: Any, angle: float, out: Any) -> None:
 
 
 @Loop
-def bounds_of(waves: Any, out: Any) -> None:
+def bounds_of(waves, out) -> None:
     """Write bounds of derivatives 0 to 3 of the motion ``(x, y)`` and of ``r`` into (2, 4).
 
     The mean of the motion does not count.
@@ -102,7 +102,7 @@ def bounds_of(waves: Any, out: Any) -> None:
 
 
 @Loop
-def direction_within(turns: Any, share: float, begin: float, length: float) -> float:
+def direction_within(turns, share: float, begin: float, length: float) -> float:
     """``a`` at a share of a step, of its derivatives at the nodes (s)."""
     z = 2 * share - 1
     last, now = 1.0, z
@@ -121,7 +121,7 @@ def direction_within(turns: Any, share: float, begin: float, length: float) -> f
 
 
 @Loop
-def factorise(matrix: Any, pivots: Any) -> None:
+def factorise(matrix, pivots) -> None:
     """Triangular factors of a small matrix (s, s) in its place."""
     n = len(pivots)
     for k in range(n):
@@ -144,7 +144,7 @@ def factorise(matrix: Any, pivots: Any) -> None:
 
 
 @Loop
-def solve_factorised(matrix: Any, pivots: Any, right: Any) -> None:
+def solve_factorised(matrix, pivots, right) -> None:
     """Solve for many right-hand sides (s, n) in their place."""
     n, columns = right.shape
     for k in range(n):
@@ -168,7 +168,7 @@ def solve_factorised(matrix: Any, pivots: Any, right: Any) -> None:
 
 
 @Loop
-def step_matrix(nodes: Any, length: float, matrix: Any) -> None:
+def step_matrix(nodes, length: float, matrix) -> None:
     """Derivative (s, s) of the equations of a step by ``a'`` at its nodes."""
     n = len(nodes)
     for i in range(n):
@@ -178,9 +178,7 @@ def step_matrix(nodes: Any, length: float, matrix: Any) -> None:
 
 
 @Loop
-def slip_step(
-    waves: Any, begin: float, length: float, direction: float, work: Any, nodes: Any
-) -> Any:
+def slip_step(waves, begin: float, length: float, direction: float, work, nodes) -> Any:
     """Solve one step from an angle [rad] and a direction: whether it settles, and its error.
 
     ``work`` is a tuple of arrays; ``nodes`` (s, 8) takes the columns of the nodes. The error is how
@@ -230,7 +228,7 @@ def slip_step(
 
 
 @Loop
-def direction_after(nodes: Any, direction: float, length: float) -> float:
+def direction_after(nodes, direction: float, length: float) -> float:
     """``a`` at the end of a step."""
     total = 0.0
     for i in range(len(nodes)):

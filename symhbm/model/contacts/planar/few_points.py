@@ -12,7 +12,7 @@ from symhbm.numerics.loops import Loop
 
 
 @Loop
-def _worst(points: Any, count: int, x: float, y: float) -> Any:
+def _worst(points, count: int, x: float, y: float) -> Any:
     """Which of the points (n, 3) of ``x``, ``y`` and ``r`` asks most, and how much."""
     at, largest = 0, -np.inf
     for i in range(count):
@@ -23,7 +23,7 @@ def _worst(points: Any, count: int, x: float, y: float) -> Any:
 
 
 @Loop
-def _of_three(points: Any, i: int, j: int, k: int, out: Any) -> bool:
+def _of_three(points, i: int, j: int, k: int, out) -> bool:
     """The position that three points ask for as much, into ``out`` (3) with how much that is."""
     ax, ay = points[j, 0] - points[i, 0], points[j, 1] - points[i, 1]
     bx, by = points[k, 0] - points[i, 0], points[k, 1] - points[i, 1]
@@ -61,7 +61,7 @@ def _of_three(points: Any, i: int, j: int, k: int, out: Any) -> bool:
 
 
 @Loop
-def smallest_of(points: Any, count: int, basis: Any, out: Any) -> int:
+def smallest_of(points, count: int, basis, out) -> int:
     """Solve the problem of a few points (n, 3): position and value into ``out`` (3).
 
     ``basis`` (4) takes the numbers of the active ones; the result is how many they are.

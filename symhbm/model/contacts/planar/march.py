@@ -54,9 +54,7 @@ _STALLED = 1e-9
 
 
 @Loop
-def _stick_until(
-    waves: Any, bounds: Any, q: Any, start: float, end: float, departs: bool, at: Any
-) -> Any:
+def _stick_until(waves, bounds, q, start: float, end: float, departs: bool, at) -> Any:
     """Until when [rad] a slider rests, and whether it is pushed then.
 
     Bounds of derivatives tell how far the force is in the circle for sure. ``departs`` where it
@@ -131,7 +129,7 @@ def _stick_until(
 
 
 @Loop
-def _push(at: Any, direction: float) -> Any:
+def _push(at, direction: float) -> Any:
     """``x' . n - r'`` and its derivative by the angle while the contact slips."""
     c, s = math.cos(direction), math.sin(direction)
     across = at[1, 1] * c - at[0, 1] * s
@@ -142,9 +140,7 @@ def _push(at: Any, direction: float) -> Any:
 
 
 @Loop
-def _end_of_slip(
-    waves: Any, begin: float, length: float, direction: float, work: Any, nodes: Any
-) -> float:
+def _end_of_slip(waves, begin: float, length: float, direction: float, work, nodes) -> float:
     """How far [rad] into a step nothing pushes the slider any more; the step ends with that."""
     at = np.empty((3, 3))
     turns = np.empty(STAGES)
@@ -194,15 +190,15 @@ def _end_of_slip(
 
 @Loop
 def lap(
-    waves: Any,
-    bounds: Any,
+    waves,
+    bounds,
     start: float,
     finish: float,
     how: int,
-    q: Any,
-    transfer: Any,
-    pieces: Any,
-    nodes: Any,
+    q,
+    transfer,
+    pieces,
+    nodes,
     count: int,
     n_nodes: int,
 ) -> Any:

@@ -11,7 +11,6 @@ through slip and stick, weigh its right-hand side. Those of the slider's positio
 """
 
 import math
-from typing import Any
 
 import numpy as np
 
@@ -59,7 +58,7 @@ from symhbm.numerics.loops import Loop, arrays, fourier, series
 
 
 @Loop
-def _add(factor: float, first: Any, second: Any, result: Any) -> None:
+def _add(factor: float, first, second, result) -> None:
     """Add the symmetric matrix of ``factor * first * second`` to ``result`` (P, P)."""
     half = 0.5 * factor
     for i in range(len(result)):
@@ -68,7 +67,7 @@ def _add(factor: float, first: Any, second: Any, result: Any) -> None:
 
 
 @Loop
-def weights_at(norm: Any, row: Any, weights: Any, first: int) -> float:
+def weights_at(norm, row, weights, first: int) -> float:
     """Weight of a force at one instant; ``row`` (K), the functions of the basis."""
     total = 0.0
     for i in range(len(row)):
@@ -77,7 +76,7 @@ def weights_at(norm: Any, row: Any, weights: Any, first: int) -> float:
 
 
 @Loop
-def _opening(closed: Any, n_closed: int, press: Any, basis: Any, weights: Any, result: Any) -> None:
+def _opening(closed, n_closed: int, press, basis, weights, result) -> None:
     """Add those of the normal force: zeros of ``p`` move; ``result`` (1 + K, 1 + K)."""
     order, is_sine, norm = basis
     own = np.ones(1 + len(order))
@@ -93,7 +92,7 @@ def _opening(closed: Any, n_closed: int, press: Any, basis: Any, weights: Any, r
 
 
 @Loop
-def _at_periodic_position(pieces: Any, slopes: Any) -> None:
+def _at_periodic_position(pieces, slopes) -> None:
     """Add to slopes what the position at the begin does, as it moves to stay periodic.
 
     They are those (P + 2) of `symhbm.model.contacts.planar.slopes.moving`.
@@ -110,7 +109,7 @@ def _at_periodic_position(pieces: Any, slopes: Any) -> None:
 
 
 @Loop
-def _at_start(starts: Any, slope: Any) -> None:
+def _at_start(starts, slope) -> None:
     n = len(slope) - 2
     for m in range(n):
         slope[m] += slope[n] * starts[0, m] + slope[n + 1] * starts[1, m]
@@ -118,8 +117,8 @@ def _at_start(starts: Any, slope: Any) -> None:
 
 @Loop
 def _of_stretch(
-    waves: Any, given: Any, own: Any, length: float, j: int, at: Any, row: Any, share: float,
-    turns: Any, stretch: Any, limit_slope: Any, weights: Any, out: Any,
+    waves, given, own, length: float, j: int, at, row, share: float, turns, stretch, limit_slope,
+    weights, out,
 ) -> None:  # fmt: skip
     """Write what goes with ``stretch`` at a node (P); ``at`` and ``row`` are those of its angle."""
     order, is_sine, norm, variable = given
@@ -154,10 +153,7 @@ def _of_stretch(
 
 
 @Loop
-def _backwards(
-    waves: Any, given: Any, pieces: Any, nodes: Any, slopes: Any, weights: Any, after: Any,
-    adds: bool, result: Any,
-) -> None:  # fmt: skip
+def _backwards(waves, given, pieces, nodes, slopes, weights, after, adds: bool, result) -> None:
     """March the multipliers of the slider's position ``after`` (2) backwards through pieces.
 
     Where it ``adds``, add the second derivatives (P, P) of the force to a result, by ``weights``
@@ -318,9 +314,7 @@ def _backwards(
 
 
 @Loop
-def bends_of(
-    basis: Any, motions: Any, values: Any, held: Any, most: int, weights: Any, bends: Any
-) -> int:
+def bends_of(basis, motions, values, held, most: int, weights, bends) -> int:
     """Write the second derivatives of weighted forces: 0, or what has failed.
 
     Arguments and result as of `symhbm.model.contacts.planar.batch.locate`. ``weights`` (n, m K);

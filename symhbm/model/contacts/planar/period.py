@@ -40,9 +40,7 @@ _SETTLED = 1e-14
 
 
 @Loop
-def prepare(
-    basis: Any, motion: Any, values: Any, waves: Any, press: Any, turning: Any, closed: Any
-) -> int:
+def prepare(basis, motion, values, waves, press, turning, closed) -> int:
     """Write series of ``k_t u_x``, ``k_t u_y``, ``mu p`` (3, 2, H + 1) and of ``p`` (2, H + 1).
 
     A slider moves with the mean of ``u``, which no force depends on and which takes digits: it is
@@ -66,7 +64,7 @@ def prepare(
 
 
 @Loop
-def _most_inside(waves: Any, q: Any, at: Any) -> float:
+def _most_inside(waves, q, at) -> float:
     """The instant [rad] at which a force is farthest inside its circle, about."""
     samples = 8 * waves.shape[2] + 8
     best, angle = np.inf, 0.0
@@ -80,7 +78,7 @@ def _most_inside(waves: Any, q: Any, at: Any) -> float:
 
 
 @Loop
-def _newton(transfer: Any, tiny: float, step: Any) -> Any:
+def _newton(transfer, tiny: float, step) -> Any:
     """Write how far the periodic motion is from the end of a march, (2); how far from its begin.
 
     A march ends on the circle: what it leaves of a change is along one direction, across the last
@@ -108,9 +106,7 @@ def _newton(transfer: Any, tiny: float, step: Any) -> Any:
 
 
 @Loop
-def period(
-    waves: Any, held: int, n_closed: int, closed: Any, place: Any, pieces: Any, nodes: Any
-) -> Any:
+def period(waves, held: int, n_closed: int, closed, place, pieces, nodes) -> Any:
     """Write the pieces of one period of a contact: what it does, and how many there are.
 
     ``held`` is 0 for a contact that is to stick, 1 for one that is to slip; ``closed`` (2, n) tells

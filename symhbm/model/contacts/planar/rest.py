@@ -30,7 +30,7 @@ _FLAT = 1e-9
 
 
 @Loop
-def _asks(waves: Any, angle: float, x: float, y: float, at: Any) -> Any:
+def _asks(waves, angle: float, x: float, y: float, at) -> Any:
     """What an instant asks of a position, with its first and second derivative by the angle."""
     motion_at(waves, angle, at)
     tx, ty = at[0, 0] - x, at[1, 0] - y
@@ -45,7 +45,7 @@ def _asks(waves: Any, angle: float, x: float, y: float, at: Any) -> Any:
 
 
 @Loop
-def _highest(waves: Any, left: float, right: float, x: float, y: float, at: Any) -> float:
+def _highest(waves, left: float, right: float, x: float, y: float, at) -> float:
     """The instant between two that asks most: Newton's method in a bracket."""
     angle = 0.5 * (left + right)
     for _ in range(60):
@@ -65,7 +65,7 @@ def _highest(waves: Any, left: float, right: float, x: float, y: float, at: Any)
 
 
 @Loop
-def _closest(waves: Any, angle: float, cell: float, x: float, y: float, at: Any) -> Any:
+def _closest(waves, angle: float, cell: float, x: float, y: float, at) -> Any:
     """The instant near an ``angle`` at which the motion is closest to a position, and its scale.
 
     Beside it what is asked changes within that scale [rad]; infinite where it is not within a cell.
@@ -90,9 +90,7 @@ def _closest(waves: Any, angle: float, cell: float, x: float, y: float, at: Any)
 
 
 @Loop
-def _beyond(
-    waves: Any, centre: float, scale: float, cell: float, x: float, y: float, at: Any
-) -> float:
+def _beyond(waves, centre: float, scale: float, cell: float, x: float, y: float, at) -> float:
     """The instant beside a ``centre`` within a ``cell`` that asks most, NaN where there is none.
 
     A negative cell is one before the centre.
@@ -108,7 +106,7 @@ def _beyond(
 
 
 @Loop
-def _distinct(waves: Any, angles: Any, n: int, x: float, y: float, at: Any) -> int:
+def _distinct(waves, angles, n: int, x: float, y: float, at) -> int:
     """Take instants to the highest ones beside them; of those that meet one is left.
 
     The result is how many are left.
@@ -132,7 +130,7 @@ def _distinct(waves: Any, angles: Any, n: int, x: float, y: float, at: Any) -> i
 
 
 @Loop
-def _polish(waves: Any, angles: Any, n: int, out: Any, at: Any) -> bool:
+def _polish(waves, angles, n: int, out, at) -> bool:
     """Newton's method on the position with the instants that are active; whether it settles."""
     sides = np.empty((3, 6))
     x, y = out[0], out[1]
@@ -195,7 +193,7 @@ def _polish(waves: Any, angles: Any, n: int, out: Any, at: Any) -> bool:
 
 
 @Loop
-def weights_of(waves: Any, angles: Any, n: int, place: Any, sides: Any) -> None:
+def weights_of(waves, angles, n: int, place, sides) -> None:
     """Write of each active instant into ``sides`` (n, 8) what slopes need.
 
     ``n_x``, ``n_y``, the weight with which it counts, ``x' . n_perp``, the length of ``x - q``, the
@@ -226,7 +224,7 @@ def weights_of(waves: Any, angles: Any, n: int, place: Any, sides: Any) -> None:
 
 
 @Loop
-def resting_place(waves: Any, angles: Any, out: Any) -> int:
+def resting_place(waves, angles, out) -> int:
     """Write ``q*`` and ``m`` into ``out`` (3), the active instants [rad] into ``angles`` (3).
 
     The result is the number of active instants.

@@ -7,7 +7,6 @@ of ``y``, and of the limit, of which the first is a constant.
 """
 
 import math
-from typing import Any
 
 import numpy as np
 
@@ -47,14 +46,14 @@ from symhbm.numerics.loops import Loop, arrays, fourier
 
 
 @Loop
-def functions_at(order: Any, is_sine: Any, angle: float, row: Any) -> None:
+def functions_at(order, is_sine, angle: float, row) -> None:
     """Write the basis functions at an angle [rad] and their derivatives into (2, K)."""
     for k in range(2):
         fourier.functions_at(order, is_sine, angle, k, row[k])
 
 
 @Loop
-def integrals(begin: float, end: float, given: Any, vector: Any, transposed: Any) -> None:
+def integrals(begin: float, end: float, given, vector, transposed) -> None:
     """Write what restricts a constant (K) and, transposed, a series (K, K) to an interval [rad]."""
     order, is_sine, norm, _ = given
     moments = np.empty((2, 2 * order[len(order) - 1] + 1))
@@ -66,9 +65,7 @@ def integrals(begin: float, end: float, given: Any, vector: Any, transposed: Any
 
 
 @Loop
-def add_along(
-    row: Any, mean: float, variable: bool, x: float, y: float, limit: float, out: Any
-) -> None:
+def add_along(row, mean: float, variable: bool, x: float, y: float, limit: float, out) -> None:
     """Add ``x dx + y dy + limit dr`` at an instant, by all variables, to ``out``.
 
     ``row`` (K), the functions of the basis, and ``mean`` 1; or their derivatives, and 0.
@@ -84,7 +81,7 @@ def add_along(
 
 
 @Loop
-def rest_slopes(given: Any, angles: Any, sides: Any, n: int, out: Any) -> None:
+def rest_slopes(given, angles, sides, n: int, out) -> None:
     """Write the derivatives (3, P) of the resting place and of how much it is asked for.
 
     ``sides`` are those of `symhbm.model.contacts.planar.rest.weights_of`.
@@ -139,7 +136,7 @@ def rest_slopes(given: Any, angles: Any, sides: Any, n: int, out: Any) -> None:
 
 
 @Loop
-def resting(order: Any, place_slopes: Any, jacobian: Any) -> None:
+def resting(order, place_slopes, jacobian) -> None:
     """Write the derivatives (2 K, P) of the force of a contact that sticks all the time."""
     size = len(order)
     jacobian[:] = 0.0
@@ -152,7 +149,7 @@ def resting(order: Any, place_slopes: Any, jacobian: Any) -> None:
 
 
 @Loop
-def slope_of_opening(waves: Any, given: Any, angle: float, out: Any) -> None:
+def slope_of_opening(waves, given, angle: float, out) -> None:
     """Write the derivatives (P or more) of the angle at which the limit falls through zero."""
     order, is_sine, _, variable = given
     at, row = np.empty((3, 3)), np.empty((2, len(order)))
@@ -164,10 +161,7 @@ def slope_of_opening(waves: Any, given: Any, angle: float, out: Any) -> None:
 
 
 @Loop
-def moving(
-    waves: Any, given: Any, opens: bool, pieces: Any, nodes: Any, slopes: Any, coefficients: Any,
-    jacobian: Any,
-) -> None:  # fmt: skip
+def moving(waves, given, opens: bool, pieces, nodes, slopes, coefficients, jacobian) -> None:
     """Write the force's coefficients (2 K) and their derivatives (2 K, P) of one that moves.
 
     ``given`` are the arrays of the basis, and whether the load varies. Of ``slopes``, ``turns``

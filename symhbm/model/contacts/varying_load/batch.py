@@ -10,7 +10,6 @@ where the matrices and vectors depend on the pieces alone. Each entry is a sum o
 """
 
 import math
-from typing import Any
 
 import numpy as np
 
@@ -47,7 +46,7 @@ from symhbm.numerics.loops import Loop, fourier, series
 
 
 @Loop
-def coefficients(pieces: Any, count: int, order: Any, is_sine: Any, norm: Any, events: Any) -> None:
+def coefficients(pieces, count: int, order, is_sine, norm, events) -> None:
     """Write ``A, B, C, E`` column by column, ``b, c, e`` of one contact into its events.
 
     ``order``, ``is_sine`` and ``norm`` (K) are those of the basis, ``events`` (4 K^2 + 3 K).
@@ -111,20 +110,20 @@ def most_pieces(highest: int) -> int:
 
 @Loop
 def locate(
-    order: Any,
-    is_sine: Any,
-    norm: Any,
-    motions: Any,
-    values: Any,
-    held: Any,
-    events: Any,
-    margins: Any,
-    by_motion: Any,
-    by_values: Any,
-    figures: Any,
-    pieces: Any,
-    counts: Any,
-    turning: Any,
+    order,
+    is_sine,
+    norm,
+    motions,
+    values,
+    held,
+    events,
+    margins,
+    by_motion,
+    by_values,
+    figures,
+    pieces,
+    counts,
+    turning,
 ) -> None:
     """Locate the events of contacts.
 
@@ -149,10 +148,7 @@ def locate(
 
 
 @Loop
-def estimate(
-    order: Any, is_sine: Any, motions: Any, values: Any, margins: Any, by_motion: Any,
-    by_values: Any,
-) -> None:  # fmt: skip
+def estimate(order, is_sine, motions, values, margins, by_motion, by_values) -> None:
     """The margins of `locate` and their derivatives alone."""
     highest = int(order[len(order) - 1])
     waves, turning = np.empty((4, 2, highest + 1)), np.empty((4, 2))
@@ -171,7 +167,7 @@ def estimate(
 
 
 @Loop
-def _waves(order: Any, is_sine: Any, motion: Any, values: Any, waves: Any) -> tuple[float, float]:
+def _waves(order, is_sine, motion, values, waves) -> tuple[float, float]:
     """As `walls`, of the coefficients of a motion."""
     size, highest = len(order), int(order[len(order) - 1])
     parts = np.zeros((2, 2, highest + 1))
@@ -183,9 +179,8 @@ def _waves(order: Any, is_sine: Any, motion: Any, values: Any, waves: Any) -> tu
 
 @Loop
 def _margins(
-    order: Any, is_sine: Any, motion: Any, values: Any, turning: Any, margins: Any, slopes: Any,
-    by_motion: Any, by_values: Any,
-) -> None:  # fmt: skip
+    order, is_sine, motion, values, turning, margins, slopes, by_motion, by_values
+) -> None:
     """Write the margins of slip, opening and touch, and their derivatives.
 
     Slip: the largest ``low`` less the smallest ``high``, over the size of what makes both.
@@ -211,9 +206,7 @@ def _margins(
 
 
 @Loop
-def _figures(
-    waves: Any, stiffness: float, pieces: Any, count: int, turning: Any, figures: Any
-) -> None:
+def _figures(waves, stiffness: float, pieces, count: int, turning, figures) -> None:
     """Shares of the period, normal forces and path of the slider of one contact."""
     for i in range(len(figures)):
         figures[i] = 0.0

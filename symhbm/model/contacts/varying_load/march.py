@@ -12,7 +12,6 @@ and the places where a wall reaches ``q``: between two zeros in a row each wall 
 """
 
 import math
-from typing import Any
 
 import numpy as np
 
@@ -37,7 +36,7 @@ _LOW_TURNS, _HIGH_TURNS, _OPENS_OR_CLOSES = range(3)
 
 
 @Loop
-def walls(cosine: Any, sine: Any, values: Any, waves: Any) -> tuple[float, float]:
+def walls(cosine, sine, values, waves) -> tuple[float, float]:
     """Write ``k_t u``, ``p``, ``low`` and ``high`` into waves (4, 2, H + 1).
 
     The result is the round-off of walls, and of their derivatives, which a load does not move.
@@ -60,7 +59,7 @@ def walls(cosine: Any, sine: Any, values: Any, waves: Any) -> tuple[float, float
 
 
 @Loop
-def march(waves: Any, noise: tuple[float, float], held: int, pieces: Any, turning: Any) -> int:
+def march(waves, noise: tuple[float, float], held: int, pieces, turning) -> int:
     """Write the pieces of one period; the result is their number.
 
     ``noise`` is the round-off of `walls`. ``held`` is 1 or 0 for a contact whose slip is imposed,
@@ -135,16 +134,7 @@ def march(waves: Any, noise: tuple[float, float], held: int, pieces: Any, turnin
 
 
 @Loop
-def _around(
-    waves: Any,
-    noise: float,
-    start: float,
-    opens: bool,
-    angles: Any,
-    kinds: Any,
-    rises: Any,
-    pieces: Any,
-) -> int:
+def _around(waves, noise: float, start: float, opens: bool, angles, kinds, rises, pieces) -> int:
     """March from ``start`` through the sorted zeros, where each wall is monotone in between."""
     kind = APART if opens else STICK_LOW
     begin, anchor, share, count = start, start, 0.0, 0
@@ -198,7 +188,7 @@ def _around(
 
 @Loop
 def _piece(
-    pieces: Any, count: int, kind: int, begin: float, end: float, anchor: float, share: float
+    pieces, count: int, kind: int, begin: float, end: float, anchor: float, share: float
 ) -> int:
     """Append a piece; the result is the number of pieces."""
     pieces[count, 0], pieces[count, 1], pieces[count, 2] = kind, begin, end

@@ -30,17 +30,7 @@ _LOAD = 0.0, 1.0, 0.0
 
 
 @Loop
-def moving_events(
-    basis: Any,
-    motions: Any,
-    values: Any,
-    pieces: Any,
-    counts: Any,
-    contacts: Any,
-    gradient: Any,
-    jump: Any,
-    share: Any,
-) -> int:
+def moving_events(basis, motions, values, pieces, counts, contacts, gradient, jump, share) -> int:
     """Write the parts of `Events`, by ``motions`` (n, 2 K) and ``values`` (n, 4); their number.
 
     ``pieces`` (n, most, 6) and ``counts`` (n,) are those located.
@@ -110,7 +100,7 @@ def moving_events(
 
 
 @Loop
-def _place(piece: Any, values: Any) -> Any:
+def _place(piece, values) -> Any:
     """The place of the slider of a piece as a combination, see `_gradient`."""
     kind, side, closed = int(piece[KIND]), 0.0, 0.0
     if kind in (PUSHED_UP, STICK_LOW):
@@ -123,7 +113,7 @@ def _place(piece: Any, values: Any) -> Any:
 
 
 @Loop
-def _gradient(of_contact: Any, angle: float, combination: Any, derivative: int, row: Any) -> float:
+def _gradient(of_contact, angle: float, combination, derivative: int, row) -> float:
     """Write the gradient of a derivative of ``pull k_t u + press p`` by the angle; give the next.
 
     The ``combination``: ``pull``, ``press``, and the derivative of ``press`` by ``mu``.
@@ -147,14 +137,14 @@ def _gradient(of_contact: Any, angle: float, combination: Any, derivative: int, 
 
 
 @Loop
-def _zero(rate: float, of_value: Any, of_angle: Any) -> None:
+def _zero(rate: float, of_value, of_angle) -> None:
     """Write the gradient of the angle of a zero, of those of the value and its rate."""
     for a in range(len(of_value)):
         of_angle[a] = -of_value[a] / rate if rate != 0.0 else 0.0
 
 
 @Loop
-def _at(basis: Any, angle: float, share: Any) -> None:
+def _at(basis, angle: float, share) -> None:
     """Write the share of a jump at an instant."""
     order, is_sine, norm = basis
     fourier.functions_at(order, is_sine, angle, 0, share)
