@@ -291,9 +291,7 @@ def losses(
     return result
 
 
-def _by_power(
-    parts: Sequence[tuple[FloatArray, FloatArray]],
-) -> tuple[ComplexArray, ComplexArray]:
+def _by_power(parts: Sequence[tuple[FloatArray, FloatArray]]) -> tuple[ComplexArray, ComplexArray]:
     """Forces and shares (n_powers, n) of one harmonic, from coefficients by power."""
     own, share = zip(*parts, strict=True)
     return np.array([*map(_complex, own)]), np.array([*map(_complex, share)])

@@ -13,15 +13,7 @@ from symhbm.balance.evaluation import ContactStates, UnknownLayout
 from symhbm.balance.linear_part import OfHarmonics, OfMatrices
 from symhbm.model import Structure, Symmetry
 from symhbm.model.contacts import FREE, Located, graph_of
-from symhbm.numerics import (
-    Assembly,
-    Compiled,
-    FloatArray,
-    FourierBasis,
-    check,
-    constant,
-    is_full,
-)
+from symhbm.numerics import Assembly, Compiled, FloatArray, FourierBasis, check, constant, is_full
 
 FORCE_INPUTS = ("force_amplitude", "force_shape", "static_force")
 

@@ -140,10 +140,7 @@ class SwitchingAngles:
         return np.split(unknowns, self._ends)
 
     def start(
-        self,
-        problem: HarmonicBalance,
-        unknowns: FloatArray,
-        slip: NDArray[np.bool_] | None = None,
+        self, problem: HarmonicBalance, unknowns: FloatArray, slip: NDArray[np.bool_] | None = None
     ) -> tuple[FloatArray, NDArray[np.bool_]]:
         """Unknowns (n_unknowns,) and ``slip`` (n_contacts,) from coefficients [m].
 

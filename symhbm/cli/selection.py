@@ -14,14 +14,7 @@ import symhbm as sh
 from symhbm.model.contacts import ContactLaw
 from symhbm.numerics import check
 from symhbm.results import Description, tables
-from symhbm.results.reading import (
-    INNER,
-    SAMPLE,
-    moving,
-    printable,
-    rows_of,
-    set_dimensions,
-)
+from symhbm.results.reading import INNER, SAMPLE, moving, printable, rows_of, set_dimensions
 
 _FORMS = "NAME=VALUE, NAME=VALUE,VALUE or NAME=LOW:HIGH"
 _ROUND_OFF = 1e-9

@@ -22,12 +22,7 @@ from symhbm.continuation.events import (
     passed_pairs,
     solve_crossing,
 )
-from symhbm.continuation.following import (
-    Follower,
-    filled,
-    followed_again,
-    solution_beside,
-)
+from symhbm.continuation.following import Follower, filled, followed_again, solution_beside
 from symhbm.continuation.path import Path
 from symhbm.continuation.point import Event, EventKind, PathPoint
 from symhbm.continuation.segment import Segment

@@ -14,12 +14,7 @@ from collections.abc import Iterator
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.continuation.correctors import (
-    Corrector,
-    Hyperplane,
-    corrector_of,
-    unit_parameter,
-)
+from symhbm.continuation.correctors import Corrector, Hyperplane, corrector_of, unit_parameter
 from symhbm.continuation.events import (
     BEYOND_CORNER,
     LARGEST_PREDICTION_ERROR,

@@ -119,10 +119,7 @@ class Task:
         return arguments.read_aim(name, function, self.names, self.problem, self.variables)
 
     def responses(
-        self,
-        designs: Sequence[FloatArray],
-        running: runs.Running,
-        dim: str | None = None,
+        self, designs: Sequence[FloatArray], running: runs.Running, dim: str | None = None
     ) -> xr.Dataset:
         """Frequency responses of all cases at one design, or at several along ``dim``."""
         variables, sweep, problem = self.variables, self.sweep, self.problem

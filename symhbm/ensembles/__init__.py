@@ -2,7 +2,4 @@
 
 from symhbm.ensembles import mistuning, statistics
 
-__all__ = [
-    "mistuning",
-    "statistics",
-]
+__all__ = ["mistuning", "statistics"]

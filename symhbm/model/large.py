@@ -33,7 +33,7 @@ def check_size(model: Structure) -> None:
         f"and {entries:,} entries of its stiffness matrix: it takes about {entries / 2e4:.0f} s to "
         "compile, and every point some factorisations of all its equations; symhbm.condense(model, "
         "excitation, frequency_band, harmonics, places=...) gives the same responses of what "
-        "contacts touch and of these places, and each point in milliseconds",
+        "contacts touch and of these places, and each point in milliseconds"
     )
 
 
@@ -48,5 +48,5 @@ def advise_condensing(model: Structure, n_unknowns: int, what: str, option: str 
     check.warn(
         f"{what} for {n_unknowns:,} unknowns; those of the {len(model.touched)} degrees of "
         f"freedom that contacts touch are enough: symhbm.condense(model, excitation, "
-        f"frequency_band, harmonics, places=...{option})",
+        f"frequency_band, harmonics, places=...{option})"
     )

@@ -44,9 +44,7 @@ def compiler() -> str | None:
 
 
 def to_machine_code(
-    functions: Sequence[ca.Function],
-    make: bool = True,
-    announce: Callable[[], None] = lambda: None,
+    functions: Sequence[ca.Function], make: bool = True, announce: Callable[[], None] = lambda: None
 ) -> tuple[ca.Function, ...] | None:
     """The same functions as machine code; None without a compiler, or for what is too long.
 

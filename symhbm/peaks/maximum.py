@@ -28,13 +28,7 @@ from symhbm.balance import (
 )
 from symhbm.continuation.between import TIE, Peak, PeakKind
 from symhbm.continuation.correctors import ON_LIMIT
-from symhbm.model.contacts import (
-    Coulomb,
-    Loop,
-    Motions,
-    loops_near_limit,
-    on_loop,
-)
+from symhbm.model.contacts import Coulomb, Loop, Motions, loops_near_limit, on_loop
 from symhbm.numerics import DENSE_LIMIT, FloatArray, turning_points
 
 

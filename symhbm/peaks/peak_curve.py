@@ -18,13 +18,7 @@ from symhbm.numerics import check
 from symhbm.peaks.peak_rows import Islands, results_of, rows_of, status_of
 from symhbm.peaks.survey import Surveyor, sector_of
 from symhbm.peaks.tracking import LeadingBranches, Parameter, UpperEnvelope
-from symhbm.results import (
-    Request,
-    check_axis,
-    check_band,
-    runs,
-    schema,
-)
+from symhbm.results import Request, check_axis, check_band, runs, schema
 from symhbm.workers import unkept
 
 _ROUNDS = 6

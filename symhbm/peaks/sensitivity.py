@@ -14,20 +14,8 @@ import xarray as xr
 from symhbm.balance import HarmonicBalance, SecondOrder
 from symhbm.continuation.between import TIE, Peak, PeakKind
 from symhbm.model.contacts import ContactLaw
-from symhbm.numerics import (
-    RADIANS,
-    FloatArray,
-    largest_displacement,
-    turning_points,
-    unknowns_of,
-)
-from symhbm.peaks.conditions import (
-    Conditions,
-    both_sides,
-    slopes_of,
-    solve,
-    switches_on_limit,
-)
+from symhbm.numerics import RADIANS, FloatArray, largest_displacement, turning_points, unknowns_of
+from symhbm.peaks.conditions import Conditions, both_sides, slopes_of, solve, switches_on_limit
 from symhbm.peaks.maximum import Maximum
 from symhbm.results import (
     OWN_DIMENSIONS,

@@ -16,13 +16,7 @@ from numpy.typing import NDArray
 from symhbm.balance import HarmonicBalance
 from symhbm.continuation.between.segments import Batch, Doubt, Segments
 from symhbm.continuation.between.slopes import FLAT_SLOPE, TIE, Slopes
-from symhbm.continuation.correctors import (
-    ON_LIMIT,
-    Corrector,
-    Hyperplane,
-    crossed,
-    unit_parameter,
-)
+from symhbm.continuation.correctors import ON_LIMIT, Corrector, Hyperplane, crossed, unit_parameter
 from symhbm.continuation.newton import slope_of
 from symhbm.continuation.point import PathPoint
 from symhbm.continuation.segment import PathState, Segment, has_other_states, is_beyond

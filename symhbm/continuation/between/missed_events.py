@@ -82,10 +82,7 @@ class _Estimates(NamedTuple):
 
 
 def _doubtful_shares(
-    problem: HarmonicBalance,
-    segments: Segments,
-    measured: Measure,
-    estimates: _Estimates,
+    problem: HarmonicBalance, segments: Segments, measured: Measure, estimates: _Estimates
 ) -> FloatArray:
     """Shares (n,) of the segments at which a contact may pass its limit, 0 where none may."""
     ends = segments.left.state, segments.right.state, measured.left, measured.right

@@ -16,11 +16,7 @@ import numpy as np
 
 from symhbm.balance import HarmonicBalance
 from symhbm.continuation.between.goal_peaks import goal_peaks
-from symhbm.continuation.between.maxima import (
-    CORNER_JUMP,
-    LocatedMaximum,
-    Maxima,
-)
+from symhbm.continuation.between.maxima import CORNER_JUMP, LocatedMaximum, Maxima
 from symhbm.continuation.between.missed_events import MissedEvents
 from symhbm.continuation.between.segments import Segments
 from symhbm.continuation.between.slopes import (

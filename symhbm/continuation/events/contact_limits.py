@@ -8,14 +8,7 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.continuation.correctors import (
-    BEYOND,
-    ON_LIMIT,
-    AtLimit,
-    Corrector,
-    Hyperplane,
-    crossed,
-)
+from symhbm.continuation.correctors import BEYOND, ON_LIMIT, AtLimit, Corrector, Hyperplane, crossed
 from symhbm.continuation.point import PathPoint
 from symhbm.continuation.problem import Corrected
 from symhbm.numerics import FloatArray

@@ -120,10 +120,7 @@ class ModeOverParameterProblem(NonlinearModeProblem):
     def conditions(self, unknowns: FloatArray, value: float) -> list[Condition]:
         """The phase, and the amplitude of the cosine, which does not change."""
         level = self.level
-        return [
-            Condition(self.phase, 0.0, 0.0, level),
-            Condition(self._cosine, level, 0.0, level),
-        ]
+        return [Condition(self.phase, 0.0, 0.0, level), Condition(self._cosine, level, 0.0, level)]
 
     def scale(self, point: FloatArray) -> FloatArray:
         """As of any unforced motion, lengths along the parameter relative to its value."""

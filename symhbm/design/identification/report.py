@@ -131,10 +131,7 @@ def responses(problem: HarmonicBalance, curves: Sequence[Curve]) -> xr.Dataset:
 
 
 def sentences_of(
-    certainty: Certainty,
-    best: Descent,
-    descents: Sequence[Descent],
-    notes: Sequence[str],
+    certainty: Certainty, best: Descent, descents: Sequence[Descent], notes: Sequence[str]
 ) -> tuple[bool, list[str]]:
     """Whether all is well, the status, and what else is to be said of a fit."""
     point, rows = certainty.point, certainty.point.objective.rows

@@ -28,11 +28,7 @@ _ROUND_OFF = 1e-10
 
 
 def unit_samples(
-    sampling: str,
-    seed: int,
-    n_samples: int,
-    sizes: Mapping[str, int],
-    streams: Mapping[str, int],
+    sampling: str, seed: int, n_samples: int, sizes: Mapping[str, int], streams: Mapping[str, int]
 ) -> dict[str, FloatArray]:
     """Uniform shares between 0 and 1, both excluded, of the parameters of ``sizes``.
 

@@ -219,11 +219,7 @@ def _draw(
 
 
 def _spread(
-    name: str,
-    spread: ArrayLike,
-    nominal: FloatArray,
-    distribution: _Distribution,
-    about: Parameter,
+    name: str, spread: ArrayLike, nominal: FloatArray, distribution: _Distribution, about: Parameter
 ) -> FloatArray:
     """One spread per blade or contact; ValueError if values could leave their range."""
     size = nominal.size

@@ -167,7 +167,7 @@ class Population:
         if not n_used and warns:
             check.warn(
                 f"{title}: NaN, none of {self.size} samples is complete, as their status says; "
-                "symhbm.resume computes those that are waiting, max_points= lets paths go on",
+                "symhbm.resume computes those that are waiting, max_points= lets paths go on"
             )
         result = counted(result, n_used, n_failed, n_waiting + others, "complete samples")
         source = origin(self.dataset, () if per_sample else (self.dim,))

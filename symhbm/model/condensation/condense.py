@@ -274,10 +274,7 @@ def _excitations(model: Model | Sector, excitation: Any) -> Sequence[Excitation]
 
 
 def _patterns(
-    model: Model,
-    excitations: Sequence[Excitation],
-    basis: FourierBasis,
-    masters: NDArray[np.intp],
+    model: Model, excitations: Sequence[Excitation], basis: FourierBasis, masters: NDArray[np.intp]
 ) -> FloatArray:
     """Orthonormal force patterns (n_dof, n_patterns) of excitations, 0 where kept."""
     felt = [model.felt_shapes(force, basis).values() for force in excitations]

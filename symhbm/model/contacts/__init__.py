@@ -1,23 +1,10 @@
 """Contact laws: the force of a contact and its derivatives, from its motion over a period."""
 
 from symhbm.model.contacts import laws
-from symhbm.model.contacts.coulomb import (
-    Coulomb,
-    Loop,
-    loops_near_limit,
-    on_loop,
-    stick_intervals,
-)
+from symhbm.model.contacts.coulomb import Coulomb, Loop, loops_near_limit, on_loop, stick_intervals
 from symhbm.model.contacts.friction import Friction
 from symhbm.model.contacts.gap import Gap, UnilateralSpring
-from symhbm.model.contacts.group import (
-    Contacts,
-    Ends,
-    Group,
-    Weights,
-    renumbered,
-    weights_of,
-)
+from symhbm.model.contacts.group import Contacts, Ends, Group, Weights, renumbered, weights_of
 from symhbm.model.contacts.groups import ContactGroups, SliderContacts
 from symhbm.model.contacts.law import FREE, ContactLaw, graph_of
 from symhbm.model.contacts.marched import marched

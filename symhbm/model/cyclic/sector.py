@@ -11,13 +11,7 @@ from numpy.typing import NDArray
 
 from symhbm.model.cyclic.influence import Coupling, Influence
 from symhbm.model.cyclic.rotating import RotatingModel
-from symhbm.model.cyclic.waves import (
-    Blade,
-    Interfaces,
-    check_geometry,
-    paired,
-    rotation_of,
-)
+from symhbm.model.cyclic.waves import Blade, Interfaces, check_geometry, paired, rotation_of
 from symhbm.model.excitation import EngineOrder, Excitation, StaticLoad, sector_order
 from symhbm.model.linear import Matrices, RelativeCoordinates, phasors
 from symhbm.model.matrices import Model, PolynomialStructure

@@ -260,7 +260,7 @@ def _tell_cracks(
         check.warn(
             f"left, right: {apart.sum()} nodes beside the left interface are left out, and those "
             f"at the same places of the next sector (the first: {nodes[j]} and {nodes[pair]}); "
-            "the disk is cracked there",
+            "the disk is cracked there"
         )
 
 

@@ -36,9 +36,7 @@ _READERS: dict[str, Reader] = {
     ".inp": calculix.read,
     **dict.fromkeys((".full", ".cdb", ".rst"), ansys.read),
 }
-_ADVICE = {
-    ".hb": "Harwell-Boeing; write Matrix Market instead, as *EXPORT,...,MMF of Ansys does",
-}
+_ADVICE = {".hb": "Harwell-Boeing; write Matrix Market instead, as *EXPORT,...,MMF of Ansys does"}
 _ADVICE |= dict.fromkeys((".rsa", ".rua", ".matrix", ".harwell"), _ADVICE[".hb"])
 _SI = "m-kg-s"
 

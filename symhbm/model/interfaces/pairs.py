@@ -299,10 +299,7 @@ def _components(places: Places, node: int, point: FloatArray, about: int) -> dic
 
 
 def _weights(
-    vector: FloatArray,
-    one: dict[str, FloatArray],
-    two: dict[str, FloatArray],
-    beyond: bool,
+    vector: FloatArray, one: dict[str, FloatArray], two: dict[str, FloatArray], beyond: bool
 ) -> dict[Any, float]:
     """Weights of the displacement of one node less that of another along a direction."""
     result: dict[Any, float] = {}

@@ -72,7 +72,7 @@ def _shares(points: FloatArray, normals: FloatArray, joined: Any) -> FloatArray:
         check.warn(
             f"area=None: {share:.0%} of the area between the nodes is left out, where triangles "
             "are in no element or far larger than those beside them: notches, holes, or several "
-            "surfaces; area= gives the areas, or their sum",
+            "surfaces; area= gives the areas, or their sum"
         )
     corners = corners[real][~bridges]
     result, at = np.zeros(len(points)), points[corners]

@@ -255,7 +255,7 @@ def natural_band(models: Sequence[Any]) -> tuple[float, float]:
         check.warn(
             f"frequency=None: a band that holds all of more than {models[0].n_dof:,} resonances "
             "takes long to follow; give a band in Hz, and condense the structure for it by "
-            "symhbm.condense",
+            "symhbm.condense"
         )
     lowest, highest = zip(*map(_extremes, models), strict=True)
     return float(_LOW * min(lowest)), float(_HIGH * max(highest))

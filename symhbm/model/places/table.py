@@ -12,14 +12,7 @@ import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
 from symhbm.model.mesh import elastic_of, stress_rows
-from symhbm.model.places.names import (
-    DIRECTIONS,
-    RELATIVE,
-    Place,
-    check_name,
-    node_numbers,
-    texts,
-)
+from symhbm.model.places.names import DIRECTIONS, RELATIVE, Place, check_name, node_numbers, texts
 from symhbm.model.records import Record
 from symhbm.numerics import check
 
@@ -73,9 +66,7 @@ class Places(Record):
         n = node.size
         label = texts("label", "" if self.label is None else self.label, n)
         columns: dict[str, NDArray] = dict(
-            node=node,
-            direction=texts("direction", self.direction, n),
-            label=label,
+            node=node, direction=texts("direction", self.direction, n), label=label
         )
         for text in {*columns["direction"].tolist()}:
             check.one_of("direction", text, (*DIRECTIONS, RELATIVE))

@@ -185,7 +185,7 @@ def _modes_of_blade(stiffness: Any, mass: Any, count: int) -> tuple[FloatArray, 
         check.warn(
             f"blade_modes={count}: modes {mode} and {mode + 1} of the blade alone have the same "
             f"frequency, {natural[mode]:.6g} Hz, and no shapes of their own; keep both, with the "
-            "same deviations",
+            "same deviations"
         )
     return natural[:count], shapes[:, :count]
 
@@ -289,9 +289,7 @@ def _contacts(sector: Sector, basis: FloatArray) -> dict[str, Contacts]:
     rows = [_ends(here, there) for here, there in zip(own, beyond, strict=True)]
     return {
         group.name: Contacts(
-            group.law,
-            *([rows[row] for row in column] for column in group.rows.T),
-            **group.values,
+            group.law, *([rows[row] for row in column] for column in group.rows.T), **group.values
         )
         for group in sector.groups
     }

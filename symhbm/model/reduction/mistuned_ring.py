@@ -20,13 +20,7 @@ from symhbm.model.outputs import Output
 from symhbm.model.places import Place
 from symhbm.model.reduction.deviations import DeviatingModel, force_as_felt
 from symhbm.model.sectors import check_at_one_speed
-from symhbm.numerics import (
-    DENSE_LIMIT,
-    ComplexArray,
-    FloatArray,
-    FourierBasis,
-    check,
-)
+from symhbm.numerics import DENSE_LIMIT, ComplexArray, FloatArray, FourierBasis, check
 
 
 class MistunedRing(DeviatingModel):

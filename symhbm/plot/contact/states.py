@@ -56,11 +56,7 @@ class _Run(NamedTuple):
 
 @pictured
 def states(
-    dataset: xr.Dataset,
-    *,
-    contact: int | None = None,
-    at: At | None = None,
-    **common: Unpack[Look],
+    dataset: xr.Dataset, *, contact: int | None = None, at: At | None = None, **common: Unpack[Look]
 ) -> Picture:
     """Draw what contacts do over the moving parameter, a row for each contact and parameter set.
 

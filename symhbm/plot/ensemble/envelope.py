@@ -18,14 +18,7 @@ from symhbm.plot.curves import (
     shown_amplitude,
     traced,
 )
-from symhbm.plot.drawing import (
-    Moving,
-    Scale,
-    check_anything,
-    check_dims,
-    one_solution,
-    scale_of,
-)
+from symhbm.plot.drawing import Moving, Scale, check_anything, check_dims, one_solution, scale_of
 from symhbm.plot.ensemble.spread import Spread, draw_density, spread_of
 from symhbm.plot.lines import Line
 from symhbm.plot.looks import Look, pictured

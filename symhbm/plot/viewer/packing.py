@@ -95,11 +95,7 @@ _FIRST = 1e-3
 
 
 def thinned(
-    value: FloatArray,
-    level: FloatArray,
-    kept: NDArray[np.bool_],
-    most: int,
-    tolerance: float = 0.0,
+    value: FloatArray, level: FloatArray, kept: NDArray[np.bool_], most: int, tolerance: float = 0.0
 ) -> NDArray[np.intp]:
     """Numbers of the points that stay, in order: the ends, those ``kept``, and what bends the most.
 

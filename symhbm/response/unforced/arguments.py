@@ -31,12 +31,7 @@ def amplitudes_of(amplitudes: Any, name: str = "amplitudes") -> tuple[float, flo
 
 
 def axis_of(
-    problem: HarmonicBalance,
-    parameter: str,
-    band: Any,
-    at: Any,
-    sweep: Sweep,
-    nodal_diameter: Any,
+    problem: HarmonicBalance, parameter: str, band: Any, at: Any, sweep: Sweep, nodal_diameter: Any
 ) -> dict[str, Any]:
     """Fields of the request that tell which parameter moves, and where."""
     axis = check_axis(problem, parameter, band, at)

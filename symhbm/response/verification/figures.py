@@ -13,13 +13,7 @@ import numpy as np
 
 from symhbm.balance import Evaluation, HarmonicBalance, losses, matrices_in
 from symhbm.model.contacts import NormalLaw, marched
-from symhbm.numerics import (
-    FloatArray,
-    Table,
-    relative_difference,
-    turning_points,
-    unknowns_of,
-)
+from symhbm.numerics import FloatArray, Table, relative_difference, turning_points, unknowns_of
 from symhbm.response.describe import results_of_contacts
 
 

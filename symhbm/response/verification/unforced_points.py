@@ -11,12 +11,7 @@ from symhbm.continuation import EventKind
 from symhbm.continuation.unforced import first_harmonic, last_fold
 from symhbm.model.contacts import ContactLaw
 from symhbm.model.cyclic import Sector
-from symhbm.numerics import (
-    FloatArray,
-    largest_displacement,
-    relative_difference,
-    unknowns_of,
-)
+from symhbm.numerics import FloatArray, largest_displacement, relative_difference, unknowns_of
 from symhbm.response.unforced import free_problem
 from symhbm.response.verification.figures import modal_amplitude
 from symhbm.response.verification.stored_points import OF_POINTS, StoredGroup, StoredPoints

@@ -136,11 +136,7 @@ def _blocks(
 
 
 def _spread(
-    part: xr.Dataset,
-    name: str,
-    along: Sequence[str],
-    shape: tuple[int, ...],
-    inner: Sequence[str],
+    part: xr.Dataset, name: str, along: Sequence[str], shape: tuple[int, ...], inner: Sequence[str]
 ) -> np.ndarray:
     """Values of a variable over all dimensions of the rows, its inner entries along the last."""
     sizes = dict(zip(along, shape, strict=True)) | {dim: part.sizes[dim] for dim in inner}

@@ -11,14 +11,7 @@ import numpy as np
 from symhbm.balance import HarmonicBalance, matrices_in
 from symhbm.continuation import newton
 from symhbm.continuation.unforced import NonlinearModeProblem, linear_mode, mode_start
-from symhbm.design.identification.kinds.curve import (
-    Curve,
-    Members,
-    Nearby,
-    Reading,
-    Work,
-    at_place,
-)
+from symhbm.design.identification.kinds.curve import Curve, Members, Nearby, Reading, Work, at_place
 from symhbm.design.identification.kinds.responses import Response
 from symhbm.design.identification.observations import Rows
 from symhbm.numerics import RADIANS, FloatArray

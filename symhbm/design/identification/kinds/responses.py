@@ -11,13 +11,7 @@ import numpy as np
 import scipy.sparse as sp
 
 from symhbm.balance import HarmonicBalance, SecondOrder
-from symhbm.continuation import (
-    ACCEPTED,
-    FrequencyProblem,
-    follow_branch,
-    newton,
-    solve_point,
-)
+from symhbm.continuation import ACCEPTED, FrequencyProblem, follow_branch, newton, solve_point
 from symhbm.design.identification.kinds.curve import (
     Curve,
     Members,

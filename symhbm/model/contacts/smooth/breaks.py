@@ -142,12 +142,7 @@ def _along(force: Force, motion: Motion, angles: Angles) -> tuple[FloatArray, Fl
 
 
 def _crossings(
-    force: Force,
-    motion: Motion,
-    function: int,
-    cells: Angles,
-    value: FloatArray,
-    rate: FloatArray,
+    force: Force, motion: Motion, function: int, cells: Angles, value: FloatArray, rate: FloatArray
 ) -> tuple[np.ndarray, FloatArray]:
     """The motions and the angles at which one function changes its sign.
 

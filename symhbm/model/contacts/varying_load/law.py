@@ -29,9 +29,7 @@ from symhbm.model.contacts.normal import (
     Periods,
 )
 from symhbm.model.contacts.varying_load.batch import estimate, locate, most_pieces
-from symhbm.model.contacts.varying_load.march import (
-    history_of,
-)
+from symhbm.model.contacts.varying_load.march import history_of
 from symhbm.model.contacts.varying_load.moving import moving_events
 from symhbm.numerics import FloatArray, FourierBasis, turning_points
 
