@@ -343,8 +343,7 @@ def check_problem(problem: object, whole: bool = False, bends: bool = False) -> 
 
     One that ``bends`` has matrices, or a dynamic stiffness with second derivatives.
     """
-    if not isinstance(problem, HarmonicBalance):
-        raise TypeError(f"problem={check.shown(problem)}: expected a HarmonicBalance")
+    problem = check.instance("problem", problem, HarmonicBalance, "a HarmonicBalance")
     known = problem.model.has_matrices or (bends and problem.model.bends)
     if (whole or bends) and not known:
         raise TypeError(f"problem: {problem.model.WITHOUT_MATRICES}")

@@ -95,8 +95,7 @@ class Problem:
         peaks_of: str | Goal | None = None,
         by_sector: bool = True,
     ):
-        if not isinstance(model, Structure):
-            raise TypeError(f"model={check.shown(model)}: expected a Model")
+        check.instance("model", model, Structure, "a Model")
         if excitation is None:
             excitation = nothing_on(model)
         check_excitation("excitation", excitation)

@@ -8,7 +8,7 @@ import warnings
 from collections.abc import Iterable, Mapping
 from difflib import get_close_matches
 from numbers import Integral
-from typing import Any
+from typing import Any, TypeVar
 
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
@@ -17,6 +17,8 @@ FloatArray = NDArray[np.float64]
 ComplexArray = NDArray[np.complexfloating[Any, Any]]
 Table = dict[str, Any]
 """Arrays by the names of a dataset."""
+
+_Kind = TypeVar("_Kind")
 
 RADIANS = 2 * np.pi
 """Angular frequency [rad/s] of 1 Hz."""
@@ -145,6 +147,13 @@ def text(name: str, value: object) -> str:
     """Return a text; raises TypeError."""
     if not isinstance(value, str):
         raise TypeError(f"{name}={shown(value)}: expected text")
+    return value
+
+
+def instance(name: str, value: object, kind: type[_Kind], words: str) -> _Kind:
+    """Return ``value``; raise TypeError unless it is of a type, which ``words`` name."""
+    if not isinstance(value, kind):
+        raise TypeError(f"{name}={shown(value)}: expected {words}")
     return value
 
 

@@ -89,8 +89,7 @@ def save(figure: Figure, path: str | os.PathLike[str], **options: Any) -> Path:
     >>> figure, ax = plt.subplots()
     >>> path = sh.plot.save(figure, "empty.svg")
     """
-    if not isinstance(figure, Figure):
-        raise TypeError(f"figure={check.shown(figure)}: expected a figure of Matplotlib")
+    check.instance("figure", figure, Figure, "a figure of Matplotlib")
     if not isinstance(path, (str, os.PathLike)):
         raise TypeError(f"path={check.shown(path)}: expected the name of a file")
     if Path(path).suffix.removeprefix(".").lower() not in FORMATS:

@@ -88,8 +88,7 @@ def check_dataset(name: str, value: object, unforced: bool = False) -> None:
 
     ValueError for one of motions that no force drives, unless they are wanted, too.
     """
-    if not isinstance(value, xr.Dataset):
-        raise TypeError(f"{name}={check.shown(value)}: expected an xarray Dataset")
+    value = check.instance(name, value, xr.Dataset, "an xarray Dataset")
     if not unforced:
         check_forced(name, value)
 

@@ -121,10 +121,7 @@ def parse(
     """
     if over is None:
         return Sweep({}, (), ())
-    if not isinstance(over, Mapping):
-        raise TypeError(
-            f"{argument}={check.shown(over)}: expected a mapping of parameters or a Dataset"
-        )
+    check.instance(argument, over, Mapping, "a mapping of parameters or a Dataset")
     values: dict[str, xr.DataArray] = {}
     for name, value in over.items():
         own = problem.parameter_name(str(name))

@@ -158,11 +158,8 @@ def read_peaks(
 
 def _with_goal(where: str, problem: HarmonicBalance, goal: Any, dof: int | None) -> HarmonicBalance:
     """The problem with the peaks of a goal."""
-    if not isinstance(goal, Goal):
-        raise TypeError(
-            f"{where}['goal']={check.shown(goal)}: expected one of symhbm.goals, for example "
-            "symhbm.goals.Dissipation()"
-        )
+    words = "one of symhbm.goals, for example symhbm.goals.Dissipation()"
+    check.instance(f"{where}['goal']", goal, Goal, words)
     if dof is not None:
         raise ValueError(f"{where}: expected a dof or a goal, got both")
     try:
@@ -175,8 +172,7 @@ def _with_goal(where: str, problem: HarmonicBalance, goal: Any, dof: int | None)
 def _check_problem(
     where: str, own: Any, problem: HarmonicBalance, variables: DesignVariables, sweep: Sweep
 ) -> None:
-    if not isinstance(own, HarmonicBalance):
-        raise TypeError(f"{where}={check.shown(own)}: expected a HarmonicBalance")
+    check.instance(where, own, HarmonicBalance, "a HarmonicBalance")
     check_problem(own, bends=True)
     if own.samples is not None:
         raise ValueError(f"{where}: expected located switching angles, got friction over samples")

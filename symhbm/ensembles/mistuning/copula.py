@@ -155,10 +155,7 @@ def _matrix(name: str, value: ArrayLike, size: int) -> FloatArray:
 def _between(sizes: Mapping[str, int], between: Any) -> tuple[list[str], FloatArray]:
     if between is None:
         return [], np.eye(0)
-    if not isinstance(between, Mapping):
-        raise TypeError(
-            f"between={check.shown(between)}: expected correlations by pairs of parameters"
-        )
+    check.instance("between", between, Mapping, "correlations by pairs of parameters")
     for pair in between:
         if not isinstance(pair, tuple) or len(pair) != 2 or pair[0] == pair[1]:
             raise ValueError(f"between: expected pairs of two parameters, got {check.shown(pair)}")

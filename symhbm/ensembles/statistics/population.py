@@ -24,8 +24,7 @@ def followed(dataset: object, argument: str) -> tuple[xr.Dataset, Description, s
 
     Raises TypeError and ValueError for anything else.
     """
-    if not isinstance(dataset, xr.Dataset):
-        raise TypeError(f"{argument}={check.shown(dataset)}: expected an xarray Dataset")
+    dataset = check.instance(argument, dataset, xr.Dataset, "an xarray Dataset")
     check_schema(dataset, argument)
     check_forced(argument, dataset)
     if "curve_status" in dataset.variables:

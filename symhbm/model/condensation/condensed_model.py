@@ -213,8 +213,7 @@ class CondensedModel(Structure):
         TypeError unless it is a Model, and with displacements of contacts; ValueError where it is
         another one.
         """
-        if not isinstance(structure, Model):
-            raise TypeError(f"structure={check.shown(structure)}: expected a Model")
+        check.instance("structure", structure, Model, "a Model")
         if len(self.displacements_kept):
             raise TypeError(
                 "structure: expected None where displacements are kept, it has its structure"

@@ -114,8 +114,7 @@ class CondensedSector(CondensedModel):
 
         TypeError unless it is a Sector, ValueError where it is another one.
         """
-        if not isinstance(structure, Sector):
-            raise TypeError(f"structure={check.shown(structure)}: expected a Sector")
+        check.instance("structure", structure, Sector, "a Sector")
         same = structure.n_whole == self.n_whole
         if not same or _digest(structure) != self.digest:
             raise ValueError("structure: expected that which was condensed, its matrices differ")

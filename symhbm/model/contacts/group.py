@@ -247,10 +247,7 @@ class Contacts:
     """
 
     def __init__(self, law: ContactLaw, /, *directions: Any, **values: Any):
-        if not isinstance(law, ContactLaw):
-            raise TypeError(
-                f"law={check.shown(law)}: expected a contact law, as symhbm.laws.Coulomb()"
-            )
+        check.instance("law", law, ContactLaw, "a contact law, as symhbm.laws.Coulomb()")
         for name, about in law.parameters.items():
             if not is_name(name):
                 raise ValueError(

@@ -296,11 +296,8 @@ def _by_name(
             "symhbm.Contacts(law, directions, ...)"
         )
     for name, group in contacts.items():
-        if not isinstance(group, Contacts):
-            raise TypeError(
-                f"contacts[{name!r}]={check.shown(group)}: expected symhbm.Contacts(law, "
-                "directions, ...)"
-            )
+        words = "symhbm.Contacts(law, directions, ...)"
+        check.instance(f"contacts[{name!r}]", group, Contacts, words)
         if not is_name(name):
             raise ValueError(f"contacts: {name!r} is no name; letters, digits and single _")
     names = named({name: group.law.parameters for name, group in contacts.items()})

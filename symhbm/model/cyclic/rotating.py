@@ -163,8 +163,7 @@ _OF_ROTATION = {"speeds", "stiffening", "coriolis", "engine_order", *CACHED}
 
 def _of_speed(given: Any, size: int) -> tuple[tuple[float, ...], tuple[Any, ...]]:
     """Speeds [1/min] and coefficients of powers of the square of the speed [rad/s]."""
-    if not isinstance(given, Mapping):
-        raise TypeError(f"stiffness={check.shown(given)}: expected {{speed: matrix}}")
+    check.instance("stiffness", given, Mapping, "{speed: matrix}")
     speeds = tuple(check.scalar("speed of stiffness", speed, "non-negative") for speed in given)
     if len({*speeds}) != len(speeds) or not 2 <= len(speeds) <= _MOST:
         raise ValueError(f"stiffness: expected two or three different speeds, got {speeds}")

@@ -113,8 +113,7 @@ class Sector(PolynomialStructure):
         n_sectors: int,
         rotation: str | None = None,
     ):
-        if not isinstance(structure, Model):
-            raise TypeError(f"structure={check.shown(structure)}: expected a Model of one sector")
+        check.instance("structure", structure, Model, "a Model of one sector")
         if structure.n_contacts:
             raise ValueError(
                 "structure: expected a Model without contacts; give them to with_contacts of the "
@@ -190,8 +189,7 @@ class Sector(PolynomialStructure):
     def with_influences(self, *influences: Influence) -> Sector:
         """A copy with aerodynamic forces between its blades, and no others."""
         for influence in influences:
-            if not isinstance(influence, Influence):
-                raise TypeError(f"influences={check.shown(influence)}: expected symhbm.Influence")
+            check.instance("influences", influence, Influence, "symhbm.Influence")
         whole = self.number_of, self.n_numbered, self.n_sectors
         return self.under_forces(each.along(*whole) for each in influences)
 

@@ -271,8 +271,7 @@ def _parts(force: Excitation) -> tuple[Excitation, ...]:
 
 def check_excitation(name: str, force: object) -> None:
     """Raise TypeError unless it is an excitation."""
-    if not isinstance(force, Excitation):
-        raise TypeError(f"{name}={check.shown(force)}: expected an excitation")
+    check.instance(name, force, Excitation, "an excitation")
 
 
 def static_force(force: Excitation, n_dof: int, basis: FourierBasis) -> FloatArray:

@@ -227,8 +227,7 @@ class HarmonicForce(Excitation):
         put(self, "amplitude", check.scalar("amplitude", self.amplitude))
         for name in ("cosine", "sine"):
             given = getattr(self, name)
-            if not isinstance(given, Mapping):
-                raise TypeError(f"{name}={check.shown(given)}: expected a mapping from harmonics")
+            check.instance(name, given, Mapping, "a mapping from harmonics")
             lowest = 1 if name == "sine" else 0
             table = {
                 check.integer(f"harmonic of {name}", harmonic, lowest): check_values(

@@ -61,8 +61,7 @@ class FrequencyForce(Changing):
             forces[check.integer("power of forces", power)] = force
         put(self, "forces", forces)
         for name in ("units", "meaning"):
-            if not isinstance(getattr(self, name), str):
-                raise TypeError(f"{name}={check.shown(getattr(self, name))}: expected text")
+            check.text(name, getattr(self, name))
 
     def along_base(self, translation: Callable[[Any], Any]) -> Excitation:
         """The same force, its base with where it takes a reduced structure."""

@@ -101,8 +101,7 @@ def save_structure(model: Model, path: str | os.PathLike[str], *, overwrite: boo
     """
     from netCDF4 import Dataset  # slow to import
 
-    if not isinstance(model, Model):
-        raise TypeError(f"model={check.shown(model)}: expected a Model")
+    check.instance("model", model, Model, "a Model")
     turning = isinstance(model, RotatingModel)
     rule = None if model.damping is None else packed(model.damping, [])
     if model.coriolis_matrix is not None or (rule and "lacks" in rule):

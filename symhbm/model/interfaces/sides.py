@@ -17,8 +17,7 @@ _ROUND_OFF = 1e-9
 
 def places_of(model: Model) -> Places:
     """Places with coordinates; TypeError or ValueError for a structure without."""
-    if not isinstance(model, Model):
-        raise TypeError(f"model={check.shown(model)}: expected a Model with places")
+    check.instance("model", model, Model, "a Model with places")
     if model.places is None or model.places.coordinates is None:
         raise ValueError("model: expected places with coordinates")
     return model.places

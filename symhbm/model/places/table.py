@@ -309,8 +309,7 @@ class Places(Record):
 
         Raises KeyError for unknown nodes, ValueError for a node of two names.
         """
-        if not isinstance(names, Mapping):
-            raise TypeError(f"names={check.shown(names)}: expected {{label: node or nodes}}")
+        check.instance("names", names, Mapping, "{label: node or nodes}")
         label, named = self.label.astype(object), set[int]()
         for text, nodes in names.items():
             of_name = self.nodes_of(nodes)

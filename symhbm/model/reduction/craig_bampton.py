@@ -127,8 +127,7 @@ def craig_bampton(
             parts = _blade(structure.structure, reduced.structure._lift, of_blade, blade_modes)
             reduced._store(blade=parts)
         return reduced
-    if not isinstance(structure, Model):
-        raise TypeError(f"structure={check.shown(structure)}: expected a Model or a Sector")
+    check.instance("structure", structure, Model, "a Model or a Sector")
     check_at_one_speed("structure", structure)
     if blade is not None:
         raise ValueError("blade: expected None, only a sector has one")

@@ -246,8 +246,7 @@ def mistuned_ring(
     >>> response.sizes["dof"]
     12
     """
-    if not isinstance(sector, Sector):
-        raise TypeError(f"sector={check.shown(sector)}: expected a Sector")
+    check.instance("sector", sector, Sector, "a Sector")
     check_at_one_speed("sector", sector.structure)
     return MistunedRing(
         sector,

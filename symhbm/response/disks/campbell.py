@@ -114,8 +114,7 @@ def campbell(
     >>> lines.crossing_speed.values.round(2)
     array([375.51])
     """
-    if not isinstance(structure, Structure):
-        raise TypeError(f"structure={check.shown(structure)}: expected a Model or a Sector")
+    check.instance("structure", structure, Structure, "a Model or a Sector")
     structure = structure.without_rule()
     at = np.unique(check.array("speeds", [*speeds], "non-negative"))
     if len(at) < 2:

@@ -68,8 +68,7 @@ def natural_modes(
     >>> modes.frequency.sel(nodal_diameter=[0, 6, 12]).values.round(3).ravel()
     array([15.915, 35.588, 47.746])
     """
-    if not isinstance(structure, Structure):
-        raise TypeError(f"structure={check.shown(structure)}: expected a Model or a Sector")
+    check.instance("structure", structure, Structure, "a Model or a Sector")
     if isinstance(getattr(structure, "structure", structure), RotatingModel):
         raise TypeError(
             "structure: expected one at one speed, structure.at(speed), its modes change with it; "

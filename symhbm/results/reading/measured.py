@@ -277,8 +277,7 @@ def _columns(table: Any) -> Mapping[str, Any]:
         table = pd.read_csv(path, skipinitialspace=True)
     if isinstance(table, pd.DataFrame):
         return {str(name): table[name].to_numpy() for name in table.columns}
-    if not isinstance(table, Mapping):
-        raise TypeError(f"table={check.shown(table)}: expected a table of pandas, or a path")
+    check.instance("table", table, Mapping, "a table of pandas, or a path")
     return table
 
 
