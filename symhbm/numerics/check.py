@@ -176,6 +176,20 @@ def known(name: str, allowed: Iterable[str], what: str = "parameter") -> None:
         raise KeyError(f"{name!r} is no {what}; allowed: {listed}{hint}")
 
 
+def keywords(given: Mapping[str, Any], allowed: Iterable[str], function: str) -> None:
+    """Raise a TypeError for a keyword that a function does not take: which it has, the nearest."""
+    allowed = list(allowed)
+    for name, value in given.items():
+        if name in allowed:
+            continue
+        near = get_close_matches(name, allowed, n=1)
+        hint = f"; did you mean {near[0]!r}?" if near else ""
+        raise TypeError(
+            f"{name}={shown(value)}: unexpected argument of {function}; expected one of "
+            f"{', '.join(allowed)}{hint}"
+        )
+
+
 def one_of(name: str, value: object, allowed: Iterable[str]) -> str:
     """Return ``value``; raise a ValueError that lists the allowed words unless it is one."""
     allowed = list(allowed)

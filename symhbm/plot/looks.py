@@ -81,6 +81,7 @@ def pictured(make: Callable[_P, Picture], look: type = Look) -> Drawing[_P]:
 
     @wraps(make)
     def draw(*args: _P.args, **options: _P.kwargs) -> Figure:
+        check.keywords(options, whole.parameters, make.__name__)
         whole.bind(*args, **options)
         given: dict[str, Any] = _DEFAULTS | options
         known: Any = [n for n in options if takes_all or n in signature.parameters]

@@ -3,10 +3,10 @@
 from __future__ import annotations
 
 import os
+import sys
 from collections.abc import Iterable, Mapping
 from concurrent.futures import Executor
 from dataclasses import dataclass
-from difflib import get_close_matches
 from typing import Any, TypedDict
 
 from symhbm.numerics import check
@@ -123,13 +123,8 @@ class Running:
     @classmethod
     def of(cls, run: Mapping[str, Any], kind: type = Run) -> Running:
         """The keywords of a call that takes those of a ``kind``; TypeError for any other."""
-        allowed = sorted(kind.__optional_keys__)  # type: ignore[attr-defined]
-        for name, value in run.items():
-            if name not in allowed:
-                near = get_close_matches(name, allowed, n=1)
-                hint = f"; did you mean {near[0]!r}?" if near else ""
-                raise TypeError(
-                    f"{name}={check.shown(value)}: unexpected argument; expected one of the "
-                    f"signature, or of {', '.join(allowed)}{hint}"
-                )
+        verb = sys._getframe(1).f_code
+        own = verb.co_varnames[: verb.co_argcount + verb.co_kwonlyargcount]
+        shared = sorted(kind.__optional_keys__)  # type: ignore[attr-defined]
+        check.keywords(run, [*own, *shared], verb.co_name)
         return cls(**run)

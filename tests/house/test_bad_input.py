@@ -152,6 +152,25 @@ def test_bad_values_are_shown(to, name, value):
         GIVEN_TO[to][0](**{name: value})
 
 
+@pytest.mark.parametrize(
+    ("call", "given", "meant"),
+    [
+        (frf, dict(acuracy=1e-3), "accuracy"),
+        (frf, dict(archiv="x.nc"), "archive"),
+        (
+            partial(sh.peak_curve, PROBLEM, "normal_load", (1, 9)),
+            dict(frequency_ban=BAND),
+            "frequency_band",
+        ),
+        (partial(sh.plot.response, sh.solve(PROBLEM, 10.0)), dict(plce=0), "place"),
+    ],
+)
+def test_a_misspelt_keyword_is_told_the_one_that_is_meant(call, given, meant):
+    [(name, value)] = given.items()
+    with refused(f"{name}={value!r}: unexpected argument of", f"did you mean {meant!r}?"):
+        call(**given)
+
+
 # What does not go together, or is another thing: words that the message has
 
 

@@ -271,7 +271,7 @@ def _parts(force: Excitation) -> tuple[Excitation, ...]:
 
 def check_excitation(name: str, force: object) -> None:
     """Raise TypeError unless it is an excitation."""
-    check.instance(name, force, Excitation, "an excitation")
+    check.instance(name, force, Excitation, "an excitation, as symhbm.forces.PointForce()")
 
 
 def static_force(force: Excitation, n_dof: int, basis: FourierBasis) -> FloatArray:
