@@ -134,7 +134,7 @@ class _Search:
         number, points = len(self.found), found.branch.points
         self.found.append(found)
         for before, point in zip(points[:1] + points, points, strict=False):
-            if _is_branch_point(point):
+            if any(event.kind == EventKind.BRANCH for event in point.events):
                 self._note(number, point, before.switches)
 
     def ended(self, number: int) -> FoundBranch:
@@ -289,10 +289,6 @@ class _Search:
             passed = passed_pairs(branch.points, self._corrector)
             branch, _ = followed_again(branch, passed)
         return filled(branch)
-
-
-def _is_branch_point(point: PathPoint) -> bool:
-    return any(event.kind == EventKind.BRANCH for event in point.events)
 
 
 def _far_enough(points: list[PathPoint]) -> list[PathPoint]:

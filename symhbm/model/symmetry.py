@@ -31,11 +31,6 @@ class Symmetry:
     contact_sector: tuple[int, ...]
     contact_place: tuple[int, ...]
 
-    @property
-    def dof_sector(self) -> NDArray[np.intp]:
-        """The sector of each degree of freedom of the whole structure, (n_dof of all,)."""
-        return np.repeat(np.arange(self.n_sectors), self.n_dof)
-
     @cached_property
     def contacts(self) -> NDArray[np.intp]:
         """The contacts of the first sector."""
@@ -60,7 +55,7 @@ class Symmetry:
 
     def phases(self, wave: int) -> sp.csr_array:
         """``a - i b`` of all degrees of freedom from that of the first sector, in a `wave`."""
-        sector = self.dof_sector
+        sector = np.repeat(np.arange(self.n_sectors), self.n_dof)
         turns = wave * sector % self.n_sectors / self.n_sectors
         entry = np.arange(len(sector)), np.arange(len(sector)) % self.n_dof
         shape = len(sector), self.n_dof

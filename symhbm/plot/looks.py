@@ -178,9 +178,6 @@ def _repaint(panel: Panel, number: int) -> None:
     """Give a panel the colours of a result, and a line without others the next style."""
     hue = np.array(to_rgb(HUES[number % len(HUES)]))
 
-    def tinted(share: float) -> tuple[float, ...]:
-        return tuple(hue + (1 - hue) * _LIGHTEST * (1 - share))
-
     def painted(color: Any) -> Any:
         if isinstance(color, str) or np.shape(color) != (4,):
             return color
@@ -188,7 +185,7 @@ def _repaint(panel: Panel, number: int) -> None:
             return tuple(hue)
         shades = FAMILY(np.linspace(0, 1, 256))
         nearest = int(np.abs(shades - np.asarray(color)).sum(axis=1).argmin())
-        return tinted(nearest / 255)
+        return tuple(hue + (1 - hue) * _LIGHTEST * (1 - nearest / 255))
 
     alone = panel.bar is None and not any(item.kind == "entry" for item in panel.items)
     for item in panel.items:

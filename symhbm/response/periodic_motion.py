@@ -1,7 +1,6 @@
 """`periodic_motion`: the exact periodic motion in time, as a labelled dataset."""
 
 from collections.abc import Iterable
-from functools import partial
 from typing import Any
 
 import numpy as np
@@ -203,8 +202,10 @@ def _of_output(
     rows = output.rows @ motion.at(angle)[0].T
     largest, spread = np.empty((2, len(rows)))
     for i, values in enumerate(rows):
-        starts = [(sign, float(angle[(sign * values).argmax()])) for sign in (1.0, -1.0)]
-        ends = [_highest(partial(_value, output, motion, i, sign), at) for sign, at in starts]
+        ends = [
+            _highest(motion, sign * output.rows[[i]], float(angle[(sign * values).argmax()]))
+            for sign in (1.0, -1.0)
+        ]
         largest[i], spread[i] = np.abs(ends).max(), sum(ends)
     at = slice(None) if output.several else 0
     return {
@@ -215,22 +216,16 @@ def _of_output(
     }
 
 
-def _value(output: Output, motion: ExactMotion, row: int, sign: float, angle: float) -> float:
-    """One row of an output, or minus it, at an angle of the period."""
-    return sign * float((output.rows[[row]] @ motion.at(np.array([angle]))[0][0])[0])
+def _highest(motion: ExactMotion, row: Any, start: float) -> float:
+    """The highest value of a row (1, n_dof) next to an angle where its samples are highest."""
 
+    def lowered(angle: float) -> float:
+        return -float((row @ motion.at(np.array([angle]))[0][0])[0])
 
-def _highest(function: Any, start: float) -> float:
-    """The highest value of a function next to an angle where samples are highest."""
-    width = 2 * np.pi / _FINE
-    search: Any = scipy.optimize.minimize_scalar
-    found = search(
-        lambda tau: -function(tau),
-        bounds=(start - width, start + width),
-        method="bounded",
-        options={"xatol": 1e-10},
-    )
-    return max(-float(found.fun), function(start))
+    width, search = 2 * np.pi / _FINE, scipy.optimize.minimize_scalar
+    bounds: Any = start - width, start + width
+    found: Any = search(lowered, bounds=bounds, method="bounded", options={"xatol": 1e-10})
+    return max(-float(found.fun), -lowered(start))
 
 
 def _event_kinds(motion: ExactMotion) -> np.ndarray:

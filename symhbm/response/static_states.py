@@ -111,7 +111,8 @@ def _states(at_rest: AtRest) -> list[NewtonResult]:
     for start in starts:
         add(start)
     for known in found:  # which grows
-        softest = _softest(known)
+        jacobian = known.evaluation.jacobian
+        softest = np.linalg.eigh((jacobian + jacobian.T) / 2)[1][:, 0]  # the least stiff direction
         away = [known.unknowns + sign * s * softest for s in _NUDGES for sign in (1, -1)]
         other = other_solution(
             lambda unknowns: step_of(at_rest(unknowns)), solve, known.unknowns, [*starts, *away]
@@ -147,12 +148,6 @@ def _starts(at_rest: AtRest) -> Iterator[FloatArray]:
             matrix += closed * spring * np.outer(normal, normal)
             right -= (closed * load - balanced) * normal
         yield np.linalg.lstsq(matrix, right, rcond=None)[0]
-
-
-def _softest(state: NewtonResult) -> FloatArray:
-    """Direction (n_dof,) in which a state has the least stiffness."""
-    jacobian = state.evaluation.jacobian
-    return np.linalg.eigh((jacobian + jacobian.T) / 2)[1][:, 0]
 
 
 def _verdict(state: NewtonResult) -> int:

@@ -94,10 +94,6 @@ class ActiveContacts:
         """``N`` (..., n_active) [N] of displacements and states, 1 of constant loads."""
         return np.where(state == APART, 0.0, self.pressure(x))
 
-    def normal_slopes(self, state: FloatArray) -> FloatArray:
-        """Derivative of the normal forces by displacement in a ``state``, (n_active, n_dof)."""
-        return np.where(state == APART, 0.0, 1.0)[:, None] * self.pressing
-
     def friction_slopes(self, state: FloatArray) -> FloatArray:
         """Derivative of the friction forces by displacement in a ``state``, (n_active, n_dof).
 
@@ -110,7 +106,7 @@ class ActiveContacts:
 
     def springs(self, state: FloatArray) -> FloatArray:
         """Stiffness (n_dof, n_dof) [N/m] of the contacts in a ``state`` (n_active,)."""
-        pressed = self.normal.T @ self.normal_slopes(state)
+        pressed = self.normal.T @ ((state != APART)[:, None] * self.pressing)
         return self.directions.T @ self.friction_slopes(state) + pressed
 
     def friction_since_closing(self, slope: FloatArray, contact: int) -> FloatArray:

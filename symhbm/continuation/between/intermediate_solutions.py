@@ -8,7 +8,6 @@ less accurate one of both: the tolerances are aims, and no bounds.
 
 import math
 from collections.abc import Sequence
-from typing import Any
 
 import numpy as np
 from numpy.typing import NDArray
@@ -118,16 +117,7 @@ def _needed_shares(
 
 
 @Loop
-def _largest_error(
-    left: tuple[Any, Any, Any, Any],
-    right: tuple[Any, Any, Any, Any],
-    folds,
-    states,
-    expected,
-    per_dof: bool,
-    largest,
-    shares,
-) -> None:
+def _largest_error(left, right, folds, states, expected, per_dof: bool, largest, shares) -> None:
     """Raise the ``largest`` errors of segments, and write the shares of those above 1.
 
     Of what is drawn from states, directions, amplitudes and slopes ``left`` and ``right`` at their

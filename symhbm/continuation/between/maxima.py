@@ -151,7 +151,9 @@ class Maxima(Doubt):
         is_doubtful = np.any(estimate.is_doubtful, axis=1).tolist()
         candidates = np.any(estimate.is_doubtful | estimate.turns, axis=1)
         candidates &= batch.measured.length[:, 0] > 0  # else its ends coincide
-        dividing = _dividing_share(segments.switch_events).tolist()
+        # Divided closer to an onset or end of slip.
+        heading = np.diff(segments.switch_events.astype(float), axis=-1)[..., 0]
+        dividing = (0.5 + 0.25 * heading).tolist()
         maxima: dict[int, list[LocatedMaximum]] = {}
         for k in np.flatnonzero(candidates).tolist():
             if int(segments.number[k]) in self.other_states:
@@ -242,11 +244,6 @@ class Maxima(Doubt):
         size = self._problem.peaking.scale * segment.scale[0]
         margin = max(margin, _AMPLITUDE_MARGIN * segment.length * size)
         return bool(np.any(amplitude[:, dof] + margin >= amplitude.max(axis=1)))
-
-
-def _dividing_share(switch_events: NDArray[np.bool_]) -> FloatArray:
-    """Shares (...,) at which segments are divided: closer to an onset or end of slip."""
-    return 0.5 + 0.25 * (switch_events[..., 1].astype(float) - switch_events[..., 0])
 
 
 def _tied(at: Slopes, dof: int) -> NDArray[np.bool_]:

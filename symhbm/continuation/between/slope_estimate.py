@@ -116,15 +116,7 @@ def _may_lead(basis: FourierBasis, motions: FloatArray, reserve: FloatArray) -> 
 
 @Loop
 def _write_slopes(
-    amplitudes: tuple[Any, Any],
-    end_slopes: tuple[Any, Any],
-    tangents: tuple[Any, Any],
-    normal,
-    length,
-    scale,
-    inside,
-    switch_events,
-    slopes,
+    amplitudes, end_slopes, tangents, normal, length, scale, inside, switch_events, slopes
 ) -> None:
     """Write slopes per unit of length: at both ends, and ``inside`` from those by the share."""
     n, n_slopes, n_dof = slopes.shape
@@ -154,17 +146,9 @@ def _write_slopes(
 
 @Loop
 def _judge(
-    ends: tuple[Any, Any],
-    amplitudes,
-    slopes,
-    inside,
-    error,
-    length,
-    switch_events,
-    per_dof: bool,
-    turns,
+    ends, amplitudes, slopes, inside, error, length, switch_events, per_dof: bool, turns,
     is_doubtful,
-) -> None:
+) -> None:  # fmt: skip
     """Write which amplitudes of segments turn, and of which that is doubtful."""
     n_inside = amplitudes.shape[1]
     top = np.empty(n_inside + 2)

@@ -107,11 +107,13 @@ def descend(
         keep(point.x)
         return point.jacobian[:, free]
 
+    # SciPy wants starts strictly inside the bounds.
+    within = 1e-10 * (upper - lower)
     x, tolerance = inside, _TOLERANCE if precise else _ROUGH
     if len(free):
         found = least_squares(
             residuals,
-            np.clip(inside[free], *_strictly(lower[free], upper[free])),
+            np.clip(inside[free], (lower + within)[free], (upper - within)[free]),
             jacobian,  # pyright: ignore[reportArgumentType]
             (lower[free], upper[free]),
             x_scale="jac",
@@ -130,12 +132,6 @@ def descend(
         return Descent(start, *polished(objective, point, free, loss))
     except ArithmeticError as error:
         return Descent(start, None, np.inf, str(error))
-
-
-def _strictly(lower: FloatArray, upper: FloatArray) -> tuple[FloatArray, FloatArray]:
-    """Bounds that a start is within, which has to be inside them."""
-    inside = 1e-10 * (upper - lower)
-    return lower + inside, upper - inside
 
 
 def polished(

@@ -239,7 +239,11 @@ def pareto_front(
     n_points = check.integer("n_points", n_points, minimum=2)
     if n_starts is not None:
         n_starts = check.integer("n_starts", n_starts, minimum=1)
-    if not isinstance(aims, Mapping) or len(aims) != 2 or not all(map(_is_name, aims)):
+    if (
+        not isinstance(aims, Mapping)
+        or len(aims) != 2
+        or not all(isinstance(name, str) and name for name in aims)
+    ):
         raise TypeError(
             f"aims={check.shown(aims)}: expected a mapping of two names to functions of peaks and "
             "parameters"
@@ -280,10 +284,6 @@ def pareto_front(
     return checked(
         kept_designs.finished(with_certificate(result, status, text)), _GOOD, running.throw
     )
-
-
-def _is_name(name: object) -> bool:
-    return isinstance(name, str) and bool(name)
 
 
 def _compared(task: Task, result: xr.Dataset, points: Sequence[FrontPoint]) -> tuple[bool, str]:

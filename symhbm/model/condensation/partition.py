@@ -123,23 +123,20 @@ class Interior:
                 self._factors = s, factors
         else:
             factors = self._factors[1]
+        n = len(self.masters)
         for first in range(0, self.n_columns, _COLUMNS):
             chosen = slice(first, first + _COLUMNS)
-            block = np.hstack([-inwards[:, chosen].toarray(), self._forces_of(chosen)])
+            forces = self.forces[:, max(first - n, 0) : max(first + _COLUMNS - n, 0)]
+            block = np.hstack([-inwards[:, chosen].toarray(), forces])
             if only_motion and self.symmetric:
                 motion[:, chosen] = factors.solve(block.astype(rounded), trans)
             else:
                 motion[:, chosen] = refined(factors, inside, block, trans)
         if only_motion:
             return motion, feel
-        n = len(self.masters)
         felt = outwards @ motion
         feel[:, :n], feel[:, n:] = felt[:, :n] + kept, -felt[:, n:]
         return motion, feel
-
-    def _forces_of(self, chosen: slice) -> NDArray:
-        n = len(self.masters)
-        return self.forces[:, max(chosen.start - n, 0) : max(chosen.stop - n, 0)]
 
     @property
     def n_columns(self) -> int:

@@ -220,7 +220,9 @@ def modes_near(
 def modes_below(model: Any, harmonic: int, frequency: float, spring: FloatArray) -> int:
     """Number of modes below a harmonic of an angular ``frequency``, see `modes_near`."""
     fixed, _ = model.fixed[harmonic]
-    s = _off_pole(fixed, harmonic * frequency)
+    s = harmonic * frequency
+    if np.abs(fixed / s - 1).min(initial=1.0) < _NEAR_POLE:
+        s *= 1 + 2 * _NEAR_POLE  # beside a fixed-interface frequency, a pole of Z
     directions = model.directions_in(harmonic).toarray()
     stiffness = hermitian(_of_kind(directions, model.undamped[harmonic](s)[0]))
     dynamic = stiffness + _contact_matrix(directions, spring)
@@ -230,12 +232,6 @@ def modes_below(model: Any, harmonic: int, frequency: float, spring: FloatArray)
 def _of_kind(directions: NDArray, matrix: ComplexArray) -> NDArray:
     """A Hermitian matrix, real where the directions are: then it is so but for round-off."""
     return matrix if np.iscomplexobj(directions) else matrix.real.astype(float)
-
-
-def _off_pole(fixed: FloatArray, s: float) -> float:
-    """A frequency, or one beside it where it is a fixed-interface frequency, a pole of Z."""
-    at_pole = np.abs(fixed / s - 1).min(initial=1.0) < _NEAR_POLE
-    return s * (1 + 2 * _NEAR_POLE) if at_pole else s
 
 
 def _beside_resonance(fixed: FloatArray, fixed_widths: FloatArray, s: float) -> float:

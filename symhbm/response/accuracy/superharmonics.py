@@ -120,7 +120,8 @@ def friction_beyond(
     slips = np.isin(np.arange(n_contacts), contact) | (slip_limit == 0)
     # The force changes only while the contact sticks, as the spring does: integration by parts.
     orders = basis.order[basis.is_sine]
-    rate = orders * (coefficients[:, basis.is_sine] + 1j * _cosines(basis, coefficients))
+    cosines = coefficients[:, ~basis.is_sine & (basis.order > 0)]
+    rate = orders * (coefficients[:, basis.is_sine] + 1j * cosines)
     width, middle = end - begin, (end + begin) / 2
     integral = np.zeros((len(contact), len(harmonics)), dtype=complex)
     for m, amplitude in zip(orders, rate[contact].T, strict=True):
@@ -136,10 +137,6 @@ def friction_beyond(
     np.add.at(share, contact, (width[:, None] - memory_loss) / (2 * np.pi))
     share[~slips] = 1.0
     return contact_stiffness[:, None] * total / (1j * np.pi * harmonics), share
-
-
-def _cosines(basis: FourierBasis, coefficients: FloatArray) -> FloatArray:
-    return coefficients[:, ~basis.is_sine & (basis.order > 0)]
 
 
 def _modes(

@@ -40,14 +40,15 @@ def account(dataset: xr.Dataset, digits: int = 6) -> Iterator[tuple[str, Rows]]:
 
 def as_text(dataset: xr.Dataset) -> str:
     """The account of a dataset, a line or more for each label."""
-    lines = []
-    for _, rows in account(dataset):
-        for name, text in rows:
-            wrapped = textwrap.wrap(printable(text), WIDTH - MARGIN, break_on_hyphens=False)
-            labels = [printable(name), *[""] * len(wrapped)]
-            for label, line in zip(labels, wrapped or [""], strict=False):
-                lines.append(f"{label:<{MARGIN - 1}} {line}".rstrip())
-    return "\n".join(lines)
+    rows = [row for _, section in account(dataset) for row in section]
+    return "\n".join(line for name, text in rows for line in lines_of(name, text))
+
+
+def lines_of(label: str, text: str, nothing: str = "") -> list[str]:
+    """A text beside its label, in lines of one width."""
+    lines = textwrap.wrap(printable(text), WIDTH - MARGIN, break_on_hyphens=False) or [nothing]
+    labels = [printable(label), *[""] * len(lines)]
+    return [f"{a:<{MARGIN - 1}} {b}".rstrip() for a, b in zip(labels, lines, strict=False)]
 
 
 def _origin(dataset: xr.Dataset) -> Rows:

@@ -1,14 +1,13 @@
 """What differs between two results, in words."""
 
-import textwrap
 from collections.abc import Iterator
 
 import xarray as xr
 
 from symhbm.results.problem import NUMBERS
-from symhbm.results.reading import largest, printable
+from symhbm.results.reading import largest
 from symhbm.results.schema import check_dataset
-from symhbm.results.telling.account import MARGIN, WIDTH, account
+from symhbm.results.telling.account import MARGIN, account, lines_of
 from symhbm.results.telling.findings import ERRORS
 from symhbm.results.telling.words import Rows
 
@@ -50,10 +49,7 @@ def compare(first: xr.Dataset, second: xr.Dataset) -> str:
     lines = []
     for label, texts in _different(first, second):
         for head, text in zip((label, f"{'->':>{MARGIN - 2}}"), texts, strict=True):
-            wrapped = textwrap.wrap(printable(text), WIDTH - MARGIN, break_on_hyphens=False)
-            heads = [head, *[""] * len(wrapped)]
-            for part, line in zip(heads, wrapped or ["none"], strict=False):
-                lines.append(f"{part:<{MARGIN - 1}} {line}")
+            lines += lines_of(head, text, "none")
     tops = [_highest(one) for one in (first, second)]
     if all(tops) and tops[0] != tops[1]:
         change = 100 * (tops[1] / tops[0] - 1)

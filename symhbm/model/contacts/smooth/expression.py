@@ -242,10 +242,8 @@ class Force:
         return [part.reshape(count, -1)[:n] for part in self._compiled[key](*filled)]
 
 
-@lru_cache(maxsize=64)
-def force_of(text: str, sizes: Sizes) -> Force:
-    """The force of a graph."""
-    return Force(text, sizes)
+force_of = lru_cache(maxsize=64)(Force)
+"""The force of a graph, made once."""
 
 
 def arguments_of(
