@@ -153,13 +153,14 @@ def check_axis(
 
 def check_band(name: str, band: Any, bound: str, unit: str) -> tuple[float, float]:
     """Two different values within a ``bound`` of `symhbm.numerics.check`."""
+    expected = f"{name}={check.shown(band)}: expected two different values (first, last){unit}"
+    if band is None:
+        raise TypeError(expected)
     edges = check.array(name, band, bound)
     if edges.shape != (2,) or edges[0] == edges[1]:
         grid = edges.ndim == 1 and edges.size > 2
-        raise ValueError(
-            f"{name}={check.shown(band)}: expected two different values (first, last){unit}"
-            f"{'; at= asks for given ones between them' if grid else ''}"
-        )
+        hint = "; at= asks for given ones between them" if grid else ""
+        raise ValueError(f"{expected}{hint}")
     return float(edges[0]), float(edges[1])
 
 
@@ -171,7 +172,7 @@ def check_grid(at: ArrayLike | None, band: tuple[float, float]) -> FloatArray | 
     for end in band:
         grid = np.where(np.abs(grid - end) <= _ROUND_OFF * max(map(abs, band)), end, grid)
     if grid.ndim != 1 or grid.size == 0 or np.any(np.diff(grid) <= 0):
-        raise ValueError(f"at={check.shown(at)}: expected strictly ascending values")
+        raise ValueError(f"at={check.shown(at)}: expected a sequence of strictly ascending values")
     low, high = sorted(band)
     if grid[0] < low or grid[-1] > high:
         edges = check.told_apart(low, high, float(grid[0]), float(grid[-1]))

@@ -144,6 +144,7 @@ CALLS: list[tuple[Any, Any, str]] = [
     (follow(None), (TYPE, KEY), "None.*allowed.*normal_load"),
     (follow(["normal_load"]), (TYPE, KEY), "normal_load.*allowed"),
     (follow("engine_order"), VALUE, "parameter='engine_order'.*expected"),
+    (follow(band=None), TYPE, r"band=None.*two different values \(first, last\) \[N\]"),
     (follow(band=(3.0, 3.0)), VALUE, r"band=\(3.0, 3.0\).*two different values.*\[N\]"),
     (follow(band=(-1.0, 3.0)), VALUE, r"band=\(-1.0, 3.0\).*>= 0"),
     (follow("mass", (0.0, 3.0)), VALUE, r"band=\(0.0, 3.0\).*> 0"),

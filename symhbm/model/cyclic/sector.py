@@ -121,12 +121,12 @@ class Sector(PolynomialStructure):
             )
         n_sectors = check.integer("n_sectors", n_sectors, minimum=2)
         places = structure.places
+        turned, known = rotation_of(places, structure.n_dof, rotation, n_sectors)
         if isinstance(left, str) and isinstance(right, str):
             ends = paired(places, left, right, rotation or "z", n_sectors)
         else:
             ends = _numbers(structure, "left", left), _numbers(structure, "right", right)
         _check_ends(*ends)
-        turned, known = rotation_of(places, structure.n_dof, rotation, n_sectors)
         check_geometry(places, *ends, rotation, n_sectors)
         others = np.setdiff1d(np.arange(structure.n_dof), ends[1])
         self._store(**_of(structure, Interfaces(n_sectors, *ends, others, turned)))

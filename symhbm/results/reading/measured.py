@@ -267,13 +267,15 @@ def _columns(table: Any) -> Mapping[str, Any]:
         return {}
     if isinstance(table, (str, os.PathLike)):
         path = Path(table)
+        if path.suffix.lower() not in (".csv", ".mat"):
+            raise ValueError(f"table={str(table)!r}: expected the path of a .csv or a .mat file")
+        if not path.exists():
+            raise FileNotFoundError(f"table={str(table)!r}: expected a file, there is none")
         if path.suffix.lower() == ".mat":
             from scipy.io import loadmat
 
             found = loadmat(path, squeeze_me=True)
             return {name: of for name, of in found.items() if not name.startswith("__")}
-        if path.suffix.lower() != ".csv":
-            raise ValueError(f"table={str(table)!r}: expected the path of a .csv or a .mat file")
         table = pd.read_csv(path, skipinitialspace=True)
     if isinstance(table, pd.DataFrame):
         return {str(name): table[name].to_numpy() for name in table.columns}

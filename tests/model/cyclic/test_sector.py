@@ -81,6 +81,7 @@ def test_narrow_resonances_are_counted_wave_by_wave():
         (lambda m: sh.Sector(m, [0], [1], 1), ValueError, "n_sectors=1"),
         (lambda m: sh.Sector(m, [0], [1], 6, "z"), ValueError, "places"),
         (lambda m: sh.Sector(m, [0], [1], 6, "w"), ValueError, "rotation='w'"),
+        (lambda m: sh.Sector(m, "left", "right", 6, "w"), ValueError, "rotation='w'"),
         (lambda m: sh.Sector(m, [0], [9], 6), ValueError, "0 to 3"),
         (lambda m: sh.Sector(m, ["a:x"], [1], 6), KeyError, "no place"),
         (lambda m: sh.Sector(np.eye(3), [0], [1], 6), TypeError, "Model of one sector"),

@@ -87,6 +87,7 @@ def test_columns_of_tables(tmp_path, kind):
         (dict(table=3), TypeError, "a table of pandas"),
         (dict(devation=0.1), TypeError, "devation: expected a parameter"),
         (dict(table="sweep.txt"), ValueError, ".csv or a .mat"),
+        (dict(table="sweep.csv"), FileNotFoundError, "table='sweep.csv': expected a file"),
         (dict(response="amplitude", table={"f": [1]}), KeyError, "column of the table"),
     ],
 )
