@@ -67,9 +67,9 @@ def _judge(chosen: list[Mutation], results: dict, path: Path, folder: Path) -> N
 
 
 def _passes(mutation: Mutation, folder: Path) -> bool:
-    """Whether the tests of the room pass with a change."""
+    """Whether the tests of the room pass with a change; those of responses judge what has none."""
     tests = folder / "tests" / room_of(mutation)
-    of_room = str(tests if tests.is_dir() else folder / "tests" / "house")
+    of_room = str(tests if tests.is_dir() else folder / "tests" / "response")
     command = [sys.executable, "-m", "pytest", "-x", "-q", "-p", "no:cacheprovider", of_room]
     given = os.environ | {"PYTHONPATH": str(folder)}
     try:

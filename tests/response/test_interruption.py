@@ -285,7 +285,7 @@ def test_the_command_line_is_interrupted_in_one_line(tmp_path, monkeypatch):
         preexec_fn=interruptible,
     )
     end = time.monotonic() + _HANG
-    while time.monotonic() < end:
+    while time.monotonic() < end and process.poll() is None:
         if "1 of its 3000 " not in _said(path):
             break
         time.sleep(0.2)

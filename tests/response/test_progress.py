@@ -112,7 +112,7 @@ def test_bad_values(progress):
 @pytest.fixture
 def slow(monkeypatch):
     """A clock by which a second passes whenever somebody looks at it, and lines soon."""
-    clock = iter(range(10**6))
+    clock = iter(range(10**5, 10**6))
     monkeypatch.setattr(workers.time, "monotonic", lambda: float(next(clock)))
     monkeypatch.setattr(workers, "_LINES_APART", 3.0)
     return monkeypatch
