@@ -47,3 +47,12 @@ def test_points_at_once_are_those_one_by_one(name, several):
         np.testing.assert_allclose(norm[i], alone.norm, rtol=1e-12)
         np.testing.assert_array_equal(states[i].switches, alone.states.switches)
         np.testing.assert_allclose(states[i].margins, alone.states.margins, rtol=1e-12, atol=1e-12)
+
+
+def test_sizes_at_switches_are_those_of_their_contacts():
+    contacts = problem("varying chain point 0123").contacts
+    by_row = np.random.default_rng(0).uniform(size=(2, 3, contacts.layout.n_rows))
+    [group] = contacts.groups
+    of_contact = np.linalg.norm(by_row[..., group.rows], axis=-1)
+    sizes = contacts.sizes_at_switches(by_row)
+    np.testing.assert_array_equal(sizes, of_contact[..., contacts.of_switches])
