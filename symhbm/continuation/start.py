@@ -123,7 +123,7 @@ def _solve_sampled(problem: HarmonicBalance, frequency: float) -> NewtonResult:
 def _grow_force(problem: HarmonicBalance, stuck: FloatArray, frequency: float) -> FloatArray | None:
     margins = problem.locate(stuck, frequency).margins
     margins = margins[np.isfinite(margins)]
-    share = 0.5 * np.exp(-max(margins.max(initial=0.0), 0.0))
+    share = 0.5 * np.exp(-margins.max(initial=0.0))
     amplitude = problem.excitation.amplitude
     if not amplitude:
         return None

@@ -33,13 +33,18 @@ def test_cold_start_of_the_ring(engine_order):
                 assert sh.solve(other, frequency, throw=True).converged
 
 
-def test_growing_the_force_reaches_the_same_point():
+def test_growing_the_force_reaches_the_same_point(monkeypatch):
     """The fall-back of a cold start against Newton's method, on a mistuned ring."""
     rng = np.random.default_rng(3)
     problem = fig08.problem().with_parameters(normal_load=rng.uniform(5, 15, 13), engine_order=3)
     omega = 2 * np.pi * 205.0
     direct = start.solve_point(problem, omega)
+    begun, path = [], start.Path
+    monkeypatch.setattr(start, "Path", lambda *given: begun.append(given) or path(*given))
     grown = start._grow_force(problem, start.linear_response(problem, omega), omega)
+    [(_, small, amplitude, _)] = begun  # from where all contacts stick
+    weaker = problem.with_parameters(force_amplitude=amplitude)
+    assert weaker.locate(small, omega).margins.max() == pytest.approx(-np.log(2))
     # Both residuals are below 1e-12, amplified by the resonance (quality about 2700).
     np.testing.assert_allclose(grown, direct.unknowns, rtol=0, atol=1e-8 * np.abs(grown).max())
 
