@@ -8,6 +8,7 @@ import pytest
 
 import symhbm as sh
 from symhbm.continuation.events import brief_crossing
+from symhbm.continuation.events.contact_limits import _first_limit
 from tests.designs import ring
 
 
@@ -57,3 +58,13 @@ def test_what_is_solved_for_within_a_step_tells_of_all_contacts(least):
         assert found.margins[-1] > 0
     # One after the other, each of the five would ask for it.
     assert asked == [0.5]
+
+
+def test_first_limit_of_a_cubic_step_is_where_it_says():
+    end = np.array([2.0, 1.0]) / np.sqrt(5)  # along the path (t^2, t) with the margin t^3 - 0.3
+    stuck, rates = np.zeros(1, dtype=bool), (np.zeros(1), 3 * end[1:])
+    base = np.zeros(2), np.array([0.0, 1.0]), stuck, np.array([-0.3]), rates[0]
+    normal, guess = np.empty((2, 2))
+    ahead = np.ones(2), end, np.array([0.7]), rates[1]
+    assert _first_limit(base, ahead, np.ones(2), False, normal, guess) == (0, 1.0)
+    np.testing.assert_allclose(guess, [0.3 ** (2 / 3), 0.3 ** (1 / 3)], rtol=1e-8)

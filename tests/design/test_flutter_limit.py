@@ -1,5 +1,8 @@
 """Parameters that damp most and hold the most: closed forms, scans, limit cycles and marching."""
 
+from types import SimpleNamespace
+from typing import Any
+
 import numpy as np
 import pytest
 from closed_forms import OneBlade
@@ -7,6 +10,8 @@ from scipy.optimize import brentq
 
 import symhbm as sh
 from symhbm.continuation import SolveError, Status
+from symhbm.design.flutter.limits import Row
+from symhbm.design.flutter.optimum import best_limit
 from tests.problems import BLADE
 from tests.quick import quick_first
 
@@ -162,6 +167,19 @@ def test_limit_that_loads_do_not_change_is_a_range(disturbance):
     assert best.design_from.item() == pytest.approx(max(0.1, disturbance / per_load), rel=1e-9)
     assert best.design_to.item() == pytest.approx(4e-4 / per_load, rel=1e-9)
     assert "every value from" in best.certificate.item()
+
+
+@pytest.mark.parametrize(
+    ("top", "kind"), [(0.1, "maximum"), (1.9, "maximum"), (0, "bound"), (2, "bound"), (3, "bound")]
+)
+def test_largest_limit_next_to_a_bound(top, kind):
+    def row(value):
+        limit: Any = SimpleNamespace(damping_ratio=1 - (value - top) ** 2, slope=2 * (top - value))
+        return Row(value, Status.DAMPING_LARGEST, (limit,))
+
+    limits: Any = SimpleNamespace(row=row, sample=lambda _: [row(v) for v in (0.0, 1.0, 2.0)])
+    best = best_limit(limits, (0.0, 2.0)).best
+    assert (best.value, best.kind) == (pytest.approx(min(top, 2.0)), kind)
 
 
 def test_limit_that_nothing_changes():
