@@ -147,7 +147,7 @@ class Maximum:
             replace(self.loop, contact=contact),
             slips,
         )
-        held = {group.name: state.located(state.vector)}
+        held = {group.name: state.located}
         return problem.evaluate(*solution, self.switches, ContactStates(states.groups | held))
 
     @property

@@ -96,7 +96,7 @@ def test_contacts_held_on_their_loops(harmonics):
         _, found = force(basis, wave, 1.0, limit)
         if not found.slip[0]:
             continue
-        law = found.matrix[0], found.vector[0], found.stick_end[0]
+        law = found.matrix[0], found.vector[0], found.stick[0, 1]
         for distance, loop in loops_near_limit(basis, wave, 0, 1.0, limit):
             begin, end = basis.values([loop.begin, loop.end]) @ wave
             trial = loop.sides[0] * limit + end - begin
@@ -106,7 +106,7 @@ def test_contacts_held_on_their_loops(harmonics):
             np.testing.assert_allclose(held.matrix[0], law[0], atol=1e-9)
             np.testing.assert_allclose(held.vector[0], law[1], atol=1e-9)
             ends = np.exp(1j * law[2][np.isfinite(law[2])])
-            own = np.exp(1j * held.stick_end[0][np.isfinite(held.stick_end[0])])
+            own = np.exp(1j * held.stick[0, 1][np.isfinite(held.stick[0, 1])])
             assert len(ends) == len(own)
             assert np.abs(ends[:, None] - own).min(axis=1).max() < 1e-7
             if loop.returns:

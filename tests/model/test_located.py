@@ -141,7 +141,7 @@ def test_a_batch_gives_what_each_motion_gives(harmonics, slip):
         alone = locate(basis, waves[each], stiffness[each], limit[each], held)
         for field in fields(ContactState):
             mine, own = getattr(together, field.name)[i], getattr(alone, field.name)[0]
-            if field.name in ("stick_begin", "stick_end"):
+            if field.name == "stick":
                 mine, own = mine[~np.isnan(mine)], own[~np.isnan(own)]
             np.testing.assert_array_equal(mine, own)
 
@@ -156,7 +156,7 @@ def test_a_contact_held_in_slip_short_of_its_limit(harmonics):
     assert not free.slip[0]
     assert held.slip[0]
     assert held.stick_fraction[0] == pytest.approx(1, abs=1e-15)
-    assert np.isnan(held.stick_end).all()
+    assert np.isnan(held.stick[:, 1]).all()
     high, low = turning_points(basis, wave).angle[0]
     moments = basis.moments(np.array([high, low, high + 2 * np.pi]))
     falls, rises = basis.integrals(moments)
@@ -208,7 +208,7 @@ def test_motions_of_equal_periods_are_those_of_one():
 def test_no_contact_has_no_event():
     found = locate(FourierBasis((1, 3)), np.empty((0, 4)), np.empty(0), np.empty(0))
     assert found.matrix.shape == (0, 4, 4)
-    assert found.stick_end.shape == (0, 0)
+    assert found.stick.shape == (0, 2, 0)
 
 
 def test_arguments_may_be_read_only_and_strided():

@@ -94,7 +94,7 @@ def located_system(equations: Equations) -> ca.Function:
 
     More inputs: ``events`` of all contacts, their ``margins`` (n_switches,), the ``gradients`` of
     these by the motion of their contact, and ``margins_by_frequency`` (n_switches,). Resonances are
-    not counted, and springs not computed.
+    not counted.
     """
     form, groups = equations.located_form, equations.groups
     sizes = [form.nnz_in(i) for i in range(form.n_in())]
@@ -130,6 +130,9 @@ def located_system(equations: Equations) -> ca.Function:
     exciting = ca.fabs(named["force_amplitude"]) * largest
     of_motion = ca.mmax(ca.fabs(inertia)), exciting, -1
     outputs = _bordered(equations, symbol, forces, of_limits, of_motion)
+    by_group = {group.name: part for group, part in zip(equations.located, events, strict=True)}
+    springs = _springs(equations, point[:n], point[n], named, by_group)
+    outputs[2] = ca.vertcat(outputs[2], *springs)
     return ca.Function("located_system", list(symbol.values()), outputs, list(symbol), _NAMES)
 
 
@@ -208,8 +211,9 @@ def _springs(
     inputs: dict[str, Any],
     located: dict[str, Any],
 ) -> tuple[Any, Any]:
-    """Stiffness and loss of the contacts in their harmonic motion, (m^2) of each, by group."""
-    stiffness, loss = [type(unknowns)(0, 1)], [type(unknowns)(0, 1)]
+    """Stiffness and loss of the contacts in their motion, as of `BalancedContacts.springs`."""
+    n_harmonics = sum(n > 0 for n in equations.basis.harmonics)
+    stiffness, loss = ([type(unknowns)(0, n_harmonics)] for _ in range(2))
     for group in equations.groups:
         if not group.n:
             continue
@@ -221,9 +225,9 @@ def _springs(
         springs = graph_of(group.law, equations.basis).springs
         for of_contact in zip(motions, values, events, strict=True):
             found = springs(of_contact[0], frequency, *of_contact[1:])
-            stiffness.append(found[0])
-            loss.append(found[1])
-    return ca.vertcat(*stiffness), ca.vertcat(*loss)
+            for part, of_springs in zip((stiffness, loss), found, strict=True):
+                part.append(ca.reshape(of_springs, -1, n_harmonics))
+    return ca.vec(ca.vertcat(*stiffness)), ca.vec(ca.vertcat(*loss))
 
 
 def _resonances_below(equations: Equations, conservative: Any, springs: Any) -> Any:

@@ -24,7 +24,7 @@ from symhbm.continuation.correctors.corrector import (
     unit_parameter,
 )
 from symhbm.continuation.correctors.newton_graph import DONE, correction, is_generated, tangent
-from symhbm.continuation.correctors.resonance_count import counted, resonances_below
+from symhbm.continuation.correctors.resonance_count import resonances_below
 from symhbm.continuation.correctors.stepwise import StepwiseCorrector
 from symhbm.continuation.problem import ContinuationProblem, Corrected, FrequencyProblem
 from symhbm.numerics import (
@@ -49,7 +49,9 @@ class LocatedCorrector(StepwiseCorrector):
         problem = curve.problem
         equations, arguments = problem.compiled
         self._assemble, self._limits = _assemblies(equations)
-        self._located, self._contacts = equations.located, problem.contacts
+        self._located = [group.name for group in equations.located]
+        self._contacts, self._margins_move = problem.contacts, problem.contacts.margins_move
+        self._n_harmonics = sum(n > 0 for n in problem.harmonics)
         self._system = Compiled(*_programs_of(curve).functions(curve.machine_code))
         self._system.inputs[0][:] = np.concatenate([np.ravel(array) for array in arguments])
 
@@ -76,10 +78,10 @@ class LocatedCorrector(StepwiseCorrector):
         sizes[0], sizes[1] = constraint.scale[0], constraint.scale[-1]
         constraint.write(normal, anchor, limit)
         events, margins, gradients, by_frequency = of_contacts
-        _fill(events, [states.groups[group.name].events for group in self._located])
+        _fill(events, [states.groups[name].events for name in self._located])
         _fill(gradients, [located.margins_by_motion for located in states.groups.values()])
         margins[:] = states.margins
-        if self._contacts.margins_move:
+        if self._margins_move:
             by_frequency[:], _ = self._contacts.margin_slopes(states, frequency)
         self._system.run()
         norm, value = self._system.outputs[2][:2].tolist()
@@ -95,10 +97,12 @@ class LocatedCorrector(StepwiseCorrector):
     def _corrected(self, point, at, scale, direction, sign, guess, switches) -> Corrected:
         _, _, values, limits = self._system.outputs
         norm, _, amplification, error, _, crosses = values[:SCALARS].tolist()
-        rate = self._limits(limits) @ direction
-        margins = values[SCALARS:].copy()
+        rate, of_contacts = self._limits(limits) @ direction, values[SCALARS:].copy()
+        margins = of_contacts[: len(rate)]
+        springs = of_contacts[len(rate) :].reshape(2, self._n_harmonics, -1)
+        below = resonances_below(*self.curve.at(float(point[-1])), springs[0])
         solution = point, direction, sign, norm, amplification, error, margins, rate
-        return Corrected(*solution, crosses > 0, *counted(self.curve, point, at))
+        return Corrected(*solution, crosses > 0, below, springs)
 
 
 def is_located(curve: ContinuationProblem) -> bool:
@@ -188,9 +192,9 @@ class CompiledCorrector(Corrector):
         norm, _, amplification, error, below, crosses = values[:SCALARS].tolist()
         of_contacts, n = values[SCALARS:].copy(), self._n_switches
         end = len(of_contacts) - n
-        # Closed forms of several harmonics (no contacts) count the resonances of all at once.
-        springs = of_contacts[n:end].reshape(2, 1, -1).repeat(self._n_harmonics, axis=1)
+        springs = of_contacts[n:end].reshape(2, self._n_harmonics, -1)
         at = self.curve.at(float(point[-1]))
+        # Closed forms of several harmonics (no contacts) count the resonances of all at once.
         counted = below >= 0 and self._n_harmonics == 1
         return Corrected(
             point,

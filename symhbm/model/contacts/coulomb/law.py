@@ -12,13 +12,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.model.contacts.coulomb.located import (
-    details_of,
     locate,
     one_harmonic_kernel,
+    parts_from,
     stick_intervals,
     unpack,
 )
-from symhbm.model.contacts.coulomb.march import range_margins
+from symhbm.model.contacts.coulomb.march import MARGIN, SLIP, range_margins
 from symhbm.model.contacts.coulomb.sampled import history_of, locate_sampled
 from symhbm.model.contacts.coulomb.state import ContactState, moving_angles
 from symhbm.model.contacts.law import ContactLaw, moves, slopes_of
@@ -140,11 +140,7 @@ class Coulomb(ContactLaw):
         """Switching angles of the motion, see `symhbm.model.contacts.coulomb.located.locate`."""
         stiffness, limit = self.sliders(at.frequency, at.values)
         imposed = None if held is None else held[:, 0]
-        state = self.find(at.basis, at.motion, stiffness, limit, imposed)
-        # Without a spring nothing pulls the slider, whatever its limit.
-        pulled = stiffness > 0
-        vector = state.vector if pulled.all() else np.where(pulled[:, None], state.vector, 0.0)
-        return state.located(vector)
+        return self.find(at.basis, at.motion, stiffness, limit, imposed).located
 
     def find(self, basis: FourierBasis, *motion: Any) -> ContactState:
         """Events of motions, stiffness, limits and imposed slip, as the law finds them."""
@@ -192,13 +188,11 @@ class Coulomb(ContactLaw):
         limit = self._limit(at.frequency, at.values)
         kernel = one_harmonic_kernel(basis.n_components)
         packed = kernel(at.motion, at.values["contact_stiffness"], limit, held)
-        part = details_of(packed, basis.n_components)
-        events = ca.vertcat(part["matrix"], part["vector"], part["slip"] * part["stick_fraction"])
+        events, gradient, figures, _ = ca.vertsplit(packed, parts_from(basis.n_components))
         slope = ca.jacobian(limit, at.frequency)
         if slope.nnz():
             slope = ca.if_else(limit > 0, -slope / ca.if_else(limit > 0, limit, 1), 0)
-        outputs = [events, part["slip"], part["slip_margin"], part["slip_margin_gradient"].T]
-        outputs += [slope, packed]
+        outputs = [events, figures[SLIP], figures[MARGIN], gradient.T, slope, packed]
         return ca.Function("events", [*symbols, held], outputs)
 
     def unpack(self, basis: FourierBasis, parts: list[FloatArray]) -> Located:
@@ -247,7 +241,7 @@ class Coulomb(ContactLaw):
             theta_star=state.theta_star,
             stick_fraction=state.stick_fraction,
             contact_state=np.where(rubs, state.slip, -1),
-            reversals=state.reversals,
+            reversals=state.reversals.astype(int),
         )
 
     def history(self, at: Motions, n_angles: int) -> list[History]:

@@ -8,7 +8,6 @@ of the relative displacement ``y``, and each change from stick to slip is locate
 
 from dataclasses import replace
 from functools import lru_cache
-from itertools import pairwise
 from typing import Any
 
 import casadi as ca
@@ -40,38 +39,20 @@ def locate_one_harmonic(
     n_contacts, size = coefficients.shape
     imposed = np.full(n_contacts, FREE) if slip is None else np.asarray(slip, dtype=float)
     if not n_contacts:
-        return unpack(np.zeros((0, layout(size)["stick_end"].stop)), size)
+        return unpack(np.zeros((0, parts_from(size)[-1])), size)
     (found,) = _each(size, n_contacts)(coefficients.ravel(), contact_stiffness, slip_limit, imposed)
     return unpack(found.reshape(n_contacts, -1), size)
 
 
-@lru_cache(maxsize=4)
-def layout(size: int) -> dict[str, slice]:
-    """Where the kernel puts what it gives for motions of ``size`` coefficients."""
-    lengths = dict(
-        matrix=size * size, vector=size, slip_margin_gradient=size, slip=1, slip_margin=1
-    )
-    lengths |= dict(theta_0=1, theta_star=1, stick_fraction=1, reversals=1)
-    lengths |= dict(stick_begin=2, stick_end=2)
-    ends = np.cumsum([0, *lengths.values()]).tolist()
-    return {name: slice(*pair) for name, pair in zip(lengths, pairwise(ends), strict=True)}
-
-
-def details_of(packed: Any, size: int) -> dict[str, Any]:
-    """The parts of one column that the kernel gives."""
-    return {name: packed[place] for name, place in layout(size).items()}
+def parts_from(size: int) -> list[int]:
+    """Where in a column that the kernel gives the parts of a `ContactState` begin, and its end."""
+    return np.cumsum([0, size * size + size + 1, size, 6, 4]).tolist()
 
 
 def unpack(packed: FloatArray, size: int) -> ContactState:
-    """What the kernel gives, a row for each contact, see `layout`."""
-    part: dict[str, Any] = {name: packed[:, place] for name, place in layout(size).items()}
-    for name in ("slip_margin", "theta_0", "theta_star", "stick_fraction"):
-        part[name] = part[name][:, 0]
-    part["slip"] = part["slip"][:, 0] > 0
-    part["reversals"] = part["reversals"][:, 0].astype(int)
-    # CasADi stores columns one after the other.
-    part["matrix"] = part["matrix"].reshape(-1, size, size).transpose(0, 2, 1)
-    return ContactState(**part)
+    """What the kernel gives for motions of ``size`` coefficients, a row for each contact."""
+    events, gradient, figures, stick = np.split(packed, parts_from(size)[1:-1], axis=1)
+    return ContactState(events, gradient, figures, stick.reshape(len(packed), 2, 2))
 
 
 @lru_cache(maxsize=64)
@@ -81,7 +62,7 @@ def _each(size: int, n_contacts: int) -> Compiled:
 
 @lru_cache(maxsize=4)
 def one_harmonic_kernel(size: int) -> ca.Function:
-    """CasADi function of one contact: all of `ContactState`, packed, from its motion.
+    """CasADi function of one contact: all of `ContactState`, one after the other, from its motion.
 
     Inputs: ``coefficients`` (size), the last two of harmonic 1 [m], ``contact_stiffness`` [N/m],
     ``slip_limit`` [N], and the state ``imposed``.
@@ -137,22 +118,14 @@ def one_harmonic_kernel(size: int) -> ca.Function:
     theta_0 = _where(moves, _positive(theta_0), np.nan)
     # A contact held in slip short of its limit never leaves its stretch of stick.
     begin = _where(ca.logic_and(slides, slip_margin > 0), theta_0, np.nan)
-    parts = dict(
-        matrix=ca.vec(matrix),
-        vector=vector,
-        slip_margin_gradient=gradient,
-        slip=state,
-        slip_margin=slip_margin,
-        theta_0=theta_0,
-        theta_star=_where(
-            slides, _where(theta_star < turns, _positive(theta_star), theta_star), np.nan
-        ),
-        stick_fraction=_where(state, _where(moves, stick / np.pi, 0), 1),
-        reversals=2 * moves,
-        stick_begin=ca.vertcat(begin, begin + np.pi),
-        stick_end=ca.vertcat(begin + stick, begin + np.pi + stick),
+    theta_star = _where(theta_star < turns, _positive(theta_star), theta_star)
+    sticking = _where(moves, stick / np.pi, 0)
+    packed = ca.vertcat(
+        *(ca.vec(matrix), vector, state * sticking, gradient),
+        *(state, slip_margin, theta_0, _where(slides, theta_star, np.nan)),
+        *(_where(state, sticking, 1), 2 * moves),
+        *(begin, begin + np.pi, begin + stick, begin + np.pi + stick),
     )
-    packed = ca.vertcat(*(parts[name] for name in layout(size)))
     return ca.Function("one_harmonic", [y, stiffness, limit, imposed], [ca.densify(packed)])
 
 
@@ -204,26 +177,12 @@ def locate(
     sliders = np.empty((n, 3))
     sliders[:, 0], sliders[:, 1] = contact_stiffness, slip_limit
     sliders[:, 2] = march.FREE if slip is None else slip
-    motions = np.array(coefficients, dtype=float, order="C")
-    force, figures = np.empty((n, size + 2, size)), np.empty((n, 6))
+    motions = np.ascontiguousarray(coefficients, dtype=float)
+    written = np.empty((n, size * size + size + 1)), np.empty((n, size)), np.empty((n, 6))
     stick = np.empty((n, 2, 2 * basis.highest))
-    status, longest = march.locate(
-        *basis.arrays, basis.mirrors, motions, sliders, force, figures, stick
-    )
+    status, longest = march.locate(*basis.arrays, basis.mirrors, motions, sliders, *written, stick)
     check_turning(status)
-    return ContactState(
-        matrix=force[:, :size],
-        vector=force[:, size],
-        slip=figures[:, march.SLIP] > 0,
-        slip_margin=figures[:, march.MARGIN],
-        slip_margin_gradient=force[:, size + 1],
-        theta_0=figures[:, march.THETA_0],
-        theta_star=figures[:, march.THETA_STAR],
-        stick_fraction=figures[:, march.STICK_FRACTION],
-        reversals=figures[:, march.REVERSALS].astype(int),
-        stick_begin=stick[:, 0, :longest],
-        stick_end=stick[:, 1, :longest],
-    )
+    return ContactState(*written, stick[:, :, :longest])
 
 
 def on_loop(
@@ -260,20 +219,17 @@ def on_loop(
     runs = runs[:used]
     if last != n or runs[:, march.JUMP].sum():
         raise ArithmeticError("the force is not periodic on this loop")
-    force = np.zeros((len(motion) + 1, len(motion)))
-    march.add_force(order, is_sine, norm, runs, 1.0, force)
+    size, events = len(motion), friction.events.copy()
+    events[loop.contact, :-1] = 0.0
+    matrix, vector = np.split(events[loop.contact, :-1], [size * size])
+    march.add_force(order, is_sine, norm, runs, 1.0, matrix.reshape(size, size), vector)
     if basis.order[0] == 0:
-        force[-1, 0] += loop.sides[0] - 1
-    size = max(used - friction.stick_end.shape[1], 0)
-    changes = {}
-    for name, column in (("stick_begin", march.BEGIN), ("stick_end", march.END)):
-        changes[name] = np.pad(getattr(friction, name), ((0, 0), (0, size)), constant_values=np.nan)
-        changes[name][loop.contact] = np.nan
-        changes[name][loop.contact, :used] = runs[:, column]
-    for name, row in (("matrix", force[:-1]), ("vector", force[-1])):
-        changes[name] = getattr(friction, name).copy()
-        changes[name][loop.contact] = row
-    return replace(friction, **changes)
+        vector[0] += loop.sides[0] - 1
+    more = max(used - friction.stick.shape[2], 0)
+    stick = np.pad(friction.stick, ((0, 0), (0, 0), (0, more)), constant_values=np.nan)
+    stick[loop.contact] = np.nan
+    stick[loop.contact, :, :used] = runs[:, [march.BEGIN, march.END]].T
+    return replace(friction, events=events, stick=stick)
 
 
 def stick_intervals(
@@ -294,16 +250,8 @@ def stick_intervals(
 def _repeated(friction: ContactState, times: int) -> ContactState:
     """The events of the same motions with as many periods in one."""
     shift = 2 * np.pi / times * np.arange(times)[:, None]
-    begin, end = (
-        (at[:, None] / times + shift).reshape(len(at), -1)
-        for at in (friction.stick_begin, friction.stick_end)
-    )
-    unknown = np.full(len(begin), np.nan)
-    return replace(
-        friction,
-        theta_0=unknown,
-        theta_star=unknown,
-        reversals=friction.reversals * times,
-        stick_begin=begin,
-        stick_end=end,
-    )
+    stick = friction.stick[:, :, None] / times + shift
+    figures = friction.figures.copy()
+    figures[:, [march.THETA_0, march.THETA_STAR]] = np.nan
+    figures[:, march.REVERSALS] *= times
+    return replace(friction, figures=figures, stick=stick.reshape(len(figures), 2, -1))

@@ -19,22 +19,22 @@ FREE, STICKS, SLIPS = -1, 0, 1
 BEGIN, END, JUMP = range(3)
 """Columns of a run: its ends [rad], and by how much the sign of the limit changes at its end."""
 SLIP, MARGIN, THETA_0, THETA_STAR, STICK_FRACTION, REVERSALS = range(6)
-"""Columns of figures, see `symhbm.model.contacts.coulomb.state.ContactState`."""
+"""Columns of ``figures``, see `symhbm.model.contacts.coulomb.state.ContactState`."""
 
 
 @Loop
 def locate(
-    order, is_sine, norm, mirrors: bool, motions, sliders, force, figures, stick
+    order, is_sine, norm, mirrors: bool, motions, sliders, events, gradient, figures, stick
 ) -> tuple[int, int]:
     """Locate the events of contacts.
 
     ``motions`` (n, K) [m]; ``sliders`` (n, 3), ``k_d``, ``g`` and what is imposed. Written are
-    ``force`` (n, K + 2, K), the matrix, the vector and the gradient of the margin, ``figures``
-    (n, 6), and ``stick`` (n, 2, 2 H), where stretches of stick begin and end [rad], NaN behind
-    them. Results are what came out, as of `symhbm.numerics.loops.fourier`, and the largest number
-    of stretches.
+    ``events`` (n, K^2 + K + 1), the ``gradient`` (n, K) of the margin, ``figures`` (n, 6), and
+    ``stick`` (n, 2, 2 H), where stretches of stick begin and end [rad], NaN behind them. Results
+    are what came out, as of `symhbm.numerics.loops.fourier`, and the largest number of stretches.
     """
     size, most = len(order), stick.shape[2]
+    area = size * size
     waves, points = np.empty((2, order[size - 1] + 1)), np.empty((2, most + 1))
     forced, runs = np.empty(most, dtype=np.int64), np.empty((most, 3))
     longest = 0
@@ -56,7 +56,11 @@ def locate(
         figures[j, THETA_STAR] = np.nan
         for i in range(most):
             stick[j, 0, i] = stick[j, 1, i] = np.nan
-        _unless_slipping(order, is_sine, angle[0], angle[low], spread, slips, force[j])
+        matrix = events[j, :area].reshape((size, size))
+        vector = events[j, area : area + size]
+        extremes = angle[0], angle[low], spread
+        _unless_slipping(order, is_sine, extremes, slips, matrix, vector, gradient[j])
+        events[j, area + size] = 0.0
         if not (slips and count):
             continue
         # The last branch ends where the first one begins; where motions mirror the march does.
@@ -67,11 +71,14 @@ def locate(
         # Whatever round-off says of the extremes, the force reaches its limits there.
         forced[low - 1] = forced[branches - 1] = SLIPS
         used, _ = runs_of(waves, angle, value, forced[:branches], 1, stiffness, limit, runs)
-        add_force(order, is_sine, norm, runs[:used], 2.0 if mirrors else 1.0, force[j])
+        add_force(order, is_sine, norm, runs[:used], 2.0 if mirrors else 1.0, matrix, vector)
+        if stiffness == 0.0:  # nothing pulls the slider, whatever its limit
+            vector[:] = 0.0
         share = 0.0
         for i in range(used):
             share += runs[i, END] - runs[i, BEGIN]
-        figures[j, STICK_FRACTION] = share / (math.pi if mirrors else 2 * math.pi)
+        share /= math.pi if mirrors else 2 * math.pi
+        figures[j, STICK_FRACTION] = events[j, area + size] = share
         if count == 2:
             figures[j, THETA_STAR] = runs[0, END] % (2 * math.pi)
         if margin <= 0:  # held in slip short of its limit: it never leaves its stretch of stick
@@ -110,25 +117,25 @@ def _margin(travel: float, way: float) -> float:
 
 @Loop
 def _unless_slipping(
-    order, is_sine, highest: float, lowest: float, spread: float, slips: bool, force
+    order, is_sine, extremes: tuple[float, float, float], slips: bool, matrix, vector, gradient
 ) -> None:
     """Write the gradient of the margin, and ``A`` and ``b`` of a contact that sticks, else zeros.
 
-    Angles are those of the maximum and the minimum. The undetermined static force of contacts that
-    stick is centred between the limits.
+    ``extremes`` are the angles of the maximum and the minimum, and their distance [m]; ``matrix``
+    is ``A`` transposed. The undetermined static force of contacts that stick is centred between
+    the limits.
     """
-    size = len(order)
-    vector, gradient = force[size], force[size + 1]
+    size, (highest, lowest, spread) = len(order), extremes
     for i in range(size):
         for k in range(size):
-            force[i, k] = 1.0 if i == k and not slips else 0.0
+            matrix[i, k] = 1.0 if i == k and not slips else 0.0
     fourier.functions_at(order, is_sine, highest, 0, vector)
     fourier.functions_at(order, is_sine, lowest, 0, gradient)
     for i in range(size):
         high, low = vector[i], gradient[i]
         if order[0] == 0 and not slips:
             # Of a motion that is none the mean is all.
-            force[0, i] -= (high + low) / 2 if spread > 0 or i == 0 else 0.0
+            matrix[i, 0] -= (high + low) / 2 if spread > 0 or i == 0 else 0.0
         vector[i], gradient[i] = 0.0, (high - low) / spread if spread > 0 else 0.0
 
 
@@ -181,35 +188,29 @@ def _onset(
 
 
 @Loop
-def add_force(order, is_sine, norm, runs, times: float, force) -> None:
-    """Add ``A`` and ``b`` of a contact with these runs, that many times, to ``force``.
-
-    Its rows are those of the matrix, and the vector.
-    """
+def add_force(order, is_sine, norm, runs, times: float, matrix, vector) -> None:
+    """Add ``A``, to its transposed ``matrix``, and ``b`` of these runs, that many times each."""
     size, n_moments = len(order), 2 * order[len(order) - 1] + 1
     sums, of_run = np.zeros((2, n_moments)), np.empty((2, n_moments))
-    row, transposed = np.empty(size), np.zeros((size, size))
+    row = np.empty(size)
     for k in range(len(runs)):
         fourier.moments(runs[k, BEGIN], runs[k, END], of_run)
         for h in range(n_moments):
-            sums[0, h] += of_run[0, h]
-            sums[1, h] += of_run[1, h]
+            sums[0, h] += times * of_run[0, h]
+            sums[1, h] += times * of_run[1, h]
         fourier.functions_at(order, is_sine, runs[k, BEGIN], 0, row)
         for i in range(size):
             share = norm[i] * of_run[1 if is_sine[i] else 0, order[i]]
             for m in range(size):
-                force[i, m] -= times * share * row[m]
+                matrix[m, i] -= times * share * row[m]
         # The integral of the sign, by parts: functions are integrals of their slopes over -n^2.
         fourier.functions_at(order, is_sine, runs[k, END], 1, row)
         for i in range(size):
             part = -row[i] / (order[i] * order[i]) if order[i] else runs[k, END]
-            force[size, i] -= times * norm[i] * runs[k, JUMP] * part
+            vector[i] -= times * norm[i] * runs[k, JUMP] * part
     if order[0] == 0:
-        force[size, 0] += times
-    fourier.add_products(sums, order, is_sine, norm, transposed)
-    for i in range(size):
-        for m in range(size):
-            force[i, m] += times * transposed[m, i]
+        vector[0] += times
+    fourier.add_products(sums, order, is_sine, norm, matrix)
 
 
 _SAMPLES = 16

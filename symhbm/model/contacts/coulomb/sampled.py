@@ -15,6 +15,14 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
+from symhbm.model.contacts.coulomb.march import (
+    MARGIN,
+    REVERSALS,
+    SLIP,
+    STICK_FRACTION,
+    THETA_0,
+    THETA_STAR,
+)
 from symhbm.model.contacts.coulomb.state import ContactState
 from symhbm.model.contacts.motions import SMALLEST_MOTION, Behaviour, History
 from symhbm.numerics import FloatArray, FourierBasis, check
@@ -103,7 +111,7 @@ def locate_sampled(
     y_end = np.take_along_axis(motion.value, motion.end, axis=1)
     lowest = np.argmin(y_end, axis=1)
     spread = motion.value[:, 0] - y_end[rows, lowest]
-    slip_margin, state = _slip_margins(spread, contact_stiffness, slip_limit, slip)
+    margin, state = _slip_margins(spread, contact_stiffness, slip_limit, slip)
 
     n_stick, sign, origin = _march(motion, lowest, contact_stiffness, slip_limit)
     boundary = np.zeros((len(rows), 2 * motion.end.shape[1] + 1))
@@ -123,24 +131,23 @@ def locate_sampled(
     moves = motion.reversals > 0
     held = ~state
     matrix[held] = _full_stick(basis, high[held], low[held], moves[held])
-    vector[held | ~moves] = 0.0
+    # Without a spring nothing pulls the slider, whatever its limit.
+    vector[held | ~moves | (contact_stiffness == 0)] = 0.0
 
-    simple = motion.reversals == 2
+    simple, sticking = motion.reversals == 2, n_stick.sum(axis=1) / samples
+    theta_star = (motion.first + n_stick[:, 0] + 1) % samples * step
+    figures = np.empty((len(matrix), 6))
+    figures[:, SLIP], figures[:, MARGIN], figures[:, REVERSALS] = state, margin, motion.reversals
+    figures[:, THETA_0] = np.where(simple, motion.first * step, np.nan)
+    figures[:, THETA_STAR] = np.where(simple & state, theta_star, np.nan)
+    figures[:, STICK_FRACTION] = np.where(state, sticking, 1.0)
+    columns = matrix.transpose(0, 2, 1).reshape(len(matrix), -1)
     return ContactState(
-        matrix=matrix,
-        vector=vector,
-        slip=state,
-        slip_margin=slip_margin,
+        events=np.column_stack([columns, vector, np.where(state, sticking, 0.0)]),
         slip_margin_gradient=(high - low)
         / np.where(spread > SMALLEST_MOTION, spread, np.inf)[:, None],
-        theta_0=np.where(simple, motion.first * step, np.nan),
-        theta_star=np.where(
-            simple & state, (motion.first + n_stick[:, 0] + 1) % samples * step, np.nan
-        ),
-        stick_fraction=np.where(state, n_stick.sum(axis=1) / samples, 1.0),
-        reversals=motion.reversals,
-        stick_begin=np.empty((len(matrix), 0)),
-        stick_end=np.empty((len(matrix), 0)),
+        figures=figures,
+        stick=np.empty((len(matrix), 2, 0)),
     )
 
 

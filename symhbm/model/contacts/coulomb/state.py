@@ -25,8 +25,21 @@ from typing import Any
 import numpy as np
 from numpy.typing import NDArray
 
+from symhbm.model.contacts.coulomb.march import (
+    MARGIN,
+    REVERSALS,
+    SLIP,
+    STICK_FRACTION,
+    THETA_0,
+    THETA_STAR,
+)
 from symhbm.model.contacts.motions import ByContact, Events, Located
 from symhbm.numerics import FloatArray, FourierBasis, turning_points
+
+
+def _figure(column: int) -> Any:
+    """A column of the figures, (n_contacts,)."""
+    return property(lambda state: state.figures[:, column])
 
 
 @dataclass(frozen=True)
@@ -35,56 +48,61 @@ class ContactState(ByContact):
 
     Attributes
     ----------
-    matrix : (n_contacts, n_components, n_components)
-        ``A`` of the module's closed form, dimensionless.
-    vector : (n_contacts, n_components)
-        ``b`` of the module's closed form, dimensionless.
-    slip : (n_contacts,)
-        Whether the contact slips at all during the period.
-    slip_margin : (n_contacts,)
-        ``ln(k_d (y_max - y_min) / (2 g))``: positive when the motion asks for slip, infinite
-        without limit or without motion.
+    events : (n_contacts, n_components^2 + n_components + 1)
+        ``A`` column by column and ``b`` of the module's closed form, dimensionless, and the
+        share of the period that a contact sticks which also slips.
     slip_margin_gradient : (n_contacts, n_components)
-        Its derivative with respect to the coefficients of ``y`` [1/m].
-    theta_0, theta_star : (n_contacts,)
-        Angle of the maximum of ``y`` and the angle where slip starts after it [rad]; NaN where the
-        two-reversal motion of Eqs. (4)-(11) does not apply.
-    stick_fraction : (n_contacts,)
-        Share of the period spent sticking.
-    reversals : (n_contacts,)
-        Number of sign changes of the relative velocity per period.
-    stick_begin, stick_end : (n_contacts, n_stretches)
+        Derivative of the slip margin with respect to the coefficients of ``y`` [1/m].
+    figures : (n_contacts, 6)
+        ``slip``: whether the contact slips at all during the period. ``slip_margin``,
+        ``ln(k_d (y_max - y_min) / (2 g))``: positive when the motion asks for slip, infinite
+        without limit or without motion. ``theta_0`` and ``theta_star``: angle of the maximum of
+        ``y`` and the one where slip starts after it [rad]; NaN where the two-reversal motion of
+        Eqs. (4)-(11) does not apply. ``stick_fraction``: share of the period spent sticking.
+        ``reversals``: number of sign changes of the relative velocity per period.
+    stick : (n_contacts, 2, n_stretches)
         Where a contact that slips begins to stick and where it slips again [rad], ascending; NaN
         elsewhere. Friction over samples has none.
     """
 
-    matrix: FloatArray
-    vector: FloatArray
-    slip: NDArray[np.bool_]
-    slip_margin: FloatArray
+    events: FloatArray
     slip_margin_gradient: FloatArray
-    theta_0: FloatArray
-    theta_star: FloatArray
-    stick_fraction: FloatArray
-    reversals: NDArray[np.int_]
-    stick_begin: FloatArray
-    stick_end: FloatArray
+    figures: FloatArray
+    stick: FloatArray
+
+    slip_margin, theta_0 = _figure(MARGIN), _figure(THETA_0)
+    theta_star, stick_fraction = _figure(THETA_STAR), _figure(STICK_FRACTION)
+    reversals = _figure(REVERSALS)
+
+    @property
+    def matrix(self) -> FloatArray:
+        """``A`` of the module's closed form, (n_contacts, n_components, n_components)."""
+        n, size = self.slip_margin_gradient.shape
+        # CasADi stores columns one after the other.
+        return self.events[:, : size * size].reshape(n, size, size).transpose(0, 2, 1)
+
+    @property
+    def vector(self) -> FloatArray:
+        """``b`` of the module's closed form, (n_contacts, n_components)."""
+        size = self.slip_margin_gradient.shape[1]
+        return self.events[:, size * size : -1]
+
+    @property
+    def slip(self) -> NDArray[np.bool_]:
+        """Whether contacts slip at all during the period, (n_contacts,)."""
+        return self.figures[:, SLIP] > 0
 
     @property
     def stick_intervals(self) -> tuple[NDArray[np.intp], FloatArray, FloatArray]:
         """The contact, the begin and the end of all stretches of stick, (n_intervals,) each."""
-        contact, stretch = np.nonzero(~np.isnan(self.stick_end))
-        return contact, self.stick_begin[contact, stretch], self.stick_end[contact, stretch]
+        contact, stretch = np.nonzero(~np.isnan(self.stick[:, 1]))
+        return contact, *self.stick[contact, :, stretch].T
 
-    def located(self, vector: FloatArray) -> Located:
-        """What the equations take of the contacts, with a ``vector`` in the place of their own."""
-        n, size = vector.shape
-        # CasADi stores columns one after the other.
-        matrix = self.matrix.transpose(0, 2, 1).reshape(n, size * size)
-        sticking = np.where(self.slip, self.stick_fraction, 0.0)
-        events = np.concatenate([matrix, vector, sticking[:, None]], axis=1)
-        margins, slopes = self.slip_margin[:, None], self.slip_margin_gradient[:, None]
-        return Located(events, self.slip[:, None], margins, slopes, self)
+    @property
+    def located(self) -> Located:
+        """What the equations take of the contacts."""
+        slips, margins = self.figures[:, SLIP, None] > 0, self.figures[:, MARGIN, None]
+        return Located(self.events, slips, margins, self.slip_margin_gradient[:, None], self)
 
 
 _GRAZING = 1e-9
