@@ -15,14 +15,6 @@ from functools import lru_cache
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.model.contacts.coulomb.march import (
-    MARGIN,
-    REVERSALS,
-    SLIP,
-    STICK_FRACTION,
-    THETA_0,
-    THETA_STAR,
-)
 from symhbm.model.contacts.coulomb.state import ContactState
 from symhbm.model.contacts.motions import SMALLEST_MOTION, Behaviour, History
 from symhbm.numerics import FloatArray, FourierBasis, check
@@ -136,17 +128,15 @@ def locate_sampled(
 
     simple, sticking = motion.reversals == 2, n_stick.sum(axis=1) / samples
     theta_star = (motion.first + n_stick[:, 0] + 1) % samples * step
-    figures = np.empty((len(matrix), 6))
-    figures[:, SLIP], figures[:, MARGIN], figures[:, REVERSALS] = state, margin, motion.reversals
-    figures[:, THETA_0] = np.where(simple, motion.first * step, np.nan)
-    figures[:, THETA_STAR] = np.where(simple & state, theta_star, np.nan)
-    figures[:, STICK_FRACTION] = np.where(state, sticking, 1.0)
-    columns = matrix.transpose(0, 2, 1).reshape(len(matrix), -1)
+    theta_0 = np.where(simple, motion.first * step, np.nan)
+    theta_star = np.where(simple & state, theta_star, np.nan)
+    sticks = np.where(state, sticking, 1.0)
+    columns = matrix.transpose(0, 2, 1).reshape(vector.shape[0], vector.shape[1] ** 2)
     return ContactState(
         events=np.column_stack([columns, vector, np.where(state, sticking, 0.0)]),
         slip_margin_gradient=(high - low)
         / np.where(spread > SMALLEST_MOTION, spread, np.inf)[:, None],
-        figures=figures,
+        figures=np.column_stack([state, margin, theta_0, theta_star, sticks, motion.reversals]),
         stick=np.empty((len(matrix), 2, 0)),
     )
 
