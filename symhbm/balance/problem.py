@@ -212,6 +212,8 @@ class Problem:
 
         Raises KeyError for a name that is no parameter, ValueError or TypeError for bad values.
         """
+        if not values:
+            return self
         values = {self.parameter_name(name): value for name, value in values.items()}
         own, changes = self.model.parameters, dict[str, Any]()
         of_model, of_force = {}, {}
@@ -288,7 +290,13 @@ class Problem:
 
     def of_sector(self, symmetry: Symmetry) -> Self:
         """Balance of the first of equal sectors, compiled once for all copies of this problem."""
-        return self._copy(symmetry=symmetry)
+        if symmetry not in self._by_symmetry:
+            self._by_symmetry[symmetry] = self._copy(symmetry=symmetry)
+        return self._by_symmetry[symmetry]
+
+    @cached_property
+    def _by_symmetry(self) -> dict[Symmetry, Self]:
+        return {}
 
     @cached_property
     def whole(self) -> Self:

@@ -123,9 +123,12 @@ def _assemblies(equations: Equations) -> tuple[Assembly, Assembly]:
     """What makes matrices of the entries of a located system: the system, and rates of margins."""
     system = _programs(equations, None, True).system
     matrix, limits = (system.sparsity_out(name) for name in ("matrix", "limits"))
-    return Assembly(matrix, equations.assemble.as_full), Assembly(limits, limits.is_dense())
+    is_small = limits.numel() <= _FULL_LIMITS
+    return Assembly(matrix, equations.assemble.as_full), Assembly(limits, is_small)
 
 
+_FULL_LIMITS = 20_000
+"""Entries of derivatives of margins up to which a full matrix takes less time than a sparse one."""
 _OFTEN, _OFTEN_LOCATED = 50, 1000
 """Numbers of curves of one structure from which machine code saves more time than it takes: where
 it is whole corrections, and where it is one step of them."""
