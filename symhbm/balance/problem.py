@@ -212,8 +212,6 @@ class Problem:
 
         Raises KeyError for a name that is no parameter, ValueError or TypeError for bad values.
         """
-        if not values:
-            return self
         values = {self.parameter_name(name): value for name, value in values.items()}
         own, changes = self.model.parameters, dict[str, Any]()
         of_model, of_force = {}, {}

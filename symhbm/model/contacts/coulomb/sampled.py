@@ -136,7 +136,7 @@ def locate_sampled(
         events=np.column_stack([columns, vector, np.where(state, sticking, 0.0)]),
         slip_margin_gradient=(high - low)
         / np.where(spread > SMALLEST_MOTION, spread, np.inf)[:, None],
-        figures=np.column_stack([state, margin, theta_0, theta_star, sticks, motion.reversals]),
+        figures=np.array([state, margin, theta_0, theta_star, sticks, motion.reversals], float).T,
         stick=np.empty((len(matrix), 2, 0)),
     )
 
