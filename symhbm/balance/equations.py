@@ -12,7 +12,7 @@ from symhbm.balance.contacts import BalancedGroup
 from symhbm.balance.evaluation import ContactStates, UnknownLayout
 from symhbm.balance.linear_part import OfHarmonics, OfMatrices
 from symhbm.model import Structure, Symmetry
-from symhbm.model.contacts import FREE, Located, graph_of
+from symhbm.model.contacts import FREE, Located, Motions, graph_of
 from symhbm.numerics import Assembly, Compiled, FloatArray, FourierBasis, check, constant, is_full
 
 FORCE_INPUTS = ("force_amplitude", "force_shape", "static_force")
@@ -174,6 +174,14 @@ class Equations:
         by_row = ca.reshape(all_rows, size, self.layout.n_rows)
         columns = by_row[:, group.rows.ravel().tolist()] if group.n else ca.SX(size, 0)
         return ca.reshape(columns, size * group.rows.shape[1], group.n)
+
+    def motions_of(self, group: BalancedGroup, inputs: dict[str, Any]) -> list[Motions]:
+        """Those of the contacts of a group, of symbols by their names in CasADi functions."""
+        moved = ca.mtimes(constant(self.spreads(group)[0]), inputs["unknowns"])
+        motion, frequency = ca.reshape(moved, -1, group.n), inputs["frequency"]
+        values = {own: inputs[identifier(name)] for own, name in group.parameters.items()}
+        each = [{own: of[j] for own, of in values.items()} for j in range(group.n)]
+        return [Motions(self.basis, motion[:, j], frequency, own) for j, own in enumerate(each)]
 
     def values(self, group: BalancedGroup, inputs: dict[str, Any] | None = None) -> Any:
         """Parameters of the contacts of a group, a contact a column."""

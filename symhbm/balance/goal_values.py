@@ -18,8 +18,8 @@ from symhbm.balance.evaluation import ContactStates
 from symhbm.balance.goals import ContactSymbols, Goal, Solution
 from symhbm.balance.harmonic_balance import HarmonicBalance
 from symhbm.balance.second_order import SecondOrder
-from symhbm.model.contacts import Motions, graph_of
-from symhbm.numerics import DENSE_LIMIT, RADIANS, Assembly, Compiled, FloatArray, constant
+from symhbm.model.contacts import graph_of
+from symhbm.numerics import DENSE_LIMIT, RADIANS, Assembly, Compiled, FloatArray
 
 _ROUND_OFF = 1e-12
 """Value over the sum of its absolute terms that is 0: stuck contacts dissipate no less."""
@@ -53,20 +53,15 @@ class _Expression:
         given, found, forces = [], [], {}
         for group in equations.groups:
             kernel, n_events = graph_of(group.law, basis).force, group.law.n_events(basis)
-            motions = ca.mtimes(constant(equations.spreads(group)[0]), symbol["unknowns"])
-            motions = ca.reshape(motions, -1, group.n)
             events = symbol[identifier(group.events)] if n_events else ca.SX(0, group.n)
-            own = {name: symbol[identifier(of)] for name, of in group.parameters.items()}
-            forces[group.name] = ca.SX.sym(f"force_{group.name}", *motions.shape)
-            for j in range(group.n):
-                values = {name: column[j] for name, column in own.items()}
-                at = Motions(basis, motions[:, j], symbol["frequency"], values)
+            size = basis.n_components * len(group.law.directions)
+            forces[group.name] = ca.SX.sym(f"force_{group.name}", size, group.n)
+            for j, at in enumerate(equations.motions_of(group, symbol)):
                 force = forces[group.name][:, j]
                 contacts[group.name].append(ContactSymbols(group.law, at, force))
-                packed = ca.vertcat(*values.values())
-                travel = ca.DM.zeros(motions.shape[0])
+                packed, travel = ca.vertcat(*at.values.values()), ca.DM.zeros(size)
                 given.append(force)
-                found.append(kernel(motions[:, j], travel, at.frequency, packed, events[:, j])[0])
+                found.append(kernel(at.motion, travel, at.frequency, packed, events[:, j])[0])
         n_dof = len(equations.dofs)
         coefficients = ca.reshape(symbol["unknowns"], basis.n_components, n_dof)
         at = Solution(problem.model, basis, coefficients, symbol["frequency"], parameters, contacts)

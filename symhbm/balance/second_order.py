@@ -16,8 +16,7 @@ import scipy.sparse as sp
 from symhbm.balance.equations import BalancedGroup, identifier
 from symhbm.balance.evaluation import ContactStates, Evaluation
 from symhbm.balance.harmonic_balance import HarmonicBalance, check_problem
-from symhbm.model.contacts import Motions
-from symhbm.numerics import DENSE_LIMIT, Assembly, Compiled, FloatArray, constant
+from symhbm.numerics import DENSE_LIMIT, Assembly, Compiled, FloatArray
 
 
 @dataclass(frozen=True)
@@ -208,12 +207,6 @@ class SecondOrder:
         """Derivative by all variables of what the events of a group move with; None without."""
         if not group.n or not group.law.n_events(problem.basis):
             return None
-        spread = constant(problem.equations.spreads(group)[0])
-        motion = ca.reshape(ca.mtimes(spread, symbol["unknowns"]), -1, group.n)
-        values = {own: symbol[identifier(name)] for own, name in group.parameters.items()}
-        each = []
-        for j in range(group.n):
-            of_contact = {own: array[j] for own, array in values.items()}
-            at = Motions(problem.basis, motion[:, j], symbol["frequency"], of_contact)
-            each.append(group.law.event_variables(at))
+        motions = problem.equations.motions_of(group, symbol)
+        each = [group.law.event_variables(at) for at in motions]
         return ca.jacobian(ca.vertcat(*each), variables)

@@ -88,22 +88,19 @@ class SwitchingAngles:
                 symbol[name] = ca.SX.sym(name, self._balance.sparsity_in(name))
         symbol["slip"] = ca.SX.sym("slip", n_contacts)
         x, theta_0, rho = ca.vertsplit(symbol["unknowns"], [0, *self._ends, self.n_unknowns])
-        moved = ca.mtimes(constant(problem.equations.spreads(group)[0]), x)
-        relative = ca.reshape(moved, basis.n_components, n_contacts)
+        values = symbol | {"unknowns": x}
         kernel, spring = switching_kernel(basis), ca.DM.eye(basis.n_components)
         events, turning, onset = [], [], []
-        for j in range(n_contacts):
-            values = {n: symbol[identifier(full)][j] for n, full in group.parameters.items()}
-            slip, stiffness = symbol["slip"][j], values["contact_stiffness"]
-            limit = law.slip_limit(symbol["frequency"], values)
+        for j, at in enumerate(problem.equations.motions_of(group, values)):
+            slip, stiffness = symbol["slip"][j], at.values["contact_stiffness"]
+            limit = law.slip_limit(at.frequency, at.values)
             # The side not taken is evaluated too: at an angle where it is finite.
             safe = slip * rho[j] + (1 - slip) * DUMMY[1]
-            matrix, vector, slope, drop = kernel(relative[:, j], theta_0[j], safe)
+            matrix, vector, slope, drop = kernel(at.motion, theta_0[j], safe)
             matrix = (limit > 0) * (slip * matrix + (1 - slip) * spring)
             events.append(ca.vertcat(ca.vec(matrix), slip * vector, 0))
             turning.append(slip * stiffness * slope + (1 - slip) * (theta_0[j] - DUMMY[0]))
             onset.append(slip * (stiffness * drop / 2 - limit) + (1 - slip) * (rho[j] - DUMMY[1]))
-        values = symbol | {"unknowns": x}
         values |= {identifier(group.events): ca.horzcat(*events)}
         balance = self._balance.call([values[name] for name in self._balance.name_in()])[0]
         equations = ca.vertcat(balance, *turning, *onset)

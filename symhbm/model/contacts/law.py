@@ -35,6 +35,7 @@ from symhbm.model.contacts.motions import (
     SpringSliders,
     Switch,
     Values,
+    symbols_of,
 )
 from symhbm.model.records import Record
 from symhbm.numerics import Compiled, FloatArray, FourierBasis
@@ -401,8 +402,7 @@ def _expansion(law: ContactLaw, basis: FourierBasis, switch: int, n_instants: in
 
 @lru_cache(maxsize=64)
 def _slopes(law: ContactLaw, method: str, n_contacts: int) -> tuple[Compiled, bool]:
-    frequency, values = ca.SX.sym("frequency"), ca.SX.sym("values", len(law.parameters))
-    by_name = dict(zip(law.parameters, ca.vertsplit(values), strict=True))
+    frequency, values, by_name = symbols_of(law)
     result = ca.SX(getattr(law, method)(frequency, by_name))
     slopes = ca.densify(ca.jacobian(result, ca.vertcat(frequency, values)))
     function = ca.Function("slopes", [frequency, values], [slopes])

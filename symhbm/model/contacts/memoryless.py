@@ -18,7 +18,15 @@ import scipy.sparse
 from numpy.typing import NDArray
 
 from symhbm.model.contacts.law import ContactLaw
-from symhbm.model.contacts.motions import History, Located, Motions, Parameter, Values, leading
+from symhbm.model.contacts.motions import (
+    History,
+    Located,
+    Motions,
+    Parameter,
+    Values,
+    leading,
+    symbols_of,
+)
 from symhbm.numerics import Compiled, FloatArray, FourierBasis, check
 
 
@@ -280,8 +288,7 @@ def _products(basis: FourierBasis, waves: FourierBasis) -> scipy.sparse.csc_matr
 def _instant(law: PolynomialLaw) -> ca.Function:
     """Force and slope (m^2) of displacements, frequency and values at one instant."""
     displacement = ca.SX.sym("displacement", len(law.directions))
-    frequency, values = ca.SX.sym("frequency"), ca.SX.sym("values", len(law.parameters))
-    by_name = dict(zip(law.parameters, ca.vertsplit(values), strict=True))
+    frequency, values, by_name = symbols_of(law)
     force = law.force_at(displacement, frequency, by_name)
     slope = ca.densify(ca.jacobian(force, displacement))
     inputs = [displacement, frequency, values]

@@ -62,6 +62,13 @@ Values = dict[str, Any]
 """Values of the parameters of a law by name: arrays (n_contacts,), or symbols of one contact."""
 
 
+def symbols_of(law: Any) -> tuple[Any, Any, Values]:
+    """A frequency and the values of a law as symbols, these also by their names."""
+    values = ca.SX.sym("values", len(law.parameters))
+    by_name = dict(zip(law.parameters, ca.vertsplit(values), strict=True))
+    return ca.SX.sym("frequency"), values, by_name
+
+
 class Motions(NamedTuple):
     """Motions over a period of contacts of one law: of several as numbers, of one as symbols.
 
@@ -97,8 +104,7 @@ class Motions(NamedTuple):
     def symbols(cls, law: Any, basis: FourierBasis) -> tuple[Motions, list[Any]]:
         """A motion of one contact of a law as symbols; these are motion, frequency and values."""
         motion = ca.SX.sym("motion", basis.n_components * len(law.directions))
-        frequency, values = ca.SX.sym("frequency"), ca.SX.sym("values", len(law.parameters))
-        by_name = dict(zip(law.parameters, ca.vertsplit(values), strict=True))
+        frequency, values, by_name = symbols_of(law)
         return cls(basis, motion, frequency, by_name), [motion, frequency, values]
 
     def of(self, chosen: Any) -> Motions:
