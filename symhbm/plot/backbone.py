@@ -109,7 +109,7 @@ def _resonances(dataset: xr.Dataset) -> tuple[xr.Dataset, str]:
     else:
         inner = check_curves(dataset, None)[0].along, "dof", "solution"
         swept = [str(dim) for dim in dataset["amplitude"].dims if dim not in inner]
-        along, one = [*swept, "dof"][0], point_of(dataset, "peak")
+        along, one = [*swept, "curve"][0], point_of(dataset, "peak")
         if inner[0] == "point" and (kinds == _RESONANCE).any():
             at = dataset["event_frequency"].where(kinds == _RESONANCE).transpose(..., "event")
             at = at.copy(data=np.sort(at.values, axis=-1)).dropna("event", how="all")
@@ -122,4 +122,4 @@ def _resonances(dataset: xr.Dataset) -> tuple[xr.Dataset, str]:
         motions = result["coefficient"].transpose(..., "harmonic", "component")
         sizes = largest_of(*motions_of(motions))
         result["amplitude"] = motions.isel(harmonic=0, component=0, drop=True).copy(data=sizes)
-    return result, along
+    return (result if along in result.dims else result.expand_dims(along)), along

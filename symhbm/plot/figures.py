@@ -92,8 +92,10 @@ def save(figure: Figure, path: str | os.PathLike[str], **options: Any) -> Path:
     check.instance("figure", figure, Figure, "a figure of Matplotlib")
     if not isinstance(path, (str, os.PathLike)):
         raise TypeError(f"path={check.shown(path)}: expected the name of a file")
-    if Path(path).suffix.removeprefix(".").lower() not in FORMATS:
-        raise ValueError(f"path={str(path)!r}: expected a name ending in .{', .'.join(FORMATS)}")
+    known = Path(path).suffix.removeprefix(".").lower() in FORMATS
+    if not known or not Path(path).parent.is_dir():
+        names = f"a name ending in .{', .'.join(FORMATS)} in an existing directory"
+        raise ValueError(f"path={str(path)!r}: expected {names}")
     if figure.get_layout_engine() is None:
         options = {"bbox_inches": "tight"} | options  # labels and legends stay inside
     with mpl.rc_context(_SAVING):

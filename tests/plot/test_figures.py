@@ -86,6 +86,7 @@ def test_figures_of_others_are_saved_alike(response, tmp_path):
     assert "<text" in path.read_text()
     for wrong, error, words in (
         ("x.gif", ValueError, r"path='x.gif': expected a name ending in .png, .svg, .pdf"),
+        ("no/x.png", ValueError, "path=.no.x.png.: .* in an existing dir"),
         ("x", ValueError, "path='x'"),
         (3, TypeError, "path=3"),
     ):

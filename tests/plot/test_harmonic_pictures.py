@@ -90,6 +90,9 @@ def test_the_backbone_of_a_hardening_spring_is_where_resonances_are():
     assert len(found) == 3
     expected = np.sqrt(stiffness + 0.75 * cubic * np.asarray(size) ** 2) / (2 * np.pi)
     np.testing.assert_allclose(found, expected, rtol=1e-6)
+    [ax] = sh.plot.backbone(sweep.isel(force_amplitude=1), scale="linear").axes
+    [mark] = [line for line in ax.lines if line.get_marker() == "<"]
+    np.testing.assert_array_equal(mark.get_data(), [found[1:2], size[1:2]])
     # Without them these are the peaks, a little above.
     [ax] = sh.plot.backbone(sweep.drop_vars("event_kind"), scale="linear").axes
     tops = sh.datasets.at(sweep, "peak")
