@@ -37,6 +37,8 @@ def test_matrices_alone_say_what_reading_says(tmp_path):
     code, out, _ = run("import", tmp_path / "rod.mtx", "--units", "mm-t-s", "-o", output)
     assert code == 0
     assert "mm-t-s changed to SI" in out
+    quiet = run("import", tmp_path / "rod.mtx", "-o", tmp_path / "si.h5")
+    assert quiet == (0, f"{tmp_path / 'si.h5'}\n", "")
     given = sh.read_structure(output).mass_matrix
     np.testing.assert_allclose(given.toarray(), 1e3 * mass.toarray())
     assert run("info", output)[1].startswith("Model: 12 degrees of freedom")
@@ -55,6 +57,6 @@ def test_matrices_alone_say_what_reading_says(tmp_path):
 def test_bad_input_is_told_in_one_line(tmp_path, arguments, words):
     (tmp_path / "there.nc").write_text("")
     given = (text.format(here=tmp_path, brick=BRICK) for text in arguments)
-    code, _, err = run("import", *given)
-    assert (code, err.count("\n")) == (2, 1)
+    code, out, err = run("import", *given)
+    assert (code, out, err.count("\n")) == (2, "", 1)
     assert words in err

@@ -47,6 +47,6 @@ def import_(files: tuple[Path, ...], units: str | None, output: Path, overwrite:
         structure = sh.read_structure(files[0] if len(files) == 1 else files, units=units)
     program = getattr(structure.places, "program", None)
     told = [str(warning.message) for warning in caught] if program is None else program.account
-    terminal.say("\n".join(told), err=False)
     sh.save_structure(structure, output, overwrite=overwrite)
-    terminal.say(output, err=False)
+    for line in (*told, output):
+        terminal.say(line, err=False)

@@ -163,6 +163,10 @@ class Collected:
         """Bands and largest responses, where there are samples."""
         dim = ensemble.samples_of(self.dataset)
         if dim is None or not layout.panels[0].places:
+            if self.tuned is not None:
+                self.notes.append(
+                    "The response of the tuned structure is not shown: there are no samples beside."
+                )
             return
         what, of = "Bands of the samples", (self.dataset, dim)
         bands, notes = [], []

@@ -14,7 +14,7 @@ import symhbm as sh
 from symhbm.cli import main
 from symhbm.plot.viewer.packing import embedded, number, packed, plain, thinned
 from symhbm.plot.viewer.sets import MOST_CURVES, sets_of
-from tests.pages import data_of, unpacked
+from tests.pages import data_of, texts_of, unpacked
 from tests.problems import one_blade, ring_of_blades
 
 BLADE = one_blade()
@@ -37,7 +37,8 @@ def test_names_of_files(tmp_path):
     with pytest.raises(TypeError, match="tuned="):
         sh.view(response(), tmp_path / "blade.html", tuned=PROBLEM)
     assert [*tmp_path.iterdir()] == []
-    first = sh.view(response(), tmp_path / "blade.html")
+    first = sh.view(response(), tmp_path / "blade.html", tuned=response())
+    assert any("tuned structure is not shown" in line for line in texts_of(first))
     assert sh.view(response(), first) == first
     assert first.stat().st_size < 6e6
 
