@@ -18,7 +18,7 @@ from symhbm.plot.looks import Named, compared
 from symhbm.plot.picture import Axis, Panel, Picture
 from symhbm.plot.places import Shown, chosen
 from symhbm.results import Description, check_dataset, check_present
-from symhbm.results.reading import largest_of, motions_of
+from symhbm.results.reading import amplitude_of
 
 _LOOK: Any = dict(color=np.array([0.0, 0.0, 0.0, 1.0]), linestyle="-", linewidth=1.0)
 _RESONANCE = "phase resonance"
@@ -119,7 +119,5 @@ def _resonances(dataset: xr.Dataset) -> tuple[xr.Dataset, str]:
     check_present(one, *stored)
     result = one[stored].rename(dict(zip(stored, names, strict=True)))
     if "amplitude" not in result:
-        motions = result["coefficient"].transpose(..., "harmonic", "component")
-        sizes = largest_of(*motions_of(motions))
-        result["amplitude"] = motions.isel(harmonic=0, component=0, drop=True).copy(data=sizes)
+        result["amplitude"] = amplitude_of(result["coefficient"])
     return (result if along in result.dims else result.expand_dims(along)), along

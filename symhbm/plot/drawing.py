@@ -269,6 +269,11 @@ class Family:
             ends, wide = (self._values.min(), self._values.max()), is_wide(self._values)
             self._bar = Colours(FAMILY, *ends, wide, axis_label(dataset, self._ramp))
 
+    @classmethod
+    def over(cls, dataset: xr.Dataset, values: xr.DataArray, along: str) -> "Family":
+        """Curves over all dimensions of some values but the one that is drawn ``along``."""
+        return cls(dataset, [str(dim) for dim in values.dims if dim != along])
+
     def __iter__(self) -> Iterator[Member]:
         colors = shades(int(np.prod(self._sizes)))
         others: dict[tuple[int, ...], int] = {}

@@ -27,11 +27,10 @@ from symhbm.plot.lines import curved, mark_ends
 from symhbm.plot.looks import Named, compared
 from symhbm.plot.picture import Axis, Panel, Picture
 from symhbm.plot.places import Chosen, chosen
-from symhbm.results.reading import At, largest_of, motion, motions_of, seen_from
+from symhbm.results.reading import At, amplitude_of, motion, seen_from
 
 _ANGLES = 257
 """Points of a period."""
-_COMPONENTS = ("dof", "harmonic", "component")
 _UNITS = {"deg": 180 / np.pi, "rad": 1.0}
 
 
@@ -89,7 +88,7 @@ def phase(
         parameter_axis(dataset, parameter.name, room=0),
         Axis(rf"phase lag of {which} behind $\cos({turn})$ [{unit}]"),
     )
-    family = Family(dataset, [str(dim) for dim in lag.dims if dim != parameter.along])
+    family = Family.over(dataset, lag, parameter.along)
     for member, one in family.curves():
         value, angle = one[parameter.name].values, lag.isel(member.position).values
         inside = np.isfinite(value) & np.isfinite(angle)
@@ -190,7 +189,7 @@ def nyquist(
         Axis(f"{part} part of {words} [{shown.label}]") for part in ("real", "imaginary")
     )
     panel = Panel(across, upward, even="datalim")
-    family = Family(one, [str(dim) for dim in values.dims if dim != parameter.along])
+    family = Family.over(one, values, parameter.along)
     for member in family:
         z = values.isel(member.position).values
         panel.line(*curved(z.real, z.imag, closed=True), **member.look)
@@ -244,7 +243,7 @@ def phase_portrait(
     factor, unit = scaled(float(abs(one["displacement"]).max()), "m")
     words = where.words.removeprefix("response of ")
     panel = Panel(Axis(f"displacement of {words} [{unit}]"), Axis(f"velocity [{unit}/s]"))
-    family = Family(dataset, [str(dim) for dim in one["displacement"].dims if dim != "angle"])
+    family = Family.over(dataset, one["displacement"], "angle")
     for member in family:
         x, v = (factor * one[n].isel(member.position).values for n in ("displacement", "velocity"))
         panel.line(np.append(x, x[:1]), np.append(v, v[:1]), **member.look)
@@ -285,15 +284,14 @@ def transmissibility(
     """
     one, parameter, words = _of_place(dataset, place, None)
     seen = [seen_from(dataset, where) for where in ("ground", "base")]
-    moved = (seen[0]["coefficient"] - seen[1]["coefficient"]).transpose(..., *_COMPONENTS)
-    base = moved.isel(harmonic=0, component=0, drop=True).copy(data=largest_of(*motions_of(moved)))
+    base = amplitude_of(seen[0]["coefficient"] - seen[1]["coefficient"])
     number = chosen(dataset, place).alone
     ratio = (seen[0]["amplitude"] / base.max("dof")).isel(dof=number)
     ratio = ratio.isel(solution=0) if "solution" in ratio.dims else ratio
     shown = Scale(check.one_of("scale", scale, SCALES), "1")
     across = parameter_axis(one, parameter.name, room=0)
     panel = Panel(across, shown.axis(f"transmissibility to {words}"))
-    family = Family(one, [str(dim) for dim in ratio.dims if dim != parameter.along])
+    family = Family.over(one, ratio, parameter.along)
     for member, curve in family.curves():
         values = shown.of(ratio.isel(member.position).values)
         panel.line(*curved(curve[parameter.name], values), **member.look)

@@ -82,8 +82,7 @@ def limit_cycles(dataset: xr.Dataset, **common: Unpack[Named]) -> Picture:
     name = description.moving
     check_present(dataset, "amplitude", "cycle_branch", name)
     check_anything(dataset, "amplitude")
-    dims = [str(dim) for dim in dataset["amplitude"].dims if dim != "point"]
-    family = Family(dataset, dims)
+    family = Family.over(dataset, dataset["amplitude"], "point")
     panel = Panel(Axis(axis_label(dataset, name)), Axis(FIRST_HARMONIC, log=True))
     for member, one in family.curves():
         value, amplitude = one[name].values, one["amplitude"].values
@@ -276,8 +275,7 @@ def nonlinear_modes(
     label = FIRST_HARMONIC if of_amplitude else axis_label(dataset, moves)
     label = "energy [J]" if over else label
     of_amplitude |= bool(over)
-    dims = [str(dim) for dim in dataset["frequency"].dims if dim != along]
-    family, panels = Family(dataset, dims), []
+    family, panels = Family.over(dataset, dataset["frequency"], along), []
     for name, (bottom, words) in _PANELS.items():
         panel = Panel(Axis(log=of_amplitude), Axis(words), place=(bottom, 0.46))
         for member, one in family.curves():

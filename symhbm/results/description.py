@@ -99,6 +99,13 @@ def largest_of(basis: FourierBasis, motions: FloatArray) -> FloatArray:
     return _of_known(lambda known: largest_displacement(basis, known)[0], motions)
 
 
+def amplitude_of(coefficient: xr.DataArray) -> xr.DataArray:
+    """Largest absolute value of motions by their coefficients."""
+    motions = coefficient.transpose(..., "harmonic", "component")
+    like = motions.isel(harmonic=0, component=0, drop=True)
+    return like.copy(data=largest_of(*motions_of(motions)))
+
+
 def spread_of(basis: FourierBasis, motions: FloatArray) -> FloatArray:
     """Largest less smallest value of motions (.., n_components), NaN where they are not known."""
 

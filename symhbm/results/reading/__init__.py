@@ -1,6 +1,6 @@
 """Datasets for those who read them: tables, motions, parts without padding, blocks."""
 
-from symhbm.results.description import largest_of, motions_of
+from symhbm.results.description import amplitude_of, largest_of, motions_of
 from symhbm.results.reading.blockwise import (
     ALIKE,
     COMPLETE,
@@ -37,6 +37,7 @@ __all__ = [
     "MOTIONS",
     "SAMPLE",
     "At",
+    "amplitude_of",
     "at",
     "blocks",
     "completeness",

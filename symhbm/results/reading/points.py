@@ -6,7 +6,7 @@ import numpy as np
 import xarray as xr
 
 from symhbm.numerics import FloatArray, check
-from symhbm.results.description import largest_of, motions_of
+from symhbm.results.description import amplitude_of
 from symhbm.results.reading.blockwise import moving
 from symhbm.results.schema import check_dataset, check_present
 from symhbm.results.tables import blank
@@ -124,7 +124,7 @@ def at(result: xr.Dataset, at: At | None = None) -> xr.Dataset:
         one = one.drop_vars({*of_points} - {name, "coefficient", "amplitude"})
         one[name] = each(np.where(between, target, found)).assign_attrs(result[name].attrs)
         motions = result["peak_coefficient"].isel(peak=each(np.maximum(peak, 0)))
-        for own, of in (("coefficient", motions), ("amplitude", _amplitude(motions))):
+        for own, of in (("coefficient", motions), ("amplitude", amplitude_of(motions))):
             if own in one:
                 one[own] = one[own].where(each(~between), of).transpose(*one[own].dims)
     for own in {*of_points} & {*one.variables}:
@@ -144,10 +144,3 @@ def _peaks(amplitude: FloatArray, at: Any) -> tuple[np.ndarray, np.ndarray]:
         bounded[:, number[0]] &= number[0] == at
     there = bounded[range(len(number)), number]
     return np.where(there, number, -1), np.where(there, words, "")
-
-
-def _amplitude(motions: xr.DataArray) -> xr.DataArray:
-    """Largest absolute displacement of motions."""
-    motions = motions.transpose(..., "harmonic", "component")
-    like = motions.isel(harmonic=0, component=0, drop=True)
-    return like.copy(data=largest_of(*motions_of(motions)))
