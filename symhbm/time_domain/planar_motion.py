@@ -21,9 +21,7 @@ from symhbm.time_domain.integrated_motion import INTEGRATION_TOLERANCE, Integrat
 from symhbm.time_domain.linear_motion import DEGREE, LinearMotion
 
 _STAGES = 8
-_NODES, _WEIGHTS = ((part + shift) / 2 for part, shift in zip(
-    np.polynomial.legendre.leggauss(_STAGES), (1, 0), strict=True
-))  # fmt: skip
+_NODES = (np.polynomial.legendre.leggauss(_STAGES)[0] + 1) / 2
 _ORDER = np.arange(_STAGES)
 TO_POWERS = np.linalg.inv(_NODES[:, None] ** _ORDER)
 """Values at the nodes to powers of the share of a step."""

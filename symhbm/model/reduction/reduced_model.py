@@ -54,7 +54,7 @@ class Component:
         self, mass: Any, stiffness: Any, boundary: NDArray[np.intp], motion: Any, modes: int
     ):
         n_dof = mass.shape[0]
-        self.interior = interior = np.setdiff1d(np.arange(n_dof), boundary)
+        interior = np.setdiff1d(np.arange(n_dof), boundary)
         rows = stiffness.tocsr()[interior]
         inside = rows[:, interior].tocsc()
         static = follow(inside, -(rows[:, boundary] @ motion))

@@ -110,41 +110,28 @@ def most_pieces(highest: int) -> int:
 
 @Loop
 def locate(
-    order,
-    is_sine,
-    norm,
-    motions,
-    values,
-    held,
-    events,
-    margins,
-    by_motion,
-    by_values,
-    figures,
-    pieces,
-    counts,
-    turning,
+    basis, motions, values, held, events, margins, by_motion, by_values, figures, pieces, counts
 ) -> None:
     """Locate the events of contacts.
 
     ``motions`` (n, 2 K), coefficients of ``u`` and ``v``; ``values`` (n, 4): ``k_t``, ``k_n``,
     ``mu`` and ``N0``; ``held`` (n,), whether they slip, or (0,) where motions decide. Written are
     ``events`` (n, 4 K^2 + 3 K), ``margins`` (n, 3), their derivatives by motion (n, 3, 2 K) and
-    values (n, 3, 4), ``figures`` (n, 6), ``pieces`` (n, most, 6), their ``counts`` (n,) and
-    ``turning`` (n, 4, 2).
+    values (n, 3, 4), ``figures`` (n, 6), ``pieces`` (n, most, 6), and their ``counts`` (n,).
     """
-    waves = np.empty((4, 2, int(order[len(order) - 1]) + 1))
+    order, is_sine, norm = basis
+    waves, turning = np.empty((4, 2, int(order[len(order) - 1]) + 1)), np.empty((4, 2))
     slopes = np.empty((3, 3 * len(order) + 2))
     for j in range(len(motions)):
         noise = _waves(order, is_sine, motions[j], values[j], waves)
         imposed = held[j] if len(held) else -1
-        counts[j] = march(waves, noise, imposed, pieces[j], turning[j])
+        counts[j] = march(waves, noise, imposed, pieces[j], turning)
         coefficients(pieces[j], counts[j], order, is_sine, norm, events[j])
         _margins(
-            order, is_sine, motions[j], values[j], turning[j], margins[j], slopes, by_motion[j],
+            order, is_sine, motions[j], values[j], turning, margins[j], slopes, by_motion[j],
             by_values[j],
         )  # fmt: skip
-        _figures(waves, values[j, 0], pieces[j], counts[j], turning[j], figures[j])
+        _figures(waves, values[j, 0], pieces[j], counts[j], turning, figures[j])
 
 
 @Loop

@@ -44,14 +44,10 @@ class Marched(Periods):
         What they do one after the other, see `symhbm.model.contacts.varying_load.march`.
     counts : (n,)
         How many pieces each contact has.
-    turning : (n, 4, 2)
-        Value and angle of the largest ``low``, the smallest ``high``, the smallest and the
-        largest ``p``.
     """
 
     pieces: FloatArray
     counts: NDArray[np.intp]
-    turning: FloatArray
 
 
 class VariableLoadFriction(NormalLaw):
@@ -116,11 +112,11 @@ class VariableLoadFriction(NormalLaw):
         events, figures = np.empty((n, self.n_events(basis))), np.empty((n, 6))
         slopes = margins, by_motion, by_values = self.margin_arrays(motion)
         pieces = np.zeros((n, most_pieces(basis.highest), 6))
-        counts, turning = np.empty(n, dtype=int), np.empty((n, 4, 2))
+        counts = np.empty(n, dtype=int)
         motion = np.ascontiguousarray(motion)
-        written = events, *slopes, figures, pieces, counts, turning
-        locate(*basis.arrays, motion, physical, imposed, *written)
-        details = Marched(figures, by_values, pieces, counts, turning)
+        written = events, *slopes, figures, pieces, counts
+        locate(basis.arrays, motion, physical, imposed, *written)
+        details = Marched(figures, by_values, pieces, counts)
         return Located(events, self.held_states(margins, held), margins, by_motion, details)
 
     def margins_within(self, at: Motions, error: FloatArray) -> FloatArray:
