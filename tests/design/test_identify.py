@@ -1,11 +1,13 @@
 """Fits of responses: exact derivatives, true values, what is not seen, errors, and bad input."""
 
+from types import SimpleNamespace
 from typing import Any
 
 import numpy as np
 import pytest
 
 import symhbm as sh
+from symhbm.design.identification import estimate
 from symhbm.design.identification.objective import Objective, objective_of
 from symhbm.design.identification.observations import Rows
 from tests.design.differences import differences
@@ -363,6 +365,27 @@ def test_bad_measurements_are_refused(change, kind, words):
     with pytest.raises(kind) as caught:
         sh.identify(blade(), data, unknown, progress=False)
     assert words in str(caught.value)
+
+
+@pytest.mark.parametrize("place", ["tip", 1])
+def test_outputs_are_measured_at_their_rows(place):
+    model = one_blade().with_outputs({"strain": {0: 2.0}}, "1")
+    given: Any = dict(units="1", quantity="strain", place=place)
+    data = sh.datasets.measured([10.0, 11.0], [1e-4 + 0j, 2e-4], **given)
+    with pytest.raises(ValueError, match=r"expected a row of strain, from 0 to 0"):
+        sh.identify(
+            sh.HarmonicBalance(model, sh.forces.PointForce()), data, "normal_load", progress=False
+        )
+
+
+def test_newton_steps_that_go_up_are_not_taken(monkeypatch):
+    """Although they end nearer to where the slope is zero."""
+    monkeypatch.setattr(estimate, "_distance", lambda point, *_: point.distance)
+    unknowns = SimpleNamespace(bounds=(np.zeros(1), np.ones(1)))
+    at: Any = dict(x=np.full(1, 0.5), gradient=np.full(1, 0.1), hessian=np.eye(1))
+    low, high = (SimpleNamespace(value=v, distance=1 / v, **at) for v in (1.0, 1.1))
+    objective: Any = SimpleNamespace(unknowns=unknowns, remember=id, at=lambda _: high)
+    assert estimate.polished(objective, low, np.arange(1), "linear") == (low, 1.0)  # type: ignore[arg-type]
 
 
 def test_frequencies_outside_the_band_of_a_condensed_structure_are_refused():

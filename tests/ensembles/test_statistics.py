@@ -13,6 +13,7 @@ from scipy.optimize import minimize
 import symhbm as sh
 from symhbm.ensembles.statistics import population
 from symhbm.ensembles.statistics.confidence import drop
+from symhbm.ensembles.statistics.extreme_values import _by_moments
 from tests.problems import ring_of_blades
 
 BLADES = 5
@@ -270,6 +271,12 @@ def test_generalised_extreme_values_are_found_again():
     )
     assert float(fit.kolmogorov_smirnov) == pytest.approx(distance.statistic, rel=1e-9)
     assert float(fit.anderson_darling_p_value) > 0.01
+
+
+@pytest.mark.parametrize("shape", [-0.2, 0.2])
+def test_fits_start_at_the_moments_of_the_distribution(shape):
+    values = stats.genextreme.ppf((np.arange(2000) + 0.5) / 2000, -shape)
+    np.testing.assert_allclose(_by_moments(values, "gev"), [0, 0, shape], atol=5e-3)
 
 
 EIGHTY = stats.genextreme(0.2, loc=2.0, scale=0.3)

@@ -436,3 +436,9 @@ def test_rigid_modes_are_compared_up_to_their_digits(error, doubted):
     account = []
     checks._compare(model, None, Modes(np.zeros(1), None, shape), account)
     assert any(line.startswith("LOOK") for line in account) == doubted
+
+
+def test_rounded_digits_have_twice_their_mean_square():
+    motion = np.random.default_rng(0).uniform(1, 10, (20000, 1)) * (1 - 1j)
+    error = np.round(motion, 5) - motion
+    np.testing.assert_allclose(checks._rounded(motion), 2 * np.mean(abs(error) ** 2), rtol=0.03)
