@@ -228,6 +228,13 @@ def test_marches_beside_the_onset_of_slip_know_their_error(kind):
     assert tight > 24
 
 
+def test_errors_of_marches_that_stick_are_those_of_round_off():
+    law, basis = KINDS["constant"], FourierBasis((1,))
+    at = [at_motion(basis, np.eye(2), values_of(law, load=1e6, friction=mu)) for mu in (1, 3)]
+    few, many = (marched(law, one)[1].dissipation for one in at)  # type: ignore[index]
+    assert 0 < few == pytest.approx(many / 2)
+
+
 def block(across, places=True, **named):
     """A node with three directions, which rubs on the ground."""
     table = dict(node=[7, 7, 7], direction=[*"xyz"]) if places else None

@@ -10,6 +10,7 @@ import scipy.sparse as sp
 from scipy.io import mmwrite
 
 import symhbm as sh
+from symhbm.model.files.traps import _lowest_elastic
 
 
 def write(path, **changes):
@@ -77,6 +78,14 @@ def test_rigid_bodies_are_no_wrong_units(tmp_path, n):
     np.savez(path, M=np.eye(3 * n), K=np.kron(1e-9 * free, np.eye(3)))
     with pytest.warns(UserWarning, match="lowest natural frequency"):
         sh.read_structure(path)
+
+
+def test_lowest_frequency_of_a_long_free_chain():
+    n = 3000
+    twice = np.r_[1.0, 2 * np.ones(n - 2), 1.0]
+    chain = sp.diags_array([-np.ones(n - 1), twice, -np.ones(n - 1)], offsets=[-1, 0, 1])
+    lowest = _lowest_elastic(sp.eye_array(n, format="csc"), chain.tocsc(), 2.0, np.nan)
+    assert lowest == pytest.approx(np.sin(np.pi / (2 * n)) / np.pi, rel=1e-9)
 
 
 def test_large_files_are_read_without_dense_copies(tmp_path):
