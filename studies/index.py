@@ -26,8 +26,8 @@ SOURCE = (
 )
 POLICY = "default-src 'none'; img-src data:; style-src 'unsafe-inline'"
 """The browser itself refuses every outside resource."""
-NORMAL_SIDE = {"normal_stiffness"}
-"""Parameters of contacts that open, beside those of the source."""
+NORMAL_SIDE = {"normal_stiffness", "centrifugal_load"}
+"""Parameters of contacts that open or are pressed by rotation, beside those of the source."""
 FEW = 12
 """Largest number of values that are listed one by one."""
 COLUMNS = ("landmark", "computed", "expected", "source", "difference", "verdict")
@@ -71,7 +71,7 @@ def parameters(dataset: xr.Dataset) -> list[tuple[str, str]]:
     if "problem" in dataset.attrs:
         rows.append(("structure", _structure(Description(dataset))))
     described = {name: (units, long_name) for name, (units, long_name, *_) in PARAMETERS.items()}
-    for name in NORMAL_SIDE & dataset.variables.keys():
+    for name in sorted(NORMAL_SIDE & dataset.variables.keys()):
         described[name] = dataset[name].attrs["units"], dataset[name].attrs["long_name"]
     for name, (units, long_name) in described.items():
         values = dataset[name].values if name in dataset.variables else np.zeros(1)
