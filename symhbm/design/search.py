@@ -58,8 +58,7 @@ def descend(program: Program, evaluate: Cases, start: Design) -> Descent:
             current, active = _polished(program, evaluate, current)
         surveyed = current
         if not all(state.surveyed for state in current.states):
-            states = evaluate(current.x, None)
-            surveyed = Design(current.x, states, program.value(states, current.x))
+            surveyed = _evaluated(program, evaluate, current.x)
         if surveyed.value <= best.value + tolerances.ROUND_OFF:
             best = surveyed
         if abs(surveyed.value - current.value) <= tolerances.AGREE:
@@ -84,11 +83,10 @@ def _follow(program, evaluate, current: Design, radius: float) -> tuple[Design, 
         hidden = abs(expected) <= least
         if length <= tolerances.PRECISION or hidden:
             return current, radius, step.solved
-        states = evaluate(step.x, (current.x, current.states))
-        value = program.value(states, step.x)
-        gain = current.value - value
+        trial = _evaluated(program, evaluate, step.x, current)
+        gain = current.value - trial.value
         if gain > 1e-4 * expected > 0:
-            current = Design(step.x, states, value)
+            current = trial
             if gain > 0.75 * expected and length > 0.9 * radius:
                 radius = min(2 * radius, tolerances.LARGEST_RADIUS)
             elif gain < 0.25 * expected:
@@ -112,8 +110,7 @@ def _polished(
         if not length <= tolerances.SMALL:
             break
         x = np.clip(current.x + change, program.variables.lower, program.variables.upper)
-        states = evaluate(x, (current.x, current.states))
-        trial = Design(x, states, program.value(states, x))
+        trial = _evaluated(program, evaluate, x, current)
         better = _active_set(program, trial)
         if better is None or not trial.value <= current.value + tolerances.AGREE:
             break
@@ -207,11 +204,11 @@ def best_of(
     A descent begins at every finite one of ``fixed_starts``, and at the ``n_descents`` best of
     those spread over the bounds.
     """
-    given = [_surveyed(program, cases, x) for x in _allowed(program, fixed_starts)]
+    given = [_evaluated(program, cases, x) for x in _allowed(program, fixed_starts)]
     others = [*_allowed(program, starts(program.variables, n_starts))]
     if not given and not others:
         others = [x for x in [feasible(program)] if x is not None]
-    spread = [_surveyed(program, cases, x) for x in others]
+    spread = [_evaluated(program, cases, x) for x in others]
     designs = [*given, *spread]
     chosen = [design for design in given if np.isfinite(design.value)]
     chosen = [design for design in chosen if not is_flat(program, design)]
@@ -232,7 +229,7 @@ def best_of(
 
 def again(program: Program, cases: Cases, x: FloatArray) -> SearchResult:
     """What a search found at a design ``x``, by one descent from there."""
-    design = _surveyed(program, cases, x)
+    design = _evaluated(program, cases, x)
     if is_flat(program, design):
         return SearchResult(design, None, [design], [])
     descent = descend(program, cases, design)
@@ -294,8 +291,11 @@ def _promising(program: Program, designs: list[Design], most: int) -> list[Desig
     return sorted(sloping, key=_value)[:most]
 
 
-def _surveyed(program: Program, cases: Cases, x: FloatArray) -> Design:
-    states = cases(x)
+def _evaluated(
+    program: Program, cases: Cases, x: FloatArray, before: Design | None = None
+) -> Design:
+    """A design, surveyed or followed from another one."""
+    states = cases(x, None if before is None else (before.x, before.states))
     return Design(x, states, program.value(states, x))
 
 
