@@ -118,6 +118,15 @@ def test_a_band_without_a_resonance_of_the_held_structure():
     np.testing.assert_allclose(other.peak_amplitude, one.peak_amplitude, rtol=ROUND_OFF)
 
 
+def test_modes_below_a_fixed_frequency_are_those_of_the_whole(pair):
+    whole, small = (problem.model for problem in pair)
+    springs = whole.groups.stuck_springs
+    (low, high), fixed = 2 * np.pi * np.array(BAND), small.fixed[1][0]
+    within = fixed[(fixed > low) & (fixed < high)].tolist()
+    counts = [[model.modes_below(1, s, springs) for s in within] for model in (whole, small)]
+    assert counts[0] == counts[1] != []
+
+
 def test_narrow_resonances_of_what_was_eliminated_are_seen(monkeypatch):
     # Three small resonators hang on a heavy mass: at no step do they show in its motion.
     mass, damping, stiffness = np.diag([1.0, 1e-5, 1e-5, 1e-5]), np.zeros((4, 4)), np.zeros((4, 4))
