@@ -196,6 +196,15 @@ def test_where_forces_act():
         sh.laws.SmoothLaw(cube, value, [0, 1])
 
 
+def test_weights_of_numbers_and_places_are_those_of_one_direction():
+    given = np.eye(2), np.eye(2), 1e4 * np.eye(2)
+    places = dict(node=[7, 7], direction=[*"xy"])
+    for weights in ({0: 1.0, 1: -1.0}, {0: 1.0, "7:y": -1.0}):
+        law = sh.laws.SmoothLaw(LAWS["spring"][0], {"k5": (1e13, "N/m^5")}, weights)
+        directions = sh.Model(*given, contacts={"own": law}, places=places).directions
+        assert directions.toarray().tolist() == [[1.0, -1.0]]
+
+
 def test_harmonics_that_a_force_needs():
     """A force that is not odd asks for harmonics 0 and even; an odd one does not."""
     for name in ("gap", "hertz", "magnet", "rubbing"):
