@@ -6,6 +6,7 @@ import runpy
 import shlex
 import sys
 from dataclasses import dataclass, field
+from importlib import import_module
 from pathlib import Path
 
 import pytest
@@ -128,7 +129,10 @@ def run(command: str) -> None:
 @pytest.mark.parametrize("block", BLOCKS, ids=lambda block: block.name)
 def test_block_is_marked_by_a_known_word_and_imports_what_it_uses(block):
     assert block.mark in ("", SLOW, CLUSTER)
-    compile(block.code, block.name, "exec")
+    for node in ast.walk(ast.parse(block.code, block.name)):
+        if isinstance(node, ast.ImportFrom) and str(node.module).startswith("symhbm"):
+            offered = import_module(str(node.module))
+            assert [one.name for one in node.names if not hasattr(offered, one.name)] == []
     assert "import symhbm as sh" in block.code
 
 

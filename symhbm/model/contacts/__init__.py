@@ -11,6 +11,7 @@ from symhbm.model.contacts.marched import marched
 from symhbm.model.contacts.memoryless import CubicSpring, MemorylessLaw, PolynomialLaw
 from symhbm.model.contacts.motions import (
     Behaviour,
+    Events,
     History,
     Located,
     Motions,
@@ -32,6 +33,7 @@ __all__ = [
     "Coulomb",
     "CubicSpring",
     "Ends",
+    "Events",
     "Friction",
     "Gap",
     "Group",
