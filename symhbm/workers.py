@@ -235,7 +235,7 @@ class Reached(Watcher):
         self._begin = 0.0, 0.0
         self._told = time.monotonic() + _BAR_DELAY - _REACHED
 
-    def reached(self, value: float, n_maxima: int) -> None:
+    def reached(self, value: float, n_maxima: Callable[[], int]) -> None:
         """Tell where a path is."""
         if self._ends is None:
             return
@@ -243,7 +243,8 @@ class Reached(Watcher):
 
         def text() -> str:
             band = f"of {self._shown(first):g} to {self._shown(last):g} {self._units}".rstrip()
-            peaks = f", {n_maxima} peak{'' if n_maxima == 1 else 's'}" if n_maxima else ""
+            maxima = n_maxima()
+            peaks = f", {maxima} peak{'' if maxima == 1 else 's'}" if maxima else ""
             return f"{self._shown(value):.6g} {band}{peaks}"
 
         self._tell("path", text, (value - first) / (last - first))

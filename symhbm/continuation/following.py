@@ -130,12 +130,15 @@ def follow_with(
 
 def _told(path: Path) -> Iterator[PathPoint]:
     """The points of a path, told as they come with how many maxima lie before them."""
-    watcher, maxima, rises, before = watching(), 0, False, np.inf
+    watcher, points = watching(), list[PathPoint]()
+
+    def n_maxima() -> int:
+        rises = np.diff([length_of(point.unknowns) for point in points]) > 0
+        return int(np.count_nonzero(rises[:-1] & ~rises[1:]))
+
     for point in path:
-        size = length_of(point.unknowns)
-        maxima += bool(rises and size < before)
-        rises, before = size > before, size
-        watcher.reached(point.value, maxima)
+        points.append(point)
+        watcher.reached(point.value, n_maxima)
         yield point
 
 

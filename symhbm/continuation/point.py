@@ -122,8 +122,8 @@ class PathPoint(NamedTuple):
     @property
     def is_smooth_fold(self) -> bool:
         """Whether the point is a fold that is no corner: its tangent is normal to the parameter."""
-        is_fold = any(event.kind == EventKind.FOLD for event in self.events) or self.after[-1] == 0
-        return is_fold and np.array_equal(self.before, self.after)
+        is_fold = EventKind.FOLD in [event.kind for event in self.events] or self.after[-1] == 0
+        return bool(is_fold) and np.array_equal(self.before, self.after)
 
     @property
     def unknowns(self) -> FloatArray:

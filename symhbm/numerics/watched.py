@@ -9,8 +9,8 @@ from itertools import count
 class Watcher:
     """Is told how far a computation is, and does nothing with it."""
 
-    def reached(self, value: float, n_maxima: int) -> None:
-        """A path is at a value of its parameter, and passed so many maxima of the response."""
+    def reached(self, value: float, n_maxima: Callable[[], int]) -> None:
+        """A path is at a value of its parameter; ``n_maxima`` counts those that it passed."""
 
     def done(self, number: int, total: int | None, what: str) -> None:
         """So many pieces of one kind of work are done, of a total that may not be known."""

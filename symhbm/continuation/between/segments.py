@@ -50,18 +50,14 @@ class Segments(NamedTuple):
     @classmethod
     def of(cls, points: Sequence[PathPoint]) -> Self:
         """The segments between consecutive points, without those of unbounded amplification."""
-        state, before, after = (
-            np.array([getattr(point, name) for point in points])
-            for name in ("state", "before", "after")
-        )
-        before, after = PathState(state, before), PathState(state, after)
-        smooth = ~np.array([bool(point.events) for point in points])
-        onset, end = (
-            np.array([any(event.turns_on is on for event in p.events) for p in points])
-            for on in (True, False)
-        )
+        columns: Any = PathPoint._make(zip(*points, strict=True))
+        state = np.array(columns.state)
+        before, after = (PathState(state, np.array(way)) for way in (columns.before, columns.after))
+        turns = [{event.turns_on for event in events} for events in columns.events]
+        smooth = ~np.array([bool(turn) for turn in turns])
+        onset, end = (np.array([on in turn for turn in turns]) for on in (True, False))
         folds = np.array([point.is_smooth_fold for point in points])
-        unbounded = np.array([p.amplification > UNBOUNDED_AMPLIFICATION for p in points])
+        unbounded = np.array(columns.amplification) > UNBOUNDED_AMPLIFICATION
         count = len(points) - 1
         segments = cls(
             number=np.arange(count),
@@ -71,10 +67,10 @@ class Segments(NamedTuple):
             right=before[1:],
             before=_neighbours(after, smooth[:-1], np.arange(-1, count - 1)),
             after=_neighbours(before, smooth[1:], np.arange(2, count + 2)),
-            scale=np.array([point.scale for point in points[:-1]]),
+            scale=np.array(columns.scale[:-1]),
             switch_events=np.stack([onset[:-1], end[1:]], axis=-1),
             folds=np.stack([folds[:-1], folds[1:]], axis=-1),
-            switches=np.array([point.switches for point in points[:-1]]),
+            switches=np.array(columns.switches[:-1]),
         )
         return segments.take(~(unbounded[:-1] | unbounded[1:]))
 

@@ -196,9 +196,10 @@ class CompiledCorrector(Corrector):
         of_contacts, n = values[SCALARS:].copy(), self._n_switches
         end = len(of_contacts) - n
         springs = of_contacts[n:end].reshape(2, self._n_harmonics, -1)
-        at = self.curve.at(float(point[-1]))
+        counts: tuple[int, ...] | None = (int(below) // 2,)
         # Closed forms of several harmonics (no contacts) count the resonances of all at once.
-        counted = below >= 0 and self._n_harmonics == 1
+        if below < 0 or self._n_harmonics > 1:
+            counts = resonances_below(*self.curve.at(float(point[-1])), springs[0])
         return Corrected(
             point,
             direction,
@@ -209,7 +210,7 @@ class CompiledCorrector(Corrector):
             of_contacts[:n],
             of_contacts[end:],
             crosses > 0,
-            (int(below) // 2,) if counted else resonances_below(*at, springs[0]),
+            counts,
             springs,
         )
 
