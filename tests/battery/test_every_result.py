@@ -123,7 +123,7 @@ RESULTS: dict[str, Callable[[], Any]] = {
     "position": lambda: sh.statistics.position(result("amplification"), 1.1),
 }  # fmt: skip
 WITHOUT_PICTURE = {"slopes of peaks", "band", "amplification", "localisation", "fit", "convergence"}
-WITHOUT_PICTURE |= {"position", "peaks over", "cycles", "at rest", "draws"}
+WITHOUT_PICTURE |= {"position", "peaks over", "cycles", "at rest", "draws", "waiting"}
 
 
 @cache
