@@ -6,7 +6,7 @@ from hypothesis import assume, given, settings
 from hypothesis import strategies as st
 
 from symhbm.model.contacts.coulomb.located import locate
-from symhbm.model.contacts.coulomb.sampled import _monotone_branches, locate_sampled
+from symhbm.model.contacts.coulomb.sampled import _monotone_branches, history_of, locate_sampled
 from symhbm.numerics.fourier import FourierBasis
 
 HARMONICS = [(1,), (0, 1), (1, 3, 5), (0, 1, 2, 3), (2, 5, 10)]
@@ -273,3 +273,11 @@ def test_invariants(seed, order, decay, share, shift):
     shifted, moved = force(COMPLETE, later, 1.0, limit, COMPLETE_SAMPLES)
     np.testing.assert_allclose(to_samples @ shifted, np.roll(at_samples, shift), atol=1e-13)
     assert moved.stick_fraction[0] == pytest.approx(found.stick_fraction[0], abs=1e-12)
+
+
+@pytest.mark.parametrize("limit", [0.0, 0.5])
+def test_history_of_a_contact_without_events(limit):
+    motion, none = np.array([2.0, 0.1, 0.0]), np.zeros(0)
+    found = history_of(FourierBasis((0, 1)), motion, 3.0, limit, none, none, 8)
+    expected = 0.3 * np.cos(found.angle) * (limit > 0)
+    np.testing.assert_allclose(found.force[0], expected, atol=1e-15)
