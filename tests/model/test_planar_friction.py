@@ -230,9 +230,11 @@ def test_marches_beside_the_onset_of_slip_know_their_error(kind):
 
 def test_errors_of_marches_that_stick_are_those_of_round_off():
     law, basis = KINDS["constant"], FourierBasis((1,))
-    at = [at_motion(basis, np.eye(2), values_of(law, load=1e6, friction=mu)) for mu in (1, 3)]
-    few, many = (marched(law, one)[1].dissipation for one in at)  # type: ignore[index]
-    assert 0 < few == pytest.approx(many / 2)
+    each = [(mu, size * np.eye(2)) for mu, size in [(1, 1.0), (3, 1.0), (1, 2.0)]]
+    at = [at_motion(basis, motion, values_of(law, load=1e6, friction=mu)) for mu, motion in each]
+    few, *twice = (marched(law, one)[1].dissipation.item() for one in at)  # type: ignore[index]
+    assert few > 0
+    assert twice == pytest.approx([2 * few, 2 * few])
 
 
 def block(across, places=True, **named):
