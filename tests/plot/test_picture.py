@@ -10,7 +10,8 @@ import symhbm as sh
 from symhbm.cli.selection import kinds
 from symhbm.plot.looks import pictured
 from symhbm.plot.picture import Axis, Colours, Panel, Picture
-from symhbm.plot.viewer.packing import as_json, embedded
+from symhbm.plot.viewer.packing import as_json
+from symhbm.plot.viewer.page import embedded
 from tests.paper import texts
 from tests.plot.viewer.test_view import response, unpacked
 

@@ -4,7 +4,6 @@ Curves are thinned so that straight lines between the points that are left stay 
 """
 
 import base64
-import json
 import re
 from collections.abc import Sequence
 from typing import Any
@@ -27,14 +26,6 @@ def packed(values: ArrayLike, kind: str = "f8") -> str:
     """An array as text, with its type: ``f8``, ``f4``, ``i4`` or ``i1``."""
     array = np.ascontiguousarray(values, dtype=f"<{kind}")
     return f"{kind}:{base64.b64encode(array.tobytes()).decode('ascii')}"
-
-
-def embedded(data: Any) -> str:
-    """JSON that may stand inside of any element of a page."""
-    text = json.dumps(data, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
-    for sign in "<>&":
-        text = text.replace(sign, f"\\u{ord(sign):04x}")
-    return text
 
 
 def plain(value: Any, longest: int = _LONGEST) -> str:

@@ -2,12 +2,11 @@
 
 import base64
 import hashlib
+import json
 import re
 from html import escape
 from pathlib import Path
 from typing import Any
-
-from symhbm.plot.viewer.packing import embedded
 
 _HERE = Path(__file__).parent
 _SCRIPTS = ("data.js", "states.js", "charts.js", "page.js")
@@ -60,3 +59,11 @@ def _hash(script: str) -> str:
     """What the policy calls a script that may run."""
     digest = hashlib.sha256(script.encode("utf-8")).digest()
     return f"'sha256-{base64.b64encode(digest).decode('ascii')}'"
+
+
+def embedded(data: Any) -> str:
+    """JSON that may stand inside of any element of a page."""
+    text = json.dumps(data, ensure_ascii=True, allow_nan=False, separators=(",", ":"))
+    for sign in "<>&":
+        text = text.replace(sign, f"\\u{ord(sign):04x}")
+    return text

@@ -133,15 +133,6 @@ def sustaining_force(
     return basis.of_phasors(1j * momentum), size
 
 
-def modal_amplitude(problem: HarmonicBalance, unknowns: FloatArray) -> float:
-    """Root of the sum of ``X_n^H M X_n`` over the harmonics above 0 [kg^1/2 m]."""
-    phasors, square = problem.basis.phasors(problem.layout.coefficients(unknowns)), 0.0
-    for n, phasor in zip(problem.harmonics, phasors.T, strict=True):
-        if n:
-            square += float((phasor.conj() @ (matrices_in(problem, n).mass_matrix @ phasor)).real)
-    return float(np.sqrt(max(square, 0.0)))
-
-
 def amplitude_difference(stored: dict[str, Any], amplitude: FloatArray) -> float:
     """Relative difference of the stored amplitudes, or that of one ``dof``, from computed ones."""
     return relative_difference(stored["amplitude"], amplitude[stored.get("dof", slice(None))])

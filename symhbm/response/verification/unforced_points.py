@@ -6,14 +6,13 @@ from typing import Any, ClassVar
 import numpy as np
 import xarray as xr
 
-from symhbm.balance import HarmonicBalance, unforced
+from symhbm.balance import HarmonicBalance, matrices_in, unforced
 from symhbm.continuation import EventKind
 from symhbm.continuation.unforced import first_harmonic, last_fold
 from symhbm.model.contacts import ContactLaw
 from symhbm.model.cyclic import Sector
 from symhbm.numerics import FloatArray, largest_displacement, relative_difference, unknowns_of
 from symhbm.response.unforced import free_problem
-from symhbm.response.verification.figures import modal_amplitude
 from symhbm.response.verification.stored_points import OF_POINTS, StoredGroup, StoredPoints
 from symhbm.results import recall
 from symhbm.time_domain import curved, cycle_growth, free_motion, in_plane, verdict
@@ -294,3 +293,12 @@ class StoredFold(StoredGroup):
         if np.isnan(expected) or np.isnan(value):
             return {"fold_mismatch": float(np.isnan(expected) != np.isnan(value))}
         return {"fold_mismatch": abs(value - expected) / (max(abs(value), abs(expected)) or 1.0)}
+
+
+def modal_amplitude(problem: HarmonicBalance, unknowns: FloatArray) -> float:
+    """Root of the sum of ``X_n^H M X_n`` over the harmonics above 0 [kg^1/2 m]."""
+    phasors, square = problem.basis.phasors(problem.layout.coefficients(unknowns)), 0.0
+    for n, phasor in zip(problem.harmonics, phasors.T, strict=True):
+        if n:
+            square += float((phasor.conj() @ (matrices_in(problem, n).mass_matrix @ phasor)).real)
+    return float(np.sqrt(max(square, 0.0)))

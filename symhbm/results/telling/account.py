@@ -9,9 +9,8 @@ import xarray as xr
 from symhbm.results import NUMBERS, VARIABLES, parts
 from symhbm.results.reading import curve_status, printable, read
 from symhbm.results.telling.findings import findings
-from symhbm.results.telling.identified import identified, of_fits
 from symhbm.results.telling.problem import MOST_LISTED, problem
-from symhbm.results.telling.words import Rows, Words, designs
+from symhbm.results.telling.words import Rows, Words, certificate, designs
 
 WIDTH, MARGIN = 100, 24
 """Width of a line, and of its label."""
@@ -20,6 +19,8 @@ _DESCRIBED_ATTRIBUTES = {
     *("problem", "swept", "followed", "accuracy", "left_out", "verification"),
     *(parts.PART, parts.COMPUTED, parts.MERGED),
 }
+_OF_FITS = {"unknown", "measurement", "curve", "direction", "fit_start"}
+"""Dimensions of variables on a fit."""
 
 
 def account(dataset: xr.Dataset, digits: int = 6) -> Iterator[tuple[str, Rows]]:
@@ -34,7 +35,7 @@ def account(dataset: xr.Dataset, digits: int = 6) -> Iterator[tuple[str, Rows]]:
     if curve_status(dataset) is not None:
         yield "results", findings(words)
     yield "design", designs(words)
-    yield "identification", identified(words)
+    yield "identification", _identified(words)
     yield "others", _others(words)
 
 
@@ -61,6 +62,32 @@ def _origin(dataset: xr.Dataset) -> Rows:
         yield "reference", str(attributes["references"])
 
 
+def _identified(words: Words) -> Rows:
+    """Status of a fit, each unknown with error and interval, and the certificate; else nothing."""
+    dataset, short = words.dataset, words.short
+    if "estimate" not in dataset.variables:
+        return
+    yield "identification", str(dataset["status"].item())
+    names = ("unknown", "unknown_units", "estimate", "standard_error", "profile_interval")
+    for label, units, value, error, ends in zip(*(dataset[n].values for n in names), strict=True):
+        unit = "" if units == "1" else f" {units}"
+        text = f"{words.within(value, error)}{unit}"
+        text += "" if np.isfinite(error) else ", standard error not known"
+        if np.isfinite(ends).all():
+            text += f", interval {short(ends[0])} to {short(ends[1])}{unit}"
+        yield f"  {label}", text
+    yield from certificate(words)
+
+
+def _of_fits(words: Words) -> set[str]:
+    """Names of variables that `_identified` tells, or are too many to be told."""
+    dataset = words.dataset
+    if "estimate" not in dataset.variables:
+        return set()
+    own = {str(name) for name, of in dataset.variables.items() if _OF_FITS & {*map(str, of.dims)}}
+    return own | {"noise_level"}
+
+
 def _others(words: Words) -> Rows:
     """What was left out; variables and attributes of the user; all where there is no status."""
     dataset, parameters = words.dataset, words.description.parameters
@@ -70,7 +97,7 @@ def _others(words: Words) -> Rows:
     followed = [*parameters, words.along]
     described |= {f"{prefix}_{name}" for prefix in ("peak", "event") for name in followed}
     described |= {f"{name}_nominal" for name in parameters}
-    described |= {NUMBERS, *parts.variables_of_whole(dataset), *of_fits(words)}
+    described |= {NUMBERS, *parts.variables_of_whole(dataset), *_of_fits(words)}
     if curve_status(dataset) is None:
         described -= {str(name) for name in dataset.data_vars} - {*parameters}
         sizes = ", ".join(f"{size} {dim}" for dim, size in dataset.sizes.items())

@@ -12,7 +12,8 @@ from click.testing import CliRunner
 
 import symhbm as sh
 from symhbm.cli import main
-from symhbm.plot.viewer.packing import embedded, number, packed, plain, thinned
+from symhbm.plot.viewer.packing import number, packed, plain, thinned
+from symhbm.plot.viewer.page import embedded
 from symhbm.plot.viewer.sets import MOST_CURVES, sets_of
 from tests.pages import data_of, texts_of, unpacked
 from tests.problems import one_blade, ring_of_blades
