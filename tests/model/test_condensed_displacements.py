@@ -7,6 +7,7 @@ import pytest
 import scipy.sparse as sp
 
 import symhbm as sh
+from symhbm.model.linear import RelativeCoordinates
 from tests.problems import mistuned
 from tests.quick import quick_first
 from tests.refusals import refused
@@ -172,3 +173,14 @@ test_bad_keep = refused([
     (lambda: displaced(disk(), sh.forces.EngineOrder(2, pattern={0: 1.0})),
      ValueError, "in the same way in all waves"),
 ])  # fmt: skip
+
+
+@pytest.mark.parametrize("scale", [1e-6, 1.0, 1e6])
+def test_displacements_follow_from_those_chosen_or_are_refused(scale):
+    directions = scale * sp.csr_array([[1.0, -1.0, 0.0], [0.0, 1.0, -1.0], [1.0, 0.0, -1.0]])
+    found = RelativeCoordinates.of(directions, np.zeros(0, dtype=int))
+    moved = (directions @ found.change(directions)).toarray()
+    np.testing.assert_allclose(moved[np.ix_(found.rows, found.pivots)], np.eye(2), atol=1e-12)
+    few = RelativeCoordinates(found.rows[:1], found.pivots[:1], found.held)
+    with pytest.raises(ValueError, match="displacements depend on each other"):
+        few.change(directions)
