@@ -218,6 +218,11 @@ def test_harmonics_that_a_force_needs():
     assert group_of("gap").law.holds({"k": np.ones(1), "g": np.ones(1)}).all()
 
 
+def test_laws_of_one_displacement_alone_give_back_what_they_take():
+    found = {name for name in LAWS if group_of(name).law.gives_back}
+    assert found == {"gap", "hertz", "magnet", "spring"}
+
+
 def test_a_law_is_data():
     """It pickles, and equals one made again; its archive holds operations and no code."""
     law, again = group_of("hertz").law, group_of("hertz").law
