@@ -127,6 +127,14 @@ def test_modes_below_a_fixed_frequency_are_those_of_the_whole(pair):
     assert counts[0] == counts[1] != []
 
 
+def test_undamped_stiffness_is_that_of_a_structure_without_damping():
+    small = problems("none")[1].model
+    for s in 2 * np.pi * np.linspace(*BAND, 5):
+        whole, slope = (part[:, : small.n_dof] for part in small.pole_residues[1](s))
+        for found, known in zip(small.undamped[1](s), (whole, slope), strict=True):
+            np.testing.assert_allclose(found, known, rtol=0, atol=1e-9 * abs(known).max())
+
+
 def test_narrow_resonances_of_what_was_eliminated_are_seen(monkeypatch):
     # Three small resonators hang on a heavy mass: at no step do they show in its motion.
     mass, damping, stiffness = np.diag([1.0, 1e-5, 1e-5, 1e-5]), np.zeros((4, 4)), np.zeros((4, 4))
