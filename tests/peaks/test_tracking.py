@@ -2,6 +2,7 @@
 
 from itertools import pairwise
 from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -10,6 +11,8 @@ from studies.closed_form import EXACT_DIGITS, OneBlade
 from symhbm.balance.second_order import SecondOrder
 from symhbm.peaks.survey import survey
 from symhbm.peaks.tracking import branches
+from symhbm.peaks.tracking.envelope import UpperEnvelope
+from symhbm.peaks.tracking.leading_branches import LeadingBranches
 from symhbm.peaks.tracking.step import problems_between, verified
 from symhbm.peaks.tracking.track import TrackStatus, retrack, track
 from tests.designs import BAND, blade, mistuned
@@ -114,3 +117,24 @@ def test_an_event_is_within_the_interval_that_changes(first, last, monkeypatch):
     for number, ends in enumerate(pairwise(branch.conditions)):
         before, after = ("before" in str(end) for end in ends)
         assert (branch.event_after(number) is not None) == (before != after)
+
+
+def test_heights_end_where_the_peak_is_unbounded():
+    branch = SimpleNamespace(heights=lambda values: values)
+    followed: Any = SimpleNamespace(branches=[branch, branch])
+    heights = UpperEnvelope(followed, [(1.0, 3.0)])._heights(np.array([0.5, 1, 2, 3, 4]))
+    assert heights.tolist() == 2 * [[0.5, 1, -np.inf, 3, 4]]
+
+
+@pytest.mark.parametrize(
+    ("slope", "through", "reveals"), [(9.0, [], True), (0.0, [], False), (9.0, [0], False)]
+)
+def test_maxima_that_may_lead_nearby_reveal_a_leader(slope, through, reveals):
+    def candidate(height, slope, through):
+        return SimpleNamespace(maximum=SimpleNamespace(amplitude=height), slope=slope, on=through)
+
+    leading: Any = SimpleNamespace(parameter=SimpleNamespace(slope=lambda found: found.slope))
+    leading.followed = SimpleNamespace(branches_through=lambda found, value: found.on)
+    candidates: Any = [candidate(2.0, 0.0, [1]), candidate(1.5, slope, through)]
+    values: Any = [SimpleNamespace(value=v, candidates=candidates) for v in (1.0, 1.1, 1.2)]
+    assert LeadingBranches._reveals_leader(leading, *values) == reveals
