@@ -11,7 +11,14 @@ from numpy.typing import NDArray
 
 from symhbm.balance.evaluation import ContactStates, UnknownLayout
 from symhbm.model import Structure, Symmetry
-from symhbm.model.contacts import ContactLaw, Motions, NormalLaw, SliderContacts, graph_of
+from symhbm.model.contacts import (
+    ContactLaw,
+    FixedValues,
+    Motions,
+    NormalLaw,
+    SliderContacts,
+    graph_of,
+)
 from symhbm.numerics import Compiled, FloatArray, FourierBasis
 
 
@@ -74,6 +81,16 @@ class BalancedContacts:
     groups: tuple[BalancedGroup, ...]
     values: dict[str, dict[str, FloatArray]]
     _packed: dict[str, FloatArray] = field(default_factory=dict, init=False)
+
+    @classmethod
+    def of(
+        cls,
+        layout: UnknownLayout,
+        groups: tuple[BalancedGroup, ...],
+        values: dict[str, dict[str, FloatArray]],
+    ) -> "BalancedContacts":
+        """Those whose laws keep what they make of the values."""
+        return cls(layout, groups, {name: FixedValues(own) for name, own in values.items()})
 
     def values_of(self, group: BalancedGroup) -> dict[str, FloatArray]:
         """Values of the parameters of the contacts of a group."""

@@ -1,7 +1,7 @@
 """The balance at one point: its unknowns, what they tell, states of contacts, and residuals."""
 
 from collections.abc import Sequence
-from dataclasses import dataclass, fields
+from dataclasses import dataclass
 from functools import cached_property
 from typing import Any
 
@@ -143,8 +143,8 @@ def _joined(parts: Sequence[np.ndarray], kind: type) -> np.ndarray:
 
 def _split(located: Located, count: int) -> list[Located]:
     """The same contacts at ``count`` points."""
-    arrays = [getattr(located, field.name) for field in fields(located) if field.name != "details"]
-    details = [None] * count if located.details is None else located.details.split(count)
+    *arrays, details = located
+    details = [None] * count if details is None else details.split(count)
     parts = zip(*(np.split(array, count) for array in arrays), details, strict=True)
     return [Located(*part) for part in parts]
 

@@ -114,7 +114,7 @@ class HarmonicBalance(Problem):
                 }
                 for group in self.groups
             }
-        return BalancedContacts(self.layout, self.equations.groups, values)
+        return BalancedContacts.of(self.layout, self.equations.groups, values)
 
     @cached_property
     def arguments_in_order(self) -> list[FloatArray]:

@@ -52,15 +52,16 @@ class LocatedCorrector(StepwiseCorrector):
         self._located = [group.name for group in equations.located]
         self._contacts, self._margins_move = problem.contacts, problem.contacts.margins_move
         self._n_harmonics = sum(n > 0 for n in problem.harmonics)
+        size = problem.n_unknowns + 1
+        self._of_parameter = np.ones(size), unit_parameter(size)
         self._system = Compiled(*_programs_of(curve).functions(curve.machine_code))
         self._system.inputs[0][:] = np.concatenate([np.ravel(array) for array in arguments])
 
     def step(self, unknowns: FloatArray, value: float) -> tuple[float, FloatArray | None]:
         """As `Corrector.step`, from the same system."""
         point = np.append(unknowns, value)
-        ones, row = np.ones(len(point)), unit_parameter(len(point))
-        norm, _, _ = self._linearised(point, point, Hyperplane(point, ones, row), None)
-        columns, _ = self._step(None, ones)
+        norm, _, _ = self._linearised(point, point, Hyperplane(point, *self._of_parameter), None)
+        columns, _ = self._step(None, self._of_parameter[0], 1)
         return norm, None if columns is None else columns[:-1, 0]
 
     def _linearised(
@@ -87,12 +88,14 @@ class LocatedCorrector(StepwiseCorrector):
         norm, value = self._system.outputs[2][:2].tolist()
         return norm, value, states
 
-    def _step(self, at: Any, scale: FloatArray) -> tuple[FloatArray | None, Factorisation]:
-        """As of any equations; the system is that of the last call."""
+    def _step(
+        self, at: Any, scale: FloatArray, columns: int = 2
+    ) -> tuple[FloatArray | None, Factorisation]:
+        """As of any equations, both columns or one; the system is that of the last call."""
         entries, right, _, _ = self._system.outputs
         self.solves += 1
         factors = Factorisation(self._assemble(entries))
-        return factors.solve(right.reshape(2, -1).T), factors
+        return factors.solve(right.reshape(2, -1)[:columns].T), factors
 
     def _corrected(self, point, at, scale, direction, sign, guess, switches) -> Corrected:
         _, _, values, limits = self._system.outputs

@@ -12,6 +12,7 @@ from symhbm.model.contacts.memoryless import CubicSpring, MemorylessLaw, Polynom
 from symhbm.model.contacts.motions import (
     Behaviour,
     Events,
+    FixedValues,
     History,
     Located,
     Motions,
@@ -34,6 +35,7 @@ __all__ = [
     "CubicSpring",
     "Ends",
     "Events",
+    "FixedValues",
     "Friction",
     "Gap",
     "Group",

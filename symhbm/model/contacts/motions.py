@@ -2,7 +2,7 @@
 
 from __future__ import annotations
 
-from dataclasses import dataclass
+from collections.abc import Callable
 from enum import IntEnum
 from typing import Any, Literal, NamedTuple
 
@@ -62,6 +62,12 @@ Values = dict[str, Any]
 """Values of the parameters of a law by name: arrays (n_contacts,), or symbols of one contact."""
 
 
+class FixedValues(Values):
+    """Values that stay as they are, with a law and what it ``made`` of them at any frequency."""
+
+    made: tuple[Any, Any] = None, None
+
+
 def symbols_of(law: Any) -> tuple[Any, Any, Values]:
     """A frequency and the values of a law as symbols, these also by their names."""
     values = ca.SX.sym("values", len(law.parameters))
@@ -112,6 +118,15 @@ class Motions(NamedTuple):
         values = {name: value[chosen] for name, value in self.values.items()}
         return self._replace(motion=self.motion[chosen], values=values)
 
+    def once(self, law: Any, make: Callable[[Any, Values], Any]) -> Any:
+        """What a law makes of frequency and values, kept where the frequency does not move it."""
+        frequency, values = self.frequency, self.values
+        if not isinstance(values, FixedValues):
+            return make(frequency, values)
+        if values.made[0] is not law:
+            values.made = law, None if law.margins_move else make(frequency, values)
+        return make(frequency, values) if values.made[1] is None else values.made[1]
+
     def numbers(self, law: Any) -> tuple[FloatArray, FloatArray, FloatArray]:
         """Motions, frequencies (n,) and values (n, p), as functions of a law take them."""
         values = np.array([self.values[name] for name in law.parameters], dtype=float).T
@@ -133,8 +148,7 @@ class Switch(NamedTuple):
     ends: str
 
 
-@dataclass(frozen=True)
-class Located:
+class Located(NamedTuple):
     """The events of ``n`` contacts of one law over one period.
 
     Attributes

@@ -138,7 +138,7 @@ class Coulomb(ContactLaw):
 
     def locate(self, at: Motions, held: NDArray[np.bool_] | None = None) -> Located:
         """Switching angles of the motion, see `symhbm.model.contacts.coulomb.located.locate`."""
-        stiffness, limit = self.sliders(at.frequency, at.values)
+        stiffness, limit = at.once(self, self.sliders)
         imposed = None if held is None else held[:, 0]
         return self.find(at.basis, at.motion, stiffness, limit, imposed).located
 

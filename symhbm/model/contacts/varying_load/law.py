@@ -105,9 +105,8 @@ class VariableLoadFriction(NormalLaw):
 
     def locate(self, at: Motions, held: NDArray[np.bool_] | None = None) -> Located:
         """Locate all events; slip alone can be imposed, opening and closing bend no derivative."""
-        basis, motion, frequency, values = at
-        n = len(motion)
-        physical = self.physical(frequency, values)
+        basis, motion, n = at.basis, at.motion, len(at.motion)
+        physical = at.once(self, self.physical)
         imposed = _NONE if held is None else held[:, SLIPS].astype(int)
         events, figures = np.empty((n, self.n_events(basis))), np.empty((n, 6))
         slopes = margins, by_motion, by_values = self.margin_arrays(motion)
