@@ -81,7 +81,7 @@ class LocatedCorrector(StepwiseCorrector):
         events, margins, gradients, by_frequency = of_contacts
         _fill(events, [states.groups[name].events for name in self._located])
         _fill(gradients, [located.margins_by_motion for located in states.groups.values()])
-        margins[:] = states.margins
+        _fill(margins, [located.margins for located in states.groups.values()])
         if self._margins_move:
             by_frequency[:], _ = self._contacts.margin_slopes(states, frequency)
         self._system.run()
