@@ -12,6 +12,7 @@ from symhbm.balance.second_order import SecondOrder
 from symhbm.peaks.survey import survey
 from symhbm.peaks.tracking import branches
 from symhbm.peaks.tracking.envelope import UpperEnvelope
+from symhbm.peaks.tracking.interpolation import _deviation
 from symhbm.peaks.tracking.leading_branches import LeadingBranches
 from symhbm.peaks.tracking.step import problems_between, verified
 from symhbm.peaks.tracking.track import TrackStatus, retrack, track
@@ -138,3 +139,13 @@ def test_maxima_that_may_lead_nearby_reveal_a_leader(slope, through, reveals):
     candidates: Any = [candidate(2.0, 0.0, [1]), candidate(1.5, slope, through)]
     values: Any = [SimpleNamespace(value=v, candidates=candidates) for v in (1.0, 1.1, 1.2)]
     assert LeadingBranches._reveals_leader(leading, *values) == reveals
+
+
+@pytest.mark.parametrize(("power", "deviation"), [(3, 0.0), (4, 1.0)])
+def test_points_are_as_dense_as_cubics_are_off_in_the_middle(power, deviation):
+    height = np.polynomial.Polynomial([0] * power + [1])
+    parameter: Any = SimpleNamespace(coordinate=float)
+    parameter.rates = lambda value, _: (height.deriv()(value), height.deriv(2)(value))
+    maxima = [SimpleNamespace(amplitude=np.exp(height(value))) for value in (1, 3)]
+    ends: Any = [SimpleNamespace(maximum=maximum) for maximum in maxima]
+    assert _deviation(parameter, 1.0, 3.0, *ends) == pytest.approx(deviation, abs=1e-12)
