@@ -5,9 +5,13 @@ from itertools import combinations
 import matplotlib.pyplot as plt
 import numpy as np
 import pytest
+import xarray as xr
 
 import symhbm as sh
+from symhbm.plot import LINE_STYLES
+from symhbm.plot.front import _values
 from symhbm.plot.looks import HUES
+from symhbm.plot.rendering import _LETTER, _wrap_label
 from tests.paper import texts
 from tests.problems import one_blade
 
@@ -100,6 +104,24 @@ def test_labels_that_are_longer_than_axes_are_high_are_broken(curves):
         assert ("\n" in label.get_text()) is broken
         assert label.get_window_extent().y1 <= figure.bbox.y1
         assert label.get_window_extent().y0 >= 0
+
+
+@pytest.mark.parametrize(("letters", "lines"), [(34, 1), (26, 2), (20, 2)])
+def test_labels_are_broken_where_words_and_unit_are_longer(letters, lines):
+    figure = plt.Figure()
+    ax = figure.subplots()
+    ax.set_ylabel("largest amplitude [mm per newton]")
+    letter = _LETTER * ax.yaxis.label.get_fontsize() * figure.dpi / 72
+    _wrap_label(ax, letters * letter)
+    assert ax.get_ylabel().count("\n") == lines - 1
+
+
+def test_fronts_tell_their_variables_by_the_style_of_lines():
+    names = [f"load_{number}" for number in range(len(LINE_STYLES) + 1)]
+    data = dict(front_value=(("point", "variable"), np.ones((2, len(names)))))
+    data |= dict(variable=("variable", names), variable_units=("variable", ["N"] * len(names)))
+    panel = _values(xr.Dataset(data), np.arange(2), np.ones(2), "peak")
+    assert [item.look["linestyle"] for item in panel.items] == [*LINE_STYLES, LINE_STYLES[0]]
 
 
 def test_no_legend_where_none_is_asked_for(sweeps):
