@@ -261,6 +261,8 @@ def test_reduced_structures_under_several_bases_are_seen_from_the_ground(modes):
             own = [*found.structure_dof.values].index(place)
             expected = complex_motion(exact, place)
             np.testing.assert_allclose(complex_motion(ground, own), expected, rtol=near)
+    lifts = [complex_motion(exact, at) - complex_motion(whole, at) for at in range(4)]
+    np.testing.assert_allclose(lifts, 1e-4 + 3e-5j * np.array([1.0, 0, 0, 2]), rtol=1e-9)
     sensor = sh.datasets.output(found, "sensor")
     np.testing.assert_allclose(complex_motion(sensor, 0), complex_motion(whole, 2), rtol=near)
     np.testing.assert_allclose(

@@ -19,7 +19,7 @@ from tqdm import tqdm
 
 from tests.mutations.mutation import ROOT, Mutation, room_of, sample
 
-_LONGEST = 1800
+_LONGEST = 600
 """Seconds after which tests that hang count as having noticed."""
 _COPIED = ("symhbm", "tests", "studies", "data", "docs", "pyproject.toml", "README.md")
 

@@ -15,7 +15,7 @@ from symhbm.model.contacts.coulomb.located import locate, stick_intervals
 from symhbm.numerics.fourier import FourierBasis
 from symhbm.time_domain.exact_motion import exact_motion
 from symhbm.time_domain.motion import shoot
-from symhbm.time_domain.perturbations import multipliers, sliders
+from symhbm.time_domain.perturbations import curved, multipliers, sliders
 from tests.problems import one_blade, ring_of_blades, rub
 
 TURN = 2 * np.pi
@@ -180,6 +180,14 @@ def test_against_the_integrated_variation(harmonics):
     # Liouville: the determinant knows the damping alone.
     loss = np.trace(np.linalg.solve(mass, damping)) * TURN / omega
     assert np.prod(computed) == pytest.approx(np.exp(-loss), rel=1e-11)
+
+
+def test_bounds_of_growth_are_those_of_all_springs():
+    """Whether their contacts slip or stick."""
+    problem, one, none = several((1, 3)), np.array([1]), np.zeros(0, dtype=int)
+    given = problem, 1.9, np.full(problem.n_unknowns, 0.1)
+    slips, sticks = (curved._Perturbation(*given, *of) for of in ((one, none), (none, one)))
+    np.testing.assert_allclose(slips.growth, sticks.growth, rtol=1e-12)
 
 
 def test_friction_beside_a_cubic_spring_on_one_body():

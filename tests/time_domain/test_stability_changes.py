@@ -1,6 +1,8 @@
 """Changes of stability, against Floquet multipliers of motions that SciPy integrates and closes."""
 
 import warnings
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -8,6 +10,7 @@ from scipy.integrate import solve_ivp
 from scipy.optimize import brentq
 
 import symhbm as sh
+from symhbm.time_domain.stability_changes import _Along, _Sample
 from tests.continuation.test_branch_points import DAMPING, GAMMA, TURN, pair, pitchforks
 from tests.pressed_contact import two_blades
 from tests.problems import duffing, rub
@@ -256,3 +259,12 @@ def test_two_period_doublings_within_a_step():
         found.append(np.sort(curve.event_gap.values[doubles]))
     assert len(found[0]) == 2
     np.testing.assert_allclose(found[0], found[1], rtol=1e-9)
+
+
+@pytest.mark.parametrize(("rates", "asked"), [((-3, 0.5), [0.5]), ((0.5, 3), [0.5]), ((2, 3), [])])
+def test_rates_are_looked_at_between_points_of_which_one_is_close_to_zero(rates, asked):
+    low, high = (_Sample(float(i), rate, 1.0, int(np.sign(rate))) for i, rate in enumerate(rates))
+    shares: list[float] = []
+    along: Any = SimpleNamespace(_close=1.0, _sample=lambda share: shares.append(share) or low)
+    _Along._middle(along, low, high)
+    assert shares == asked
