@@ -2,6 +2,8 @@
 
 import warnings
 from functools import cache
+from types import SimpleNamespace
+from typing import Any
 
 import numpy as np
 import pytest
@@ -11,7 +13,7 @@ from studies import fig03_single_blade as fig03
 from studies import fig08_engine_orders as fig08
 from symhbm.numerics import FourierBasis, unknowns_of
 from symhbm.response.accuracy.harmonic_sets import HarmonicSets
-from symhbm.response.accuracy.truncation import SMALLEST
+from symhbm.response.accuracy.truncation import SMALLEST, _Search
 from symhbm.time_domain.exact_motion import exact_motion
 from tests.pressed_contact import two_way
 from tests.problems import duffing
@@ -182,6 +184,18 @@ def test_sets_grow_as_symmetry_allows():
     assert [odd.harmonics(level) for level in range(2)] == [(1, 3, 5), (1, 3, 5, 7)]
     third = HarmonicSets(sh.HarmonicBalance(model, sh.forces.HarmonicForce({3: [1.0, 0.0]}), (3,)))
     assert third.harmonics(1) == (3, 9)
+    # The change is of harmonic 7 alone; beyond the larger set errors fall with the cube of 5 / 15.
+    share = np.array([1.0, 0, 0, 1, 0, 0, 0, 0])
+    least = (5 / odd.harmonics(odd.larger(0))[-1]) ** 3
+    assert [odd.expected(0, 1.0, share, f * least) for f in (1.01, 0.99)] == [1, odd.level(19)]
+
+
+def test_what_larger_sets_accept_at_once_is_not_solved_for():
+    evaluation = SimpleNamespace(norm=1e-14, residual=np.full(2, 1e-3), jacobian=np.eye(2))
+    larger: Any = SimpleNamespace(evaluate=lambda *_, **__: evaluation)
+    search = _Search(larger, 1.0, np.ones(2), np.zeros(2))
+    search.advance(None)
+    assert (search.converged, search.running, search.solves) == (True, False, 0)
 
 
 @pytest.mark.slow

@@ -300,3 +300,12 @@ def test_different_numbers_do_not_look_alike(values):
     assert len(set(texts)) == len(set(values))
     for text, value in zip(texts, values, strict=True):
         assert float(text) == pytest.approx(value, rel=1e-5)
+
+
+@pytest.mark.filterwarnings("ignore:.*switching angles:RuntimeWarning")
+def test_solved_angles_are_told_where_motion_reverses_while_it_sticks():
+    problem = fig03.problem().with_parameters(normal_load=0.3).with_harmonics((1, 3, 5))
+    both = [sh.frf(problem, (5, 12), angles=how, progress=False) for how in (None, "newton")]
+    unknown = [np.isnan(found.theta_star.values[found.contact_state == 1]) for found in both]
+    assert unknown[0].any()
+    assert not unknown[1].any()

@@ -82,6 +82,7 @@ def test_a_script_ends_with_the_sentence_alone(tmp_path):
         import test_interruption as own
         from symhbm.response import ensemble
 
+        signal.signal(signal.SIGINT, signal.default_int_handler)
         ensemble._outcome = lambda *given: signal.raise_signal(signal.SIGINT)
         own.call(archive="x.nc")
     """

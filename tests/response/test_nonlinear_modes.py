@@ -13,6 +13,7 @@ from symhbm.continuation import newton
 from symhbm.continuation.unforced import NonlinearModeProblem
 from symhbm.numerics import unknowns_of
 from symhbm.response.accuracy.truncation import embed
+from symhbm.response.unforced.curve import _solutions_at
 from symhbm.time_domain import exact_motion_of
 from tests.problems import BLADE
 from tests.reference import STATED
@@ -371,3 +372,8 @@ def test_archives_of_a_reduced_sector_know_its_degree_of_freedom():
         sh.datasets.synthesised_response(path, force, errors=False).sizes["point"]
         == path.sizes["point"]
     )
+
+
+def test_where_no_branch_is_one_motion_was_not_found_without_a_solve():
+    [found] = _solutions_at(None, 1.0)
+    assert (found.unknowns, found.solves) == (None, 0)
