@@ -262,9 +262,9 @@ def nonlinear_modes(
     >>> figure.savefig("modes.png")
     """
     check_dataset("dataset", dataset, unforced=True)
-    check_present(dataset, "amplitude", *_PANELS)
     if Description(dataset).unforced != "nonlinear mode":
         raise TypeError("dataset: expected a result of nonlinear_modes")
+    check_present(dataset, "amplitude", *_PANELS)
     measured = check_measured(dataset, measured)
     dataset = one_solution(dataset)
     if check.one_of("over", over, ("", "energy")):

@@ -45,7 +45,7 @@ def campbell(dataset: xr.Dataset, **common: Unpack[Look]) -> Picture:
     >>> figure = sh.plot.campbell(sh.campbell(rotor, [0, 300, 600], orders=[2, 3], count=1))
     >>> figure.savefig("campbell.png")
     """
-    check_variables(dataset, "frequency", "speed", "crossing_speed", "order")
+    _check_result(dataset)
     speed, highest = dataset.speed.values, ABOVE * float(dataset.frequency.max())
     panel = Panel(
         Axis(SPEED, limits=(min(0.0, speed[0]), speed[-1])), Axis(FREQUENCY, limits=(0, highest))
@@ -73,6 +73,14 @@ def campbell(dataset: xr.Dataset, **common: Unpack[Look]) -> Picture:
     crossings = dataset.crossing_speed.values, dataset.crossing_frequency.values
     panel.line(*crossings, linestyle="", marker="o", markersize=4.5, color="k")
     return Picture([panel])
+
+
+def _check_result(dataset: xr.Dataset) -> None:
+    """Raise TypeError unless a dataset is a result of `symhbm.campbell`, KeyError for a part."""
+    check_variables(dataset)
+    if "crossing_speed" not in dataset:
+        raise TypeError("dataset: expected a result of campbell")
+    check_variables(dataset, "frequency", "speed", "order")
 
 
 def _smooth(frequency: xr.DataArray) -> tuple[FloatArray, FloatArray]:
@@ -117,7 +125,7 @@ def interference(dataset: xr.Dataset, **common: Unpack[Look]) -> Picture:
     >>> figure = sh.plot.interference(lines)
     >>> figure.savefig("interference.png")
     """
-    check_variables(dataset, "frequency", "speed", "crossing_speed", "order")
+    _check_result(dataset)
     if "nodal_diameter" not in dataset.dims or "n_sectors" not in dataset.attrs:
         raise ValueError("dataset: expected a result of symhbm.campbell of a Sector, with waves")
     n_sectors, speeds = int(dataset.attrs["n_sectors"]), dataset.speed.values
