@@ -123,7 +123,7 @@ def test_three_jobs_one_killed_are_one_job(way, folder):
     else:
         line, merging = code.splitlines()
         assert start(folder, line).wait(HANGS) != 0
-        assert len(finished(folder)) == 3
+        assert 3 <= len(finished(folder)) < 10  # fast curves are stored several at once
         # It does not wait for the others.
         end = time.monotonic() + HANGS
         while not all((folder / f"part-{job}.nc").exists() for job in (1, 3)):
