@@ -3,6 +3,7 @@
 from symhbm.numerics import check
 from symhbm.numerics.arrays import (
     DENSE_LIMIT,
+    SMALL,
     Factorisation,
     bordered,
     by_size,
@@ -40,6 +41,7 @@ __all__ = [
     "DENSE_LIMIT",
     "MACHINE",
     "RADIANS",
+    "SMALL",
     "Assembly",
     "Compiled",
     "ComplexArray",

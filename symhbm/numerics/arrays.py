@@ -29,7 +29,7 @@ _ALWAYS_FULL = 200
 """Unknowns up to which that holds whatever the entries."""
 _FILLED = 0.08
 """Share of entries from which on it holds up to that limit."""
-_SMALL = 20_000
+SMALL = 20_000
 """Entries of a full matrix whose product with a vector takes less time than a sparse one's call."""
 
 
@@ -79,7 +79,7 @@ def is_full(size: int, n_entries: int) -> bool:
 def compact(matrix: Any) -> Any:
     """A sparse matrix in the form whose products with vectors are faster: full up to a size."""
     rows, columns = matrix.shape
-    return matrix.toarray() if rows * columns <= _SMALL else matrix
+    return matrix.toarray() if rows * columns <= SMALL else matrix
 
 
 def length_of(vector: FloatArray) -> float:

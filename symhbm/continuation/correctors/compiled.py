@@ -29,6 +29,7 @@ from symhbm.continuation.correctors.stepwise import StepwiseCorrector
 from symhbm.continuation.problem import ContinuationProblem, Corrected, FrequencyProblem
 from symhbm.numerics import (
     DENSE_LIMIT,
+    SMALL,
     Assembly,
     Compiled,
     Factorisation,
@@ -126,12 +127,10 @@ def _assemblies(equations: Equations) -> tuple[Assembly, Assembly]:
     """What makes matrices of the entries of a located system: the system, and rates of margins."""
     system = _programs(equations, None, True).system
     matrix, limits = (system.sparsity_out(name) for name in ("matrix", "limits"))
-    is_small = limits.numel() <= _FULL_LIMITS
-    return Assembly(matrix, equations.assemble.as_full), Assembly(limits, is_small)
+    rates = Assembly(limits, limits.numel() <= SMALL)
+    return Assembly(matrix, equations.assemble.as_full), rates
 
 
-_FULL_LIMITS = 20_000
-"""Entries of derivatives of margins up to which a full matrix takes less time than a sparse one."""
 _OFTEN, _OFTEN_LOCATED = 50, 1000
 """Numbers of curves of one structure from which machine code saves more time than it takes: where
 it is whole corrections, and where it is one step of them."""
