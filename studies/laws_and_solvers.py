@@ -114,7 +114,7 @@ def _angles(problem, angles, solver, near, located, omega) -> Callable[[], Outco
     start = angles.start(problem, near)[0]
 
     def attempt() -> Outcome:
-        found = solve_angles(problem, omega, solver, located, start=start, angles=angles)
+        found = solve_angles(problem, omega, solver, located, start=start)
         return found.unknowns, found.iterations, str(found.status)
 
     return attempt

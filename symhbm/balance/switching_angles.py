@@ -49,8 +49,6 @@ class SwitchingAngles:
         CasADi functions, sparse and exact: the derivative of `residual` by the unknowns, and the
         symmetric second derivative of ``multipliers @ residual``, ``multipliers`` (n_unknowns,)
         being one more input.
-    compiled : dict
-        Solvers built from these equations, by name.
 
     Notes
     -----
@@ -80,7 +78,6 @@ class SwitchingAngles:
         self._ends = [problem.n_unknowns, problem.n_unknowns + n_contacts]
         self.n_coefficients, self.n_contacts = problem.n_unknowns, n_contacts
         self.n_unknowns = problem.n_unknowns + 2 * n_contacts
-        self.compiled: dict[str, ca.Function] = {}
 
         symbol: dict[str, Any] = {"unknowns": ca.SX.sym("unknowns", self.n_unknowns)}
         for name in self._balance.name_in()[1:]:

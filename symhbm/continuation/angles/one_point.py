@@ -7,21 +7,17 @@ starts from the solution with located angles, and its result must be that soluti
 from dataclasses import dataclass, replace
 from enum import StrEnum
 
-import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from symhbm.balance import Evaluation, HarmonicBalance, SwitchingAngles
-from symhbm.continuation.angles.solvers import (
-    by_casadi,
-    casadi_solver,
-    check_angles,
-    row_scales,
-    two_angles,
-)
+from symhbm.balance import Evaluation, HarmonicBalance
+from symhbm.continuation.angles.solvers import check_angles, two_angles
+from symhbm.continuation.angles.system import angle_system
+from symhbm.continuation.correctors import Hyperplane, unit_parameter
 from symhbm.continuation.newton import ACCEPTED, newton
+from symhbm.continuation.problem import FrequencyProblem
 from symhbm.continuation.start import solve_point
-from symhbm.numerics import DENSE_LIMIT, FloatArray, check
+from symhbm.numerics import FloatArray, check
 
 AGREEMENT = 1e-9
 """Largest distance from the located solution, relative to it."""
@@ -83,7 +79,6 @@ def solve_angles(
     located_unknowns: ArrayLike | None = None,
     *,
     start: ArrayLike | None = None,
-    angles: SwitchingAngles | None = None,
 ) -> AngleResult:
     """Solve Eqs. (4)-(11) at one angular ``frequency`` [rad/s], the angles being unknowns.
 
@@ -95,27 +90,25 @@ def solve_angles(
         ``"newton"`` (this package's), ``"rootfinder"`` (CasADi's) or ``"ipopt"``.
     located_unknowns : (problem.n_unknowns,)
         The located solution [m]; by default it is solved for.
-    start : (angles.n_unknowns,)
+    start : (n_unknowns of `SwitchingAngles`,)
         Where the solver starts; by default at the located solution.
-    angles
-        Equations and solvers to use again, for many points or parameter sets.
 
     Raises
     ------
     TypeError, ValueError
         For a solver of another name, a bad frequency, arrays of another shape, harmonics that are
-        not odd, sampled friction, or ``angles`` of another problem.
+        not odd, or sampled friction.
     """
     check_angles(problem, solver)
     frequency = check.scalar("frequency", frequency, "non-negative")
-    angles = SwitchingAngles(problem) if angles is None else angles
+    system = angle_system(problem, "frequency")
+    angles = system.angles
     if located_unknowns is None:
         located = solve_point(problem, frequency).unknowns
     else:
         located = _vector("located_unknowns", located_unknowns, problem.n_unknowns)
     reference, slip = angles.start(problem, located)
     first = reference if start is None else _vector("start", start, angles.n_unknowns)
-    inputs = angles.arguments(problem, reference, frequency, slip)
     evaluation = problem.evaluate(located, frequency)
     if evaluation.norm > ACCEPTED:
         return _result(problem, AngleStatus.NOT_LOCATED, np.zeros(len(slip), bool))
@@ -123,19 +116,27 @@ def solve_angles(
     if not applies.all():
         return _result(problem, AngleStatus.DOES_NOT_APPLY, applies)
 
-    coefficients, _, rho = angles.split(reference)
-    response = np.full(len(coefficients), np.abs(coefficients).max(initial=0.0) or 1.0)
-    column = np.concatenate([response, np.ones(len(slip)), rho])
-    row = row_scales(problem, coefficients, rho, slip, evaluation.magnitude or 1.0)
-    data = [*inputs.values()][1:]
-    values = np.concatenate([np.ravel(a, order="F") for a in (*data, column, row)])
-    point, iterations = _solved(solver, angles, first / column, values, 1 / rho, evaluation)
-    residual = np.asarray(_scaled(angles)(point, values)[0].full())
+    point, scale = np.append(located, frequency), np.full(len(located) + 1, frequency or 1.0)
+    scale[:-1] = np.abs(located).max(initial=0.0) or 1.0
+    plane = Hyperplane(point, scale, unit_parameter(len(point)))
+    bordered = system.bordered(FrequencyProblem(problem), point, plane, slip)
+    bordered = bordered._replace(start=np.append(first, frequency) / bordered.column)
+
+    def evaluate(point: FloatArray) -> Evaluation:
+        residual, jacobian = system.evaluate(point, bordered.values)
+        return replace(evaluation, residual=residual, magnitude=1.0, jacobian=jacobian)
+
+    if solver == "newton":
+        result = newton(evaluate, bordered.start)
+        found, iterations = result.unknowns, result.iterations
+    else:
+        found, iterations = system.by_casadi(solver, bordered, 1 / angles.split(reference)[2])
     # The negated comparison is also true of NaN.
-    if not np.abs(residual).max() <= ACCEPTED:
+    if not np.abs(system.evaluate(found, bordered.values)[0]).max() <= ACCEPTED:
         return _result(problem, AngleStatus.NO_CONVERGENCE, applies, iterations)
 
-    solution = (angles.split(point * column)[0], *two_angles(angles, point * column, slip))
+    unknowns = (found * bordered.column)[:-1]
+    solution = (angles.split(unknowns)[0], *two_angles(angles, unknowns, slip))
     applies = angles.applies(problem, *solution)
     difference = float(np.linalg.norm(solution[0] - located) / (np.linalg.norm(located) or 1.0))
     if not applies.all():
@@ -161,48 +162,3 @@ def _vector(name: str, value: ArrayLike, size: int) -> FloatArray:
     if result.shape != (size,):
         raise ValueError(f"{name}: expected shape {(size,)}, got {result.shape}")
     return result
-
-
-def _problem(angles: SwitchingAngles) -> dict[str, ca.SX]:
-    """Scaled unknowns, data and scaled equations, by CasADi's names for them."""
-    function = angles.residual
-    point, column, row = (ca.SX.sym(name, angles.n_unknowns) for name in ("x", "column", "row"))
-    data = [ca.SX.sym(name, function.sparsity_in(name)) for name in function.name_in()[1:]]
-    residual = function.call([point * column, *data])[0] / row
-    return {"x": point, "p": ca.veccat(*data, column, row), "g": residual}
-
-
-def _scaled(angles: SwitchingAngles) -> ca.Function:
-    """CasADi function of the scaled equations and their Jacobian."""
-    if "scaled" not in angles.compiled:
-        named = _problem(angles)
-        outputs = [named["g"], ca.jacobian(named["g"], named["x"])]
-        angles.compiled["scaled"] = ca.Function("scaled", [named["x"], named["p"]], outputs)
-    return angles.compiled["scaled"]
-
-
-def _solved(
-    solver: str,
-    angles: SwitchingAngles,
-    start: FloatArray,
-    values: FloatArray,
-    highest: FloatArray,
-    located: Evaluation,
-) -> tuple[FloatArray, int]:
-    """Scaled result of a solver, and its iterations; ``highest`` is that of ``rho``."""
-    if solver == "newton":
-        return _newton(angles, start, values, located)
-    if solver not in angles.compiled:
-        angles.compiled[solver] = casadi_solver(solver, _problem(angles))
-    return by_casadi(solver, angles.compiled[solver], angles, start, values, highest)
-
-
-def _newton(angles, start, values, located: Evaluation) -> tuple[FloatArray, int]:
-    def evaluate(point: FloatArray) -> Evaluation:
-        residual, jacobian = _scaled(angles)(point, values)
-        matrix = jacobian.full() if len(point) <= DENSE_LIMIT else jacobian.sparse()
-        residual = np.asarray(residual.full())[:, 0]
-        return replace(located, residual=residual, magnitude=1.0, jacobian=matrix)
-
-    result = newton(evaluate, start)
-    return result.unknowns, result.iterations

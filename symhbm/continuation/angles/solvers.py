@@ -87,31 +87,4 @@ def casadi_solver(solver: str, program: dict[str, ca.SX]) -> ca.Function:
     return ca.nlpsol("angles", "ipopt", program | {"f": ca.SX(0)}, _IPOPT | _NO_WARNINGS)
 
 
-def by_casadi(
-    solver: str,
-    function: ca.Function,
-    angles: SwitchingAngles,
-    start: FloatArray,
-    values: FloatArray,
-    highest: FloatArray | float = np.inf,
-) -> tuple[FloatArray, int]:
-    """Scaled result of a `casadi_solver`, NaN where it fails, and its iterations.
-
-    ``highest`` is the largest scaled ``rho`` (n_contacts,).
-    """
-    n, count = angles.n_coefficients, angles.n_contacts
-    theta_0, rho = slice(n, n + count), slice(n + count, n + 2 * count)
-    low, bounds = np.full(len(start), -np.inf), {}
-    if solver == "ipopt":
-        high = -low
-        low[theta_0], high[theta_0] = (start[theta_0] + turn for turn in (-np.pi / 2, np.pi / 2))
-        low[rho], high[rho] = 0.0, highest
-        bounds = dict(lbx=low, ubx=high, lbg=0.0, ubg=0.0)
-    try:
-        point = np.asarray(function(x0=start, p=values, **bounds)["x"].full())
-    except RuntimeError:
-        return np.full(len(start), np.nan), 1
-    return point[:, 0], int(function.stats()["iter_count"])
-
-
 _SOLVERS = ("newton", "rootfinder", "ipopt")

@@ -13,7 +13,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.balance import Equations, HarmonicBalance, SwitchingAngles
-from symhbm.continuation.angles.solvers import by_casadi, casadi_solver, row_scales
+from symhbm.continuation.angles.solvers import casadi_solver, row_scales
 from symhbm.continuation.correctors import MAX_CORRECTIONS, STAGNATION, Constraint
 from symhbm.continuation.newton import TOLERANCE
 from symhbm.continuation.problem import ContinuationProblem, ParameterProblem
@@ -107,11 +107,33 @@ class AngleSystem:
         """Scaled result of a solver, NaN where it fails, and the number of linear solves."""
         if solver == "newton":
             return self._newton(system, precision)
+        point, iterations = self.by_casadi(solver, system)
+        return point, max(iterations, 1)
+
+    def by_casadi(
+        self, solver: str, system: Bordered, highest: FloatArray | float = np.inf
+    ) -> tuple[FloatArray, int]:
+        """Scaled result of a solver of CasADi, NaN where it fails, and its iterations.
+
+        ``highest`` is the largest scaled ``rho`` (n_contacts,).
+        """
         if solver not in self._solvers:
             self._solvers[solver] = casadi_solver(solver, self._program)
-        given = self._solvers[solver], self.angles, system.start, system.values
-        point, iterations = by_casadi(solver, *given)
-        return point, max(iterations, 1)
+        n, count, start = self.angles.n_coefficients, self.angles.n_contacts, system.start
+        theta_0, rho = slice(n, n + count), slice(n + count, n + 2 * count)
+        low, bounds = np.full(len(start), -np.inf), {}
+        if solver == "ipopt":
+            high = -low
+            around = (start[theta_0] + turn for turn in (-np.pi / 2, np.pi / 2))
+            low[theta_0], high[theta_0] = around
+            low[rho], high[rho] = 0.0, highest
+            bounds = dict(lbx=low, ubx=high, lbg=0.0, ubg=0.0)
+        function = self._solvers[solver]
+        try:
+            point = np.asarray(function(x0=start, p=system.values, **bounds)["x"].full())
+        except RuntimeError:
+            return np.full(len(start), np.nan), 1
+        return point[:, 0], int(function.stats()["iter_count"])
 
     def _newton(self, system: Bordered, precision: float) -> tuple[FloatArray, int]:
         """Newton's method on all unknowns at once."""
