@@ -1,19 +1,81 @@
 """Contacts that are springs and sliders, and what they do to the motion in each of their states."""
 
 import numpy as np
+import scipy.linalg
 
 from symhbm.model import Structure
+from symhbm.model.linear import positive_definite
 from symhbm.numerics import FloatArray
 
 STICK = 0.0
 """State of a contact that sticks; slip is 1.0 or -1.0, its direction."""
 APART = 2.0
 """State of a contact that is open."""
+_KEPT_SPRINGS = 3e6
+"""Most numbers of springs that are kept with the matrices, for all loads and frequencies."""
 
 
 def slip(state: FloatArray) -> FloatArray:
     """Direction of slip of states, 0 without slip."""
     return np.where(state == APART, 0.0, state)
+
+
+class Inertia:
+    """What accelerates a structure, at any frequency.
+
+    Attributes
+    ----------
+    mass, damping, stiffness : (n_dof, n_dof)
+        Dense matrices [kg, N s/m, N/m].
+    by_stiffness : (n_dof, n_dof)
+        Accelerations by displacement without contacts [1/s^2].
+    viscous_rate : float
+        The highest rate of decay by the damping matrix [1/s].
+
+    Raises ValueError for a mass matrix that is not positive definite.
+    """
+
+    def __init__(self, model: Structure):
+        self.mass, self.damping, self.stiffness = (
+            np.asarray(getattr(model, f"{name}_matrix").toarray(), dtype=float)
+            for name in ("mass", "damping", "stiffness")
+        )
+        self._factor = factor = positive_definite(self.mass)
+        size = len(self.mass)
+        self._inverse_factor = scipy.linalg.solve_triangular(factor, np.eye(size), lower=True)
+        self.by_stiffness = self.accelerations(self.stiffness)
+        self.viscous_rate = self.norm(self.damping)
+        self._scaled_stiffness = self._scaled(self.stiffness)
+        self._springs: dict[bytes, tuple[FloatArray, float]] = {}
+
+    def accelerations(self, forces: FloatArray) -> FloatArray:
+        """Accelerations of forces (n_dof, n)."""
+        return scipy.linalg.cho_solve((self._factor, True), forces)
+
+    def _scaled(self, matrix: FloatArray) -> FloatArray:
+        """A matrix in the coordinates of the factor, in which norms are those of frequencies."""
+        return self._inverse_factor @ matrix @ self._inverse_factor.T
+
+    def norm(self, matrix: FloatArray) -> float:
+        """Norm of accelerations, of a damping matrix the highest rate of decay [1/s]."""
+        return float(np.linalg.norm(self._scaled(matrix), 2))
+
+    def with_springs(
+        self, contacts: "ActiveContacts", state: FloatArray
+    ) -> tuple[FloatArray, float]:
+        """Accelerations by the displacement of contacts in a state [1/s^2], and the highest rate.
+
+        That is the square root of the norm of the generator, with the structure's own [1/s].
+        """
+        springs = contacts.springs(state)
+        key = springs.tobytes()
+        found = self._springs.get(key)
+        if found is None:
+            if len(self._springs) * springs.size > _KEPT_SPRINGS:
+                self._springs.clear()
+            norm = np.linalg.norm(self._scaled_stiffness + self._scaled(springs), 2)
+            found = self._springs[key] = self.accelerations(springs), float(np.sqrt(norm))
+        return found
 
 
 class ActiveContacts:
@@ -48,9 +110,14 @@ class ActiveContacts:
         direction.
     all_directions : (n_contacts, n_dof)
         The first direction of each contact, active or not.
+    inertia
+        What accelerates the structure.
+
+    Raises ValueError for a mass matrix that is not positive definite.
     """
 
     def __init__(self, model: Structure, frequency: float):
+        self.inertia: Inertia = model.of_matrices("inertia", lambda: Inertia(model))
         contact, tangential, across, normal, sliders = model.groups.spring_sliders(frequency)
         stiffness, normal_stiffness, friction, load, offset = sliders
         rows = model.directions.toarray()

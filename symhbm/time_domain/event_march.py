@@ -44,7 +44,7 @@ class March:
     ----------
     cells
         The motion; ``slipped`` (n_active,) tells which contacts slipped or opened in it.
-    event_angle, event_contact, event_state : (n_events,)
+    events : (n_events, 3)
         Where [rad], which active contact, and its state that begins.
     end : (2 n_dof + n_active,)
         Displacement, derivative by ``tau`` and friction force at the end.
@@ -54,9 +54,7 @@ class March:
 
     cells: Cells
     slipped: np.ndarray
-    event_angle: FloatArray
-    event_contact: np.ndarray
-    event_state: FloatArray
+    events: FloatArray
     end: FloatArray
     jacobian: FloatArray
 
@@ -143,13 +141,10 @@ def march(linear: LinearMotion, state: FloatArray, length: float) -> March:
             events.append((tau, j, of_contact[j]))
         if len(events) > EVENTS_PER_CONTACT * count:
             raise ArithmeticError("the contacts change their states without end")
-    angle, contact, begins = zip(*events, strict=True) if events else ([], [], [])
     return March(
         Cells(*map(np.array, zip(*cells, strict=True))),
         slipped,
-        np.array(angle, dtype=float),
-        np.array(contact, dtype=int),
-        np.array(begins, dtype=float),
+        np.array(events, dtype=float).reshape(-1, 3),
         np.concatenate([x, slope, friction]),
         variation,
     )

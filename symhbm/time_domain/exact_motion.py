@@ -280,6 +280,7 @@ def describe_motion(
     n, omega, active = linear.n_dof, linear.frequency, linear.active
     run = march(linear, state, 2 * np.pi)
     cells, scale = run.cells, energy_scale(linear)
+    (angle, _, begins), contact = run.events.T, run.events[:, 1].astype(int)
     size = np.linalg.norm(scale * state)
     distance = np.linalg.norm(scale * (run.end - state))
     periodicity = float(distance / size) if size else float(distance)
@@ -303,10 +304,10 @@ def describe_motion(
     return ExactMotion(
         frequency=omega,
         state=np.concatenate([state[: 2 * n], _spread(linear, state[None, 2 * n :]).ravel()]),
-        event_angle=run.event_angle,
-        event_contact=active[run.event_contact],
-        event_kind=_words(linear, run.event_state, run.event_contact),
-        event_slip=slip_of(run.event_state).astype(int),
+        event_angle=angle,
+        event_contact=active[contact],
+        event_kind=_words(linear, begins, contact),
+        event_slip=slip_of(begins).astype(int),
         amplitude=amplitude,
         multipliers=run.multipliers(linear),
         neutral_contacts=active[~run.slipped],

@@ -13,12 +13,9 @@ from dataclasses import dataclass
 from functools import cached_property
 
 import numpy as np
-import scipy.linalg
 
 from symhbm.balance import HarmonicBalance
-from symhbm.model import Structure
 from symhbm.model.contacts import Group
-from symhbm.model.linear import positive_definite
 from symhbm.numerics import FloatArray, by_harmonic
 from symhbm.numerics.loops import Loop, polynomials
 from symhbm.time_domain.active_contacts import ActiveContacts
@@ -29,8 +26,6 @@ _REACH = 2.0
 """Norm of the generator times the length of a cell: the first term left out is 2^25/25! = 2e-18."""
 _MOST = 2_000
 """Degrees of freedom whose series in one state of the contacts takes 2 GB."""
-_KEPT_SPRINGS = 3e6
-"""Most numbers of springs that are kept with the matrices, for all loads and frequencies."""
 _KEPT_NUMBERS = 3e7
 """Most numbers in the series that are kept for the next march."""
 
@@ -67,62 +62,6 @@ class LinearFlow:
         return (np.array([powers, rates]) @ flat).reshape(2 * n, 3 * n)
 
 
-class _Inertia:
-    """What accelerates a structure, at any frequency.
-
-    Attributes
-    ----------
-    mass, damping, stiffness : (n_dof, n_dof)
-        Dense matrices [kg, N s/m, N/m].
-    by_stiffness : (n_dof, n_dof)
-        Accelerations by displacement without contacts [1/s^2].
-    viscous_rate : float
-        The highest rate of decay by the damping matrix [1/s].
-
-    Raises ValueError for a mass matrix that is not positive definite.
-    """
-
-    def __init__(self, model: Structure):
-        self.mass, self.damping, self.stiffness = (
-            np.asarray(getattr(model, f"{name}_matrix").toarray(), dtype=float)
-            for name in ("mass", "damping", "stiffness")
-        )
-        self._factor = factor = positive_definite(self.mass)
-        size = len(self.mass)
-        self._inverse_factor = scipy.linalg.solve_triangular(factor, np.eye(size), lower=True)
-        self.by_stiffness = self.accelerations(self.stiffness)
-        self.viscous_rate = self.rate_of(self.damping)
-        self._scaled_stiffness = self._scaled(self.stiffness)
-        self._springs: dict[bytes, tuple[FloatArray, float]] = {}
-
-    def accelerations(self, forces: FloatArray) -> FloatArray:
-        """Accelerations of forces (n_dof, n)."""
-        return scipy.linalg.cho_solve((self._factor, True), forces)
-
-    def _scaled(self, matrix: FloatArray) -> FloatArray:
-        """A matrix in the coordinates of the factor, in which norms are those of frequencies."""
-        return self._inverse_factor @ matrix @ self._inverse_factor.T
-
-    def rate_of(self, damping: FloatArray) -> float:
-        """The highest rate of decay by a damping matrix [1/s]."""
-        return float(np.linalg.norm(self._scaled(damping), 2))
-
-    def with_springs(self, contacts: ActiveContacts, state: FloatArray) -> tuple[FloatArray, float]:
-        """Accelerations by the displacement of contacts in a state [1/s^2], and the highest rate.
-
-        That is the square root of the norm of the generator, with the structure's own [1/s].
-        """
-        springs = contacts.springs(state)
-        key = springs.tobytes()
-        found = self._springs.get(key)
-        if found is None:
-            if len(self._springs) * springs.size > _KEPT_SPRINGS:
-                self._springs.clear()
-            norm = np.linalg.norm(self._scaled_stiffness + self._scaled(springs), 2)
-            found = self._springs[key] = self.accelerations(springs), float(np.sqrt(norm))
-        return found
-
-
 class LinearMotion(ActiveContacts):
     """The linear motions of a problem at an angular ``frequency`` [rad/s], by contact state.
 
@@ -149,8 +88,7 @@ class LinearMotion(ActiveContacts):
                 "symhbm.craig_bampton"
             )
         super().__init__(model, frequency)
-        self.frequency = frequency
-        self._inertia = inertia = model.of_matrices("inertia", lambda: _Inertia(model))
+        self.frequency, inertia = frequency, self.inertia
         self.mass, self.stiffness = inertia.mass, inertia.stiffness
         self._set_force(problem)
         self._elastic = inertia.by_stiffness / frequency**2
@@ -161,13 +99,13 @@ class LinearMotion(ActiveContacts):
 
     def accelerations(self, forces: FloatArray) -> FloatArray:
         """Accelerations, by ``tau`` twice, of forces (n_dof, n)."""
-        return self._inertia.accelerations(forces) / self.frequency**2
+        return self.inertia.accelerations(forces) / self.frequency**2
 
     def sustained(self, damping_ratio: float) -> "LinearMotion":
         """The motions with the force ``2 D omega M x'``, which feeds them."""
         other = copy(self)
         damping = self.damping - 2 * damping_ratio * self.frequency * self.mass
-        other._set_damping(damping, self._inertia.rate_of(damping))
+        other._set_damping(damping, self.inertia.norm(damping))
         return other
 
     def _set_damping(self, damping: FloatArray, rate: float) -> None:
@@ -230,7 +168,7 @@ class LinearMotion(ActiveContacts):
 
     def _build(self, state: FloatArray) -> LinearFlow:
         n, n_orders = self.n_dof, len(self.orders)
-        springs, rate = self._inertia.with_springs(self, state)
+        springs, rate = self.inertia.with_springs(self, state)
         rate = (rate + self._viscous_rate) / self.frequency
         width = _REACH / max(rate, float(self.orders.max(initial=1)))
         elastic = (self._elastic + springs / self.frequency**2) * width**2

@@ -32,7 +32,7 @@ from symhbm.time_domain.periodic_orbit import (
     state_of,
     with_centres,
 )
-from symhbm.time_domain.planar_march import planar_march, planar_shot
+from symhbm.time_domain.planar_march import planar_march, planar_middle
 from symhbm.time_domain.planar_motion import PlanarMotion
 
 PERIODIC = 1e-9
@@ -56,11 +56,6 @@ class _Bounded(LinearMotion):
         """Any."""
 
 
-def _shoot_once(linear: LinearMotion, state: FloatArray) -> Shot:
-    """A shot that leaves contacts that never slip between their limits."""
-    return with_centres(linear, shot(linear, state), off_middle)
-
-
 def shoot(balance: HarmonicBalance, unknowns: FloatArray, frequency: float) -> ExactMotion:
     """Find the periodic motion near a response (n_unknowns,) [m] to harmonic balance.
 
@@ -71,15 +66,15 @@ def shoot(balance: HarmonicBalance, unknowns: FloatArray, frequency: float) -> E
     """
     frequency = check.scalar("frequency", frequency, "positive")
     coefficients = np.abs(balance.layout.coefficients(unknowns))
-    kind, once, marched = IntegratedMotion, _shoot_once, march
+    kind, marched, middle = IntegratedMotion, march, off_middle
     if in_plane(balance):
-        kind, once, marched = PlanarMotion, planar_shot, planar_march
+        kind, marched, middle = PlanarMotion, planar_march, planar_middle
     integrator: Any = kind(balance, frequency, size_of(balance, unknowns))
     even = coefficients[:, balance.basis.order % 2 == 0]
     integrator.antiperiodic &= bool(even.max(initial=0.0) <= _EVEN * coefficients.max())
     start = integrator.of_active(state_of(balance, unknowns, frequency))
     try:
-        state, iterations, status = _periodic_state(integrator, start, once)
+        state, iterations, status = _periodic_state(integrator, start, marched, middle)
         motion = describe_motion(integrator, state, iterations, status, marched)
         motion = replace(motion, friction_loss=motion.friction_loss + integrator.loss(motion))
     except ArithmeticError:
@@ -94,7 +89,10 @@ def shoot(balance: HarmonicBalance, unknowns: FloatArray, frequency: float) -> E
 
 
 def _periodic_state(
-    integrator: IntegratedMotion, start: FloatArray, once: Callable[..., Shot]
+    integrator: IntegratedMotion,
+    start: FloatArray,
+    march: Callable[..., March],
+    middle: Callable[..., Any],
 ) -> tuple[FloatArray, int, Status]:
     """State at ``tau = 0`` of the periodic motion, number of Newton steps, and status."""
     scale = energy_scale(integrator)
@@ -103,7 +101,7 @@ def _periodic_state(
     def attempt(state: FloatArray) -> Shot:
         if np.linalg.norm(scale * state) > farthest:
             raise ArithmeticError("the motion is far from the start")
-        return once(integrator, state)
+        return with_centres(integrator, shot(integrator, state, march), middle)
 
     current = attempt(start)
     for iteration in range(_SHOOTING_ITERATIONS):

@@ -13,7 +13,6 @@ from symhbm.numerics import FloatArray
 from symhbm.time_domain.active_contacts import APART, STICK
 from symhbm.time_domain.event_march import EVENTS_PER_CONTACT, SHORTEST, March, first_event
 from symhbm.time_domain.linear_motion import DEGREE
-from symhbm.time_domain.periodic_orbit import Shot, shot, with_centres
 from symhbm.time_domain.planar_motion import Instant, PlanarCells, PlanarMotion, Step
 
 _ON_CIRCLE = 1e-12
@@ -54,15 +53,11 @@ def planar_march(linear: PlanarMotion, state: FloatArray, length: float) -> Marc
             events.append((at.tau, j, at.state[j]))
         if len(events) > EVENTS_PER_CONTACT * count:
             raise ArithmeticError("the contacts change their states without end")
-    angle, contact, begins = zip(*events, strict=True) if events else ([], [], [])
-    start, width, powers, force, states, directions = map(np.array, zip(*cells, strict=True))
     by_x, by_slope, by_force, _ = at.by_start
     return March(
-        PlanarCells(start, width, powers, force, states, directions),
+        PlanarCells(*map(np.array, zip(*cells, strict=True))),
         slipped,
-        np.array(angle, dtype=float),
-        np.array(contact, dtype=int),
-        np.array(begins, dtype=float),
+        np.array(events, dtype=float).reshape(-1, 3),
         np.concatenate([at.x, at.slope, at.force.T.ravel()]),
         np.concatenate([by_x, by_slope, *by_force.transpose(1, 0, 2)]),
     )
@@ -180,12 +175,7 @@ def _margins(
     return margin
 
 
-def planar_shot(linear: PlanarMotion, state: FloatArray) -> Shot:
-    """As `symhbm.time_domain.periodic_orbit.shot`, with forces of contacts that stick centred."""
-    return with_centres(linear, shot(linear, state, planar_march), _off_middle)
-
-
-def _off_middle(
+def planar_middle(
     linear: PlanarMotion, run: March, state: FloatArray, contact: int
 ) -> tuple[FloatArray, FloatArray]:
     """The force (2,) [N] in the middle of those that a contact has which sticks, and derivative.

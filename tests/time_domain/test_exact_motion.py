@@ -317,7 +317,7 @@ def test_a_march_ends_where_less_than_an_instant_is_left():
     problem = sh.HarmonicBalance(sh.single_blade(**values), sh.forces.PointForce(), (1, 3))
     linear = LinearMotion(problem, 120.0)
     state = np.array([3e-4, 0.0, 1.0])
-    last = march(linear, state, 2 * np.pi).event_angle[-1]
+    last = march(linear, state, 2 * np.pi).events[-1, 0]
     for steps in (0, 1, 2):
         length = last
         for _ in range(steps):

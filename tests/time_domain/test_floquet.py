@@ -13,6 +13,7 @@ from symhbm.continuation.newton import newton
 from symhbm.continuation.start import linear_response
 from symhbm.model.contacts.coulomb.located import locate, stick_intervals
 from symhbm.numerics.fourier import FourierBasis
+from symhbm.time_domain.active_contacts import ActiveContacts
 from symhbm.time_domain.exact_motion import exact_motion
 from symhbm.time_domain.motion import shoot
 from symhbm.time_domain.perturbations import curved, multipliers, sliders
@@ -184,9 +185,10 @@ def test_against_the_integrated_variation(harmonics):
 
 def test_bounds_of_growth_are_those_of_all_springs():
     """Whether their contacts slip or stick."""
-    problem, one, none = several((1, 3)), np.array([1]), np.zeros(0, dtype=int)
-    given = problem, 1.9, np.full(problem.n_unknowns, 0.1)
-    slips, sticks = (curved._Perturbation(*given, *of) for of in ((one, none), (none, one)))
+    problem = several((1, 3))
+    given = problem, 1.9, np.full(problem.n_unknowns, 0.1), ActiveContacts(problem.model, 1.9)
+    every = np.ones(len(given[-1].active), dtype=bool)
+    slips, sticks = (curved._Perturbation(*given, slipped) for slipped in (every, ~every))
     np.testing.assert_allclose(slips.growth, sticks.growth, rtol=1e-12)
 
 

@@ -8,8 +8,9 @@ from symhbm.continuation import solve_point
 from symhbm.numerics import RADIANS
 from symhbm.time_domain.active_contacts import APART
 from symhbm.time_domain.motion import exact_motion_of
+from symhbm.time_domain.periodic_orbit import shot, with_centres
 from symhbm.time_domain.perturbations import multipliers
-from symhbm.time_domain.planar_march import planar_march, planar_shot
+from symhbm.time_domain.planar_march import planar_march, planar_middle
 from symhbm.time_domain.planar_motion import PlanarMotion
 
 MATRICES = np.eye(3), np.diag([2.0, 2.5, 3.0]), np.diag([1e4, 1.21e4, 2.25e4])
@@ -91,8 +92,10 @@ def test_a_contact_that_is_apart_begins_without_friction():
     linear = PlanarMotion(problem_of(dict(pad=pressed(3.0))), RADIANS * 24, 0.02)
     state = np.array([4e-3, -6e-3, -2e-3, 5e-3, 8e-3, 2e-3, 0.0, 0.0])
     assert linear.pressure(state[:3]) < -10
-    guessed = planar_shot(linear, state + np.array([0.0] * 6 + [0.4, -0.2]))
-    bare = planar_shot(linear, state)
+    guessed, bare = (
+        with_centres(linear, shot(linear, state + guess, planar_march), planar_middle)
+        for guess in (np.array([0.0] * 6 + [0.4, -0.2]), 0.0)
+    )
     assert (guessed.run.cells.state[0] == APART).all()
     np.testing.assert_array_equal(guessed.state, bare.state)
     np.testing.assert_allclose(guessed.residual, bare.residual, rtol=0, atol=1e-9)

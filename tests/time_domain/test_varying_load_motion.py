@@ -213,7 +213,7 @@ def test_derivative_of_the_march(name):
         state[2 * n :] = np.clip(state[2 * n :], -reach, reach)
         run = march(linear, state, 0.99 * TURN)
         before = run.cells.state[0].copy()
-        for j, after in zip(run.event_contact, run.event_state, strict=True):
+        for j, after in zip(run.events[:, 1].astype(int), run.events[:, 2], strict=True):
             seen.add((before[j], after))
             before[j] = after
         step = 1e-6 * size * rng.uniform(-1, 1, len(size))

@@ -16,10 +16,12 @@ import scipy
 from numpy.typing import NDArray
 
 from symhbm.balance import HarmonicBalance
-from symhbm.model.contacts import MemorylessLaw, Motions, PolynomialLaw, stick_intervals
+from symhbm.model.contacts import MemorylessLaw, Motions, PolynomialLaw
 from symhbm.numerics import FloatArray
+from symhbm.time_domain.active_contacts import STICK, ActiveContacts
 from symhbm.time_domain.integrated_motion import SmoothForces
 from symhbm.time_domain.linear_motion import curved
+from symhbm.time_domain.perturbations.sliders import SLIP, Stretches
 
 _DIGITS = 37.0
 """Digits of a series, as a natural logarithm."""
@@ -44,51 +46,26 @@ def along_curved(
     slip, (n_state,). Raises ArithmeticError for a structure too stiff and too large, and for laws
     that are neither smooth nor sliders.
     """
-    model = problem.model
-    _, row, stiffness, limit = model.groups.sliders(frequency)
-    carries = (stiffness > 0) & (limit > 0)
-    active, stiffness, limit = row[carries], stiffness[carries], limit[carries]
-    relative = problem.layout.relative(unknowns)
-    contact, begin, end = stick_intervals(problem.basis, relative[active], stiffness, limit)
-    slipping, contact = np.unique(active[contact], return_inverse=True)
-    motion = _Perturbation(problem, frequency, unknowns, slipping, np.setdiff1d(active, slipping))
-    size = 2 * model.n_dof + len(slipping)
-    edge, stick = _intervals(contact, begin, end, len(slipping), length, motion.breaks)
-    if (edge[-1] / motion.longest_cell) * (size**3 + _LEAST_CUBE) > _MOST_WORK:
+    contacts = ActiveContacts(problem.model, frequency)
+    breaks = _breaks(problem, frequency, problem.layout.relative(unknowns))
+    found = Stretches.of(problem, contacts, unknowns, length, breaks)
+    motion = _Perturbation(problem, frequency, unknowns, contacts, found.slipped)
+    size, edges = len(found.kept), found.edges
+    if (edges[-1] / motion.longest_cell) * (size**3 + _LEAST_CUBE) > _MOST_WORK:
         raise ArithmeticError("a structure too stiff and too large to follow its oscillations")
-    variation = np.eye(size)
-    for left, right, sticks in zip(edge[:-1], edge[1:], stick, strict=True):
-        variation = motion.carry(variation, left, right, sticks)
-    slope, curvature = (
-        problem.layout.coefficients(unknowns) @ problem.basis.values(0.0, d) for d in (1, 2)
-    )
-    force = np.where(stick[0], motion.spring @ slope, 0.0)
-    return variation, np.concatenate([slope, curvature, force])
-
-
-def _intervals(
-    contact: np.ndarray,
-    begin: FloatArray,
-    end: FloatArray,
-    n_contacts: int,
-    length: float,
-    breaks: FloatArray,
-) -> tuple[FloatArray, np.ndarray]:
-    """Ends (n + 1,) of intervals between events [rad], and what sticks there (n, n_contacts)."""
-    event = np.concatenate([begin, end, breaks]) % (2 * np.pi)
-    edge = np.unique(np.concatenate([[0.0, length], event[event < length]]))
-    middle = (edge[1:] + edge[:-1]) / 2
-    inside = (middle[:, None] - begin) % (2 * np.pi) < end - begin
-    return edge, inside @ (contact[:, None] == np.arange(n_contacts))
+    variation, sticks = np.eye(size), found.states[:, found.slipped] == STICK
+    for left, right, stick in zip(edges[:-1], edges[1:], sticks, strict=True):
+        variation = motion.carry(variation, left, right, stick)
+    return variation, found.drift[found.kept]
 
 
 class _Perturbation:
     """Linear equations, by the angle, of a small perturbation of a given motion.
 
-    ``unknowns`` (n_unknowns,) are the given motion [m]; rows ``stuck`` are those of springs, those
-    ``slipping`` of contacts that stick at times. A series converges as on a disk of complex angles:
-    by Cauchy's estimate its terms fall by the radius of the disk over the length of the cell, from
-    the growth of the motion in the disk.
+    ``unknowns`` (n_unknowns,) are the given motion [m]; ``contacts`` that have not ``slipped``
+    (n_active,) are springs, the others stick at times. A series converges as on a disk of complex
+    angles: by Cauchy's estimate its terms fall by the radius of the disk over the length of the
+    cell, from the growth of the motion in the disk.
     """
 
     def __init__(
@@ -96,41 +73,34 @@ class _Perturbation:
         problem: HarmonicBalance,
         frequency: float,
         unknowns: FloatArray,
-        slipping: np.ndarray,
-        stuck: np.ndarray,
+        contacts: ActiveContacts,
+        slipped: NDArray[np.bool_],
     ):
         model, relative = problem.model, problem.layout.relative(unknowns)
-        self.n_dof = model.n_dof
-        mass, damping, stiffness = (
-            getattr(model, f"{name}_matrix").toarray() for name in ("mass", "damping", "stiffness")
-        )
-        factor = np.linalg.cholesky(mass)
+        self.n_dof, inertia = model.n_dof, contacts.inertia
         directions = model.directions.toarray()
-        sliders = model.groups.sliders(frequency)
-        springs = np.zeros(len(directions))
-        springs[sliders.row] = sliders.stiffness
-        spring = springs[:, None] * directions
-        stiffness = stiffness + directions[stuck].T @ spring[stuck]
+        stiffness = inertia.stiffness + contacts.springs(np.where(slipped, SLIP, STICK))
         pushed, bent, waves = _stiffening(problem, frequency, relative)
 
         def accelerations(forces: FloatArray) -> FloatArray:
-            return scipy.linalg.cho_solve((factor, True), forces) / frequency**2
+            return inertia.accelerations(forces) / frequency**2
 
         self._smooth = SmoothForces(problem, frequency, accelerations)
         self._basis, self._motion = problem.basis, problem.layout.coefficients(unknowns)
         laws: list[Any] = [group.law for group in self._smooth.groups]
         self._integrates = not all(isinstance(law, PolynomialLaw) for law in laws)
-        self.breaks = _breaks(problem, frequency, relative)
-        self.spring, self.bent = spring[slipping], directions[bent]
-        self.elastic, self.push = accelerations(stiffness), accelerations(directions[slipping].T)
+        every_stuck = np.full(len(slipped), STICK)
+        self.spring, self.bent = contacts.friction_slopes(every_stuck)[slipped], directions[bent]
+        self.elastic = accelerations(stiffness)
+        self.push = accelerations(contacts.directions[slipped].T)
         self.bend = accelerations(directions[pushed].T)
-        self.viscous = frequency * accelerations(damping)
+        self.viscous = frequency * accelerations(inertia.damping)
         self.order = np.arange(waves.shape[1])
         self.waves = np.where(self.order == 0, 1, 2) * waves
 
-        linear = _norm(factor, stiffness + directions[slipping].T @ self.spring)
+        linear = inertia.norm(inertia.stiffness + contacts.springs(every_stuck))
         both = np.concatenate([directions[pushed], self.bent])
-        rates = linear, _norm(factor, both.T @ both) / 2, _norm(factor, damping)
+        rates = linear, inertia.norm(both.T @ both) / 2, inertia.viscous_rate
         self._set_growth(frequency, *rates)
 
     def _set_growth(self, frequency: float, linear: float, bent: float, damping: float) -> None:
@@ -269,9 +239,3 @@ def _stiffening(
         pushed.append(np.repeat(group.rows, m, axis=1).ravel())
         bent.append(np.tile(group.rows, (1, m)).ravel())
     return np.concatenate(pushed), np.concatenate(bent), np.concatenate(waves)
-
-
-def _norm(factor: FloatArray, matrix: FloatArray) -> float:
-    """Norm of ``L^-1 matrix L^-T`` with ``M = L L^T``."""
-    half = np.linalg.solve(factor, matrix)
-    return float(np.linalg.norm(np.linalg.solve(factor, half.T), 2))

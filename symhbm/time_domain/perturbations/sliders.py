@@ -8,7 +8,7 @@ motion.
 """
 
 from functools import lru_cache
-from typing import NamedTuple
+from typing import NamedTuple, Self
 
 import numpy as np
 import scipy.linalg
@@ -20,7 +20,7 @@ from symhbm.model.contacts import stick_intervals
 from symhbm.numerics import FloatArray
 from symhbm.time_domain.active_contacts import STICK, ActiveContacts
 
-_SLIP = 1.0
+SLIP = 1.0
 """State of a contact that slips, in either direction: under a constant load they are alike."""
 _MOST_WORK = 1e9
 """Stretches times the cube of the size of the state: seconds."""
@@ -59,13 +59,9 @@ class _Perturbations(ActiveContacts):
 
     def __init__(self, model: Structure, frequency: float):
         super().__init__(model, frequency)
-        mass, damping, stiffness = (
-            getattr(model, f"{name}_matrix").toarray() for name in ("mass", "damping", "stiffness")
-        )
-        factor = np.linalg.cholesky(mass)
-        forces = stiffness, damping, self.directions.T
-        parts = (scipy.linalg.cho_solve((factor, True), part) for part in forces)
-        self._elastic, self._viscous, self._push = parts
+        inertia = self.inertia
+        self._elastic, self._viscous = inertia.by_stiffness, inertia.accelerations(inertia.damping)
+        self._push = inertia.accelerations(self.directions.T)
         stuck = self._stiffness(np.full(len(self.active), STICK))
         self.unit = np.sqrt(np.linalg.norm(stuck, 2))
         self._modes: dict[bytes, _Modes] = {}
@@ -133,6 +129,52 @@ def _known(model: Structure) -> dict[bytes, _Perturbations]:
     return {}
 
 
+class Stretches(NamedTuple):
+    """A motion from event to event of its contacts, from ``tau = 0`` on.
+
+    ``slipped`` (n_active,) tells which contacts slip at all; ``edges`` (n + 1,) [rad] are the ends
+    of stretches without an event, ``states`` (n, n_active) those of contacts in them. ``drift`` is
+    that of displacement, its derivative and friction forces at the start, by ``tau``.
+    """
+
+    slipped: NDArray[np.bool_]
+    edges: FloatArray
+    states: FloatArray
+    drift: FloatArray
+
+    @classmethod
+    def of(
+        cls,
+        problem: HarmonicBalance,
+        contacts: ActiveContacts,
+        unknowns: FloatArray,
+        length: float,
+        breaks: FloatArray | tuple[()] = (),
+    ) -> Self:
+        """Those of a solution over a ``length`` [rad], with ``breaks`` [rad] among the ends."""
+        relative = problem.layout.relative(unknowns)[contacts.tangential_rows]
+        springs = contacts.contact_stiffness, contacts.friction
+        contact, begin, end = stick_intervals(problem.basis, relative, *springs)
+        every = np.arange(len(contacts.active))
+        slipped = np.isin(every, contact)
+        events = np.concatenate([begin, end, breaks]) % (2 * np.pi)
+        edges = np.unique(np.concatenate([[0.0, length], events[events < length - _INSTANT]]))
+        edges = edges[np.concatenate([[True], np.diff(edges) > _INSTANT])]
+        middle = (edges[1:] + edges[:-1]) / 2
+        inside = (middle[:, None] - begin) % (2 * np.pi) < end - begin
+        states = np.where(slipped & ~(inside @ (contact[:, None] == every)), SLIP, STICK)
+        coefficients = problem.layout.coefficients(unknowns)
+        slope, curvature = (coefficients @ problem.basis.values(0.0, d) for d in (1, 2))
+        drift = np.concatenate([slope, curvature, contacts.friction_slopes(states[0]) @ slope])
+        return cls(slipped, edges, states, drift)
+
+    @property
+    def kept(self) -> NDArray[np.intp]:
+        """The entries of states that are displacement, derivative, and forces that may vary."""
+        first = len(self.drift) - len(self.slipped)
+        return np.concatenate([np.arange(first), first + np.flatnonzero(self.slipped)])
+
+
 def along_sliders(
     problem: HarmonicBalance, frequency: float, unknowns: FloatArray, length: float
 ) -> tuple[FloatArray, FloatArray]:
@@ -146,11 +188,9 @@ def along_sliders(
     known, key = _known(model), contacts.active.tobytes()
     if key not in known:
         known[key] = _Perturbations(model, frequency)
-    linear, relative = known[key], problem.layout.relative(unknowns)[contacts.tangential_rows]
-    springs = contacts.contact_stiffness, contacts.friction
-    sticks = stick_intervals(problem.basis, relative, *springs)
-    slipped = np.isin(np.arange(len(contacts.active)), sticks[0])
-    edges, states = _between_events(*sticks, slipped, length)
+    linear = known[key]
+    found = Stretches.of(problem, contacts, unknowns, length)
+    slipped, edges, states, drift = found
     size = 2 * n + len(contacts.active)
     if len(states) * size**3 > _MOST_WORK:
         raise ArithmeticError("a structure too large to follow its perturbations")
@@ -159,14 +199,11 @@ def along_sliders(
     for number, state in enumerate(distinct):
         maps[which == number] = linear.maps(state, times[which == number])
 
-    kept = np.concatenate([np.arange(2 * n), 2 * n + np.flatnonzero(slipped)])
+    kept = found.kept
     variation = np.eye(size)[:, kept]
     # The friction of contacts that never slip follows the displacement through their springs.
     stuck = np.flatnonzero(~slipped)
     variation[2 * n + stuck, :n] = linear.friction_slopes(np.full(size - 2 * n, STICK))[stuck]
-    coefficients = problem.layout.coefficients(unknowns)
-    slope, curvature = (coefficients @ problem.basis.values(0.0, d) for d in (1, 2))
-    drift = np.concatenate([slope, curvature, linear.friction_slopes(states[0]) @ slope])[kept]
     begins = states != np.vstack([np.full(size - 2 * n, STICK), states[:-1]])
     for k, state in enumerate(states):
         moved = np.flatnonzero(begins[k] & (state != STICK))
@@ -174,20 +211,4 @@ def along_sliders(
         variation = maps[k] @ variation
     by_angle = np.ones(size)
     by_angle[n : 2 * n] = linear.unit / frequency
-    return (by_angle[:, None] * variation / by_angle[kept])[kept], drift
-
-
-def _between_events(
-    contact: np.ndarray, begin: FloatArray, end: FloatArray, slipped: np.ndarray, length: float
-) -> tuple[FloatArray, FloatArray]:
-    """Ends (n + 1,) [rad] of intervals between events, and the states (n, n_active) in them.
-
-    From the intervals in which each ``contact`` of those that have ``slipped`` sticks.
-    """
-    events = np.concatenate([begin, end]) % (2 * np.pi)
-    edges = np.unique(np.concatenate([[0.0, length], events[events < length - _INSTANT]]))
-    edges = edges[np.concatenate([[True], np.diff(edges) > _INSTANT])]
-    middle = (edges[1:] + edges[:-1]) / 2
-    inside = (middle[:, None] - begin) % (2 * np.pi) < end - begin
-    sticks = inside @ (contact[:, None] == np.arange(len(slipped)))
-    return edges, np.where(slipped & ~sticks, _SLIP, STICK)
+    return (by_angle[:, None] * variation / by_angle[kept])[kept], drift[kept]
