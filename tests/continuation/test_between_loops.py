@@ -5,7 +5,8 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from symhbm.continuation.between import intermediate_solutions, missed_events, slope_estimate
+from symhbm.continuation.between import intermediate_solutions, missed_events
+from symhbm.continuation.between import slopes as slopes_of_path
 from symhbm.continuation.between.segments import OF_SLOPE, Segments, write_errors
 from symhbm.continuation.between.slopes import FLAT_SLOPE, TIE, _of_one_harmonic
 from symhbm.continuation.point import Event, PathPoint
@@ -171,7 +172,7 @@ def test_what_turns_and_what_is_in_doubt(seed, per_dof):
     inside = slopes[:, 1:-1] + 0.1 * rng.normal(size=(n, 15, n_dof))
     case = ends, amplitudes, slopes, inside, error, length, switch_events, per_dof
     expected = judged(*case)
-    for loop in (slope_estimate._judge, plain(slope_estimate._judge)):
+    for loop in (slopes_of_path._judge, plain(slopes_of_path._judge)):
         turns, is_doubtful = np.empty((2, n, n_dof), dtype=bool)
         loop(*case, turns, is_doubtful)
         np.testing.assert_array_equal(turns, expected[0])
@@ -188,7 +189,7 @@ def test_slopes_next_to_a_slip_event(seed):
     ends, end_slopes = tuple(rng.random((2, 4, 2))), tuple(rng.normal(size=(2, 4, 2)))
     length, inside = rng.uniform(0.5, 2, (4, 1)), rng.normal(size=(4, 15, 2))
     switch_events = np.array([[False, False], [True, True], [True, False], [False, True]])
-    for loop in (slope_estimate._write_slopes, plain(slope_estimate._write_slopes)):
+    for loop in (slopes_of_path._write_slopes, plain(slopes_of_path._write_slopes)):
         slopes = np.empty((4, 17, 2))
         loop(ends, end_slopes, tangents, normal, length, scale, inside, switch_events, slopes)
         for k, end in ((0, 0), (1, -1)):

@@ -10,9 +10,8 @@ import scipy.sparse as sp
 
 import symhbm as sh
 from studies import fig03_single_blade as fig03
-from symhbm.continuation.between import slope_estimate
 from symhbm.continuation.between.segments import Segments
-from symhbm.continuation.between.slope_estimate import estimate_slopes
+from symhbm.continuation.between.slopes import estimate_slopes
 from symhbm.continuation.correctors import StepwiseCorrector, compiled, corrector_of
 from symhbm.continuation.correctors.corrector import AtLimit, Hyperplane, unit_parameter
 from symhbm.continuation.events.modes import modes
@@ -294,7 +293,7 @@ def test_motions_that_cannot_lead_need_not_be_examined(monkeypatch):
     problem, segments = branch.curve.problem, Segments.of(branch.points)
     measured = measure(problem.single_valued, segments.left, segments.right, segments.scale)
     some = estimate_slopes(problem, segments, measured)
-    monkeypatch.setattr(slope_estimate, "_MANY", np.inf)
+    monkeypatch.setattr(slopes_of_path, "_MANY", np.inf)
     every = estimate_slopes(problem, segments, measured)
     assert every.of_states.all()
     assert not some.of_states.all()

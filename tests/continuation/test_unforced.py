@@ -15,9 +15,9 @@ from symhbm.continuation.unforced import (
     LimitCycleProblem,
     NonlinearModeProblem,
     cycles_of_mode,
+    first_harmonic,
     follow_mode,
     linear_mode,
-    phase_of,
 )
 from symhbm.continuation.unforced.linear_modes import _modes_about
 from symhbm.model import Structure
@@ -120,7 +120,7 @@ def cycle_problem(damping, harmonics, amplitude, frequency):
     problem = unforced(sh.HarmonicBalance(model, harmonics=harmonics))
     start = np.zeros(problem.n_unknowns + 1)
     start[problem.basis.component(1)], start[-1] = amplitude, frequency
-    phase = phase_of(problem, start[:-1])
+    phase = first_harmonic(problem, 0)[1]
     return LimitCycleProblem(problem, "c", phase), start
 
 

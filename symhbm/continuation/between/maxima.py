@@ -9,8 +9,16 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.continuation.between.segments import Batch, Doubt, Segments
-from symhbm.continuation.between.slope_estimate import N_SLOPES, SlopeEstimate, estimate_slopes
-from symhbm.continuation.between.slopes import TIE, PeakKind, Slopes, amplitude_and_slope, leading
+from symhbm.continuation.between.slopes import (
+    N_SLOPES,
+    TIE,
+    PeakKind,
+    SlopeEstimate,
+    Slopes,
+    amplitude_and_slope,
+    estimate_slopes,
+    leading,
+)
 from symhbm.continuation.correctors import Corrector
 from symhbm.continuation.problem import Corrected
 from symhbm.continuation.segment import PathState, Segment, measure

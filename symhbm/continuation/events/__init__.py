@@ -1,7 +1,14 @@
 """Events on a path: contact limits, folds, branch points, resonances."""
 
 from symhbm.continuation.events.branch_points import at_crossing, find_branch_point
-from symhbm.continuation.events.contact_limits import beyond_limits, brief_crossing, first_limit
+from symhbm.continuation.events.contact_limits import (
+    after_onset,
+    beside_limit,
+    beyond_limits,
+    brief_crossing,
+    end_of_slip,
+    first_limit,
+)
 from symhbm.continuation.events.corners import (
     BEYOND_CORNER,
     LARGEST_PREDICTION_ERROR,
@@ -15,13 +22,12 @@ from symhbm.continuation.events.crossing import (
     curvature_of,
     is_crossing,
     leaves,
+    passed_pairs,
     several_meet,
     solve_crossing,
 )
 from symhbm.continuation.events.folds import find_folds
 from symhbm.continuation.events.modes import Reduced, ResonanceFinder, reduced
-from symhbm.continuation.events.passed_pairs import passed_pairs
-from symhbm.continuation.events.sharp_onsets import after_onset, beside_limit, end_of_slip
 
 __all__ = [
     "BEYOND_CORNER",

@@ -23,7 +23,6 @@ from symhbm.continuation.unforced.problem import (
     LimitCycleProblem,
     UnforcedProblem,
     first_harmonic,
-    phase_of,
 )
 
 __all__ = [
@@ -43,6 +42,5 @@ __all__ = [
     "last_fold",
     "linear_mode",
     "mode_start",
-    "phase_of",
     "settled",
 ]

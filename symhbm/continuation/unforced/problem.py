@@ -204,22 +204,12 @@ def first_harmonic(problem: HarmonicBalance, dof: int) -> FloatArray:
     return rows
 
 
-def phase_of(problem: HarmonicBalance, motion: FloatArray) -> FloatArray:
-    """Phase row (n_coefficients,) by which motions begin as ``motion`` (n_coefficients,) does.
-
-    Their shift in time, along its velocity, is then fixed by all of its harmonics.
-    """
-    coefficients = problem.layout.coefficients(motion)
-    velocity = (coefficients @ problem.basis.derivative_matrix.T).ravel()
-    return velocity / (length_of(velocity) or 1.0)
-
-
 class LimitCycleProblem(UnforcedProblem):
     """Limit cycles over one named parameter: coefficients and frequency are unknown.
 
-    ``phase``, ``index`` and ``smallest`` as of `UnforcedProblem`, for example `phase_of` the first
-    cycle. Cycles are looked for where ``size`` (n_coefficients,) times the coefficients, an
-    amplitude [m], is in a band of ``amplitudes``. ``problem`` has no force that oscillates, as
+    ``phase``, ``index`` and ``smallest`` as of `UnforcedProblem`, for example the sine of a
+    `first_harmonic`. Cycles are looked for where ``size`` (n_coefficients,) times the coefficients,
+    an amplitude [m], is in a band of ``amplitudes``. ``problem`` has no force that oscillates, as
     `symhbm.balance.unforced` gives it.
     """
 
