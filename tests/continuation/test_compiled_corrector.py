@@ -10,6 +10,7 @@ import scipy.sparse as sp
 
 import symhbm as sh
 from studies import fig03_single_blade as fig03
+from symhbm.continuation.between import slopes as slopes_of_path
 from symhbm.continuation.between.segments import Segments
 from symhbm.continuation.between.slopes import estimate_slopes
 from symhbm.continuation.correctors import StepwiseCorrector, compiled, corrector_of

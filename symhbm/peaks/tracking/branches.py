@@ -14,12 +14,15 @@ from symhbm.balance import HarmonicBalance, SecondOrder
 from symhbm.continuation import ParameterProblem
 from symhbm.numerics import FloatArray
 from symhbm.peaks.conditions import Conditions
-from symhbm.peaks.tracking import tolerances
 from symhbm.peaks.tracking.step import advanced
 from symhbm.peaks.tracking.track import TrackStatus, track
 
 if TYPE_CHECKING:
     from scipy.interpolate import CubicHermiteSpline
+
+SAME_MAXIMUM = 1e-8
+"""Difference of amplitude and frequency below which two maxima are one: solved from both sides
+they agree to 1e-9 at least."""
 
 _ABSENT = -np.inf
 
@@ -266,8 +269,8 @@ def is_same_maximum(first: Conditions, second: Conditions) -> bool:
     a, b = first.maximum, second.maximum
     return (
         a.dof == b.dof
-        and abs(a.frequency - b.frequency) <= tolerances.SAME_MAXIMUM * b.frequency
-        and abs(a.amplitude - b.amplitude) <= tolerances.SAME_MAXIMUM * b.amplitude
+        and abs(a.frequency - b.frequency) <= SAME_MAXIMUM * b.frequency
+        and abs(a.amplitude - b.amplitude) <= SAME_MAXIMUM * b.amplitude
     )
 
 

@@ -16,16 +16,35 @@ from symhbm.continuation.between import TIE
 from symhbm.numerics import FloatArray, bracketed_root
 from symhbm.peaks.conditions import Conditions
 from symhbm.peaks.maximum import MaximumKind
-from symhbm.peaks.tracking import tolerances
 from symhbm.peaks.tracking.branches import (
+    SAME_MAXIMUM,
     FollowedBranches,
     MaximumBranch,
     Parameter,
     is_same_maximum,
 )
-from symhbm.peaks.tracking.interpolation import crossing, fill
+from symhbm.peaks.tracking.interpolation import SHORTEST_INTERVAL, crossing, fill
 from symhbm.peaks.tracking.step import polished, relative_height
 from symhbm.peaks.tracking.track import TrackStatus
+
+_SUBDIVISION = 4
+"""Subdivisions of the interval between two solved values for comparing heights: two cubics cross
+at most three times in it."""
+_ENVELOPE_DEPTH = 6
+"""Halvings of an interval with several minima or exchanges."""
+_CROSSING_DISTANCE = 1e-5
+"""Distance from where a peak crosses the end of the band within which both are equal: their
+heights differ by its square, which is round-off."""
+_LARGEST_STEP_OF_LEAD = 1e-6
+"""Difference of heights at an exchange beyond round-off: the largest response is continuous."""
+_SURVEY_OFFSET = 1e-3
+"""Distance from a kink or a jump at which a survey verifies the envelope: there two maxima that
+merge are apart."""
+_EVENT_DISTANCE = 1e-4
+"""Distance from an event within which one further point on either side suffices."""
+_SAME_POINT, _SAME_MINIMUM = 1e-12, 1e-9
+"""Distances below which two points, or two minima, are one: round-off of a value, and of the value
+at which a slope vanishes."""
 
 
 class MinimumKind(StrEnum):
@@ -93,7 +112,7 @@ class UpperEnvelope:
         envelope.minima = []
         for minimum in minima:
             last = envelope.minima[-1].value if envelope.minima else -np.inf
-            if minimum.value - last > tolerances.SAME_MINIMUM * minimum.value:
+            if minimum.value - last > _SAME_MINIMUM * minimum.value:
                 envelope.minima.append(minimum)
         envelope.points = envelope._needed(points)
         return envelope
@@ -108,9 +127,8 @@ class UpperEnvelope:
         sharp = MinimumKind.SMOOTH, MinimumKind.EXCHANGE, EnvelopeEvent.EXCHANGE
         values = {p.value for p in (*self.minima, *self.events) if p.kind in sharp}
         # At a kink two maxima merge, which a survey may not resolve: it is verified on both sides.
-        offset = tolerances.SURVEY_OFFSET
         kinks = [p.value for p in self.minima if p.kind == MinimumKind.KINK]
-        values |= {kink * (1 + side * offset) for kink in kinks for side in (-1, 1)}
+        values |= {kink * (1 + side * _SURVEY_OFFSET) for kink in kinks for side in (-1, 1)}
         low, high = self._parameter.low, self._parameter.high
         return sorted(value for value in {*self.unresolved, *values} if low < value < high)
 
@@ -118,7 +136,7 @@ class UpperEnvelope:
         """The branches that lead, each with the first and last value of a range where it does."""
         parameter, branches = self._parameter, self.followed.branches
         solved_values = np.unique([value for branch in branches for value in branch.values])
-        inner = np.linspace(0, 1, tolerances.SUBDIVISION, endpoint=False)
+        inner = np.linspace(0, 1, _SUBDIVISION, endpoint=False)
         coordinates = parameter.coordinate(solved_values)
         refined = (coordinates[:-1, None] + inner * np.diff(coordinates)[:, None]).ravel()
         grid = np.clip(parameter.at_coordinate(refined), solved_values[0], solved_values[-1])
@@ -157,7 +175,7 @@ class UpperEnvelope:
         """The exchanges of the lead between two branches, possibly by way of a third."""
         branches = self.followed.branches
         value = crossing(branches[first], branches[second], low, high)
-        if value is not None and depth <= tolerances.ENVELOPE_DEPTH:
+        if value is not None and depth <= _ENVELOPE_DEPTH:
             column = self._heights(np.array([value]))[:, 0]
             third = int(np.argmax(column))
             if column[third] > (1 + TIE) * max(column[[first, second]]):
@@ -177,7 +195,7 @@ class UpperEnvelope:
             self.unresolved.append(value)
             return value
         # At this crossing peak and edge are equal to second order in the distance.
-        near, left_band = tolerances.CROSSING_DISTANCE, TrackStatus.LEFT_BAND
+        near, left_band = _CROSSING_DISTANCE, TrackStatus.LEFT_BAND
         leaves_band = a.values[-1] <= value * (1 + near) and a.end_status[1] == left_band
         enters_band = b.values[0] >= value * (1 - near) and b.end_status[0] == left_band
         if leaves_band or enters_band:
@@ -185,12 +203,12 @@ class UpperEnvelope:
             self.events.append(EnvelopePoint(value, before, EnvelopeEvent.BAND))
         elif not is_same_maximum(before, after):
             difference = relative_height(after.maximum, before.maximum)
-            if abs(difference) > tolerances.LARGEST_STEP_OF_LEAD:
+            if abs(difference) > _LARGEST_STEP_OF_LEAD:
                 # The largest response is continuous: a maximum was missed on the lower side.
                 side = 1 if difference < 0 else -1
-                self.unresolved.append(value * (1 + side * tolerances.SURVEY_OFFSET))
+                self.unresolved.append(value * (1 + side * _SURVEY_OFFSET))
             exchanges = [e for e in self.events[-1:] if e.kind == EnvelopeEvent.EXCHANGE]
-            if all(abs(value / e.value - 1) >= tolerances.SAME_MAXIMUM for e in exchanges):
+            if all(abs(value / e.value - 1) >= SAME_MAXIMUM for e in exchanges):
                 self.events.append(EnvelopePoint(value, before, EnvelopeEvent.EXCHANGE))
             self.points.append(EnvelopePoint(value, before))
             if self._parameter.slope(before) < 0 < self._parameter.slope(after):
@@ -200,7 +218,7 @@ class UpperEnvelope:
     def _add_span(self, branch: MaximumBranch, start: float, end: float) -> None:
         """Add points, minima and events of one branch over the range where it leads."""
         # Points on either side of an event, for both of its slopes.
-        for share in (0.0, tolerances.SHORTEST_INTERVAL, 1 - tolerances.SHORTEST_INTERVAL, 1.0):
+        for share in (0.0, SHORTEST_INTERVAL, 1 - SHORTEST_INTERVAL, 1.0):
             value = self._parameter.value(start, end, share)
             conditions = branch.at(value)
             if conditions is not None:
@@ -236,8 +254,8 @@ class UpperEnvelope:
         if left < 0 == right:
             self.minima.append(replace(following, kind=MinimumKind.SMOOTH))
         low, high = self._parameter.coordinate(np.array([point.value, following.value]))
-        short = high - low < tolerances.SHORTEST_INTERVAL
-        if depth > tolerances.ENVELOPE_DEPTH or short or left == right == 0:
+        short = high - low < SHORTEST_INTERVAL
+        if depth > _ENVELOPE_DEPTH or short or left == right == 0:
             return
         values = self._parameter.at_coordinate(low + np.linspace(0, 1, 6)[1:-1] * (high - low))
         signs = np.sign(branch.slopes(values))
@@ -290,9 +308,9 @@ class UpperEnvelope:
         kept: list[EnvelopePoint] = []
         for point, following in zip(points, [*points[1:], points[-1]], strict=True):
             previous, value = kept[-1].value if kept else -np.inf, point.value
-            if value - previous <= tolerances.SAME_POINT * value:
+            if value - previous <= _SAME_POINT * value:
                 continue
-            near_event = np.any(np.abs(special - value) < tolerances.EVENT_DISTANCE * value)
+            near_event = np.any(np.abs(special - value) < _EVENT_DISTANCE * value)
             neighbours = {previous, value, following.value}
             if not near_event or value in ends or not neighbours.isdisjoint(special):
                 kept.append(point)

@@ -6,8 +6,18 @@ import numpy as np
 
 from symhbm.numerics import bracketed_root
 from symhbm.peaks.conditions import Conditions
-from symhbm.peaks.tracking import tolerances
 from symhbm.peaks.tracking.branches import MaximumBranch, Parameter
+
+_INTERPOLATION = 1e-5
+"""Error allowed to cubic interpolation between two points: that which `peak_curve` promises."""
+_INTERPOLATION_DEPTH = 6
+"""Halvings of an interval: the error of a cubic falls sixteenfold with each."""
+SHORTEST_INTERVAL = 1e-7
+"""Length of an interval that holds no further point or event: derivatives over it are round-off of
+solved values."""
+_CROSSING_STEPS, _CROSSING_PRECISION = 8, 1e-9
+"""Newton steps to a crossing, and the last of them: convergence is quadratic, so that its error is
+round-off."""
 
 
 def crossing(
@@ -33,13 +43,13 @@ def crossing(
 
     try:
         value = _estimated_crossing(falling, rising, low, high)
-        for _ in range(tolerances.CROSSING_STEPS):
+        for _ in range(_CROSSING_STEPS):
             log_ratio, rate = lead(value)
             step = -log_ratio / rate if rate < 0 else np.inf
             if not first <= value + step <= last or abs(step) > 2 * (high - low):
                 break
             value += step
-            if abs(step) <= tolerances.CROSSING_PRECISION * value:
+            if abs(step) <= _CROSSING_PRECISION * value:
                 return value
         # Interpolated heights enclose the crossing only approximately: widen the interval.
         margin = 1e-6 * high
@@ -78,8 +88,8 @@ def fill(branch: MaximumBranch, start: float, end: float) -> None:
     while pending:
         low, high, depth = pending.pop()
         maxima = [branch.conditions[bisect_left(values, value)] for value in (low, high)]
-        accurate = _deviation(parameter, low, high, *maxima) <= tolerances.INTERPOLATION
-        if accurate or depth > tolerances.INTERPOLATION_DEPTH:
+        accurate = _deviation(parameter, low, high, *maxima) <= _INTERPOLATION
+        if accurate or depth > _INTERPOLATION_DEPTH:
             continue
         middle = parameter.value(low, high, 0.5)
         solved = branch.at(middle)
@@ -96,7 +106,7 @@ def _deviation(
     Second derivatives give the correction that a polynomial of fifth order makes in the middle.
     """
     length = float(parameter.coordinate(high) - parameter.coordinate(low))
-    if length <= tolerances.SHORTEST_INTERVAL:
+    if length <= SHORTEST_INTERVAL:
         return 0.0
     rise = np.log(last.maximum.amplitude / first.maximum.amplitude)
     (low_rate, low_curvature), (high_rate, high_curvature) = (

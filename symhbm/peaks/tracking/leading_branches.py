@@ -16,9 +16,31 @@ from symhbm.continuation import Status
 from symhbm.numerics import RADIANS
 from symhbm.peaks.conditions import Conditions
 from symhbm.peaks.survey import Survey, Surveyor
-from symhbm.peaks.tracking import tolerances
 from symhbm.peaks.tracking.branches import FollowedBranches, Parameter
 from symhbm.peaks.tracking.step import verified
+
+_AGREEMENT = 1e-9
+"""Difference by which a survey may be higher than the followed branches: peaks of a survey are
+located that accurately."""
+_CANDIDATE_SHARE = 0.9
+"""Share of the largest response from which a maximum is followed: others reveal themselves by their
+slopes, or at the next survey."""
+_SURVEYS_PER_DECADE = 6, 2
+"""First surveys per decade: with many degrees of freedom, and with one, which has one peak."""
+_MIN_INTERVALS = 4, 2
+"""Least number of intervals between the first surveys, likewise: each has a middle to verify it."""
+_FIRST_SHARE = 1e-3
+"""Share of the largest value at which a band that begins at zero has its second survey: logarithmic
+steps from zero never end."""
+_SURVEY_DEPTH = 7
+"""How often an interval is halved: below one per cent of a value."""
+_MIN_INTERVAL = 0.08
+"""Width of an interval below which it is halved only if surveys disagree: the spacing that
+`peak_curve` documents."""
+_CONFIRMATIONS = 2
+"""Surveys in a row that must agree, with many degrees of freedom: one may do so by chance."""
+_SLOPE_FACTOR = 2.0
+"""Factor by which slopes between two surveys may exceed those at one of them."""
 
 
 @dataclass
@@ -56,22 +78,22 @@ class LeadingBranches:
         """Survey at ``wanted`` values and where these are far apart, and follow what may lead."""
         # One call for all first surveys, which an executor computes in parallel.
         surveyed = self.survey(_first_values(self.parameter, wanted))
-        remaining = 1 if self.parameter.problem.n_dof == 1 else tolerances.CONFIRMATIONS
+        remaining = 1 if self.parameter.problem.n_dof == 1 else _CONFIRMATIONS
         triples = zip(surveyed[::2], surveyed[1::2], surveyed[2::2], strict=False)
         pending = [(*triple, remaining) for triple in triples]
-        for depth in range(tolerances.SURVEY_DEPTH + 1):
-            last = depth == tolerances.SURVEY_DEPTH
+        for depth in range(_SURVEY_DEPTH + 1):
+            last = depth == _SURVEY_DEPTH
             intervals: list[tuple[SurveyedValue, SurveyedValue, int]] = []
             for low, middle, high, remaining in pending:
                 self._follow_candidates(low, high)
                 agrees = all(map(self._agrees, (low, middle, high)))
                 confirmed = agrees and not self._reveals_leader(low, middle, high)
-                remaining = remaining - 1 if confirmed else tolerances.CONFIRMATIONS
+                remaining = remaining - 1 if confirmed else _CONFIRMATIONS
                 self._follow_candidates(low, middle)
                 self._follow_candidates(middle, high)
                 if not agrees and last:
                     self.unresolved.append((low.value, high.value))
-                wide = high.value > (1 + tolerances.MIN_INTERVAL) * low.value
+                wide = high.value > (1 + _MIN_INTERVAL) * low.value
                 if remaining and (wide or not agrees):
                     intervals += [(low, middle, remaining), (middle, high, remaining)]
             if last:
@@ -112,7 +134,7 @@ class LeadingBranches:
                     f"{self.parameter.problem.goal!r} is 0 at {self.parameter.name}={value:g}"
                 )
             if not result.unbounded:
-                floor = tolerances.CANDIDATE_SHARE * result.height
+                floor = _CANDIDATE_SHARE * result.height
                 high_maxima = [s for s in result.maxima if s.amplitude >= floor]
                 candidates = [verified(self.parameter.second_order, s) for s in high_maxima]
                 surveyed.candidates = [c for c in candidates if c is not None]
@@ -140,7 +162,7 @@ class LeadingBranches:
         """Whether the survey in the middle shows a maximum, not followed, that may lead nearby."""
         if not middle.candidates:
             return False
-        reach = tolerances.SLOPE_FACTOR * max(high.value - middle.value, middle.value - low.value)
+        reach = _SLOPE_FACTOR * max(high.value - middle.value, middle.value - low.value)
         highest, *others = sorted(middle.candidates, key=lambda c: -c.maximum.amplitude)
 
         def rate(conditions: Conditions) -> float:
@@ -169,7 +191,7 @@ class LeadingBranches:
         if not surveyed.survey.maxima:
             return False
         highest = self.followed.highest(surveyed.value)
-        floor = (1 - tolerances.AGREEMENT) * surveyed.survey.height
+        floor = (1 - _AGREEMENT) * surveyed.survey.height
         return highest is not None and highest[1].maximum.amplitude >= floor
 
     def _neighbours(self, surveyed: SurveyedValue) -> list[SurveyedValue]:
@@ -182,15 +204,13 @@ class LeadingBranches:
 def _first_values(parameter: Parameter, wanted: list[float]) -> list[float]:
     """An odd number of values over the whole band, those ``wanted`` among them."""
     low, high, single_dof = parameter.low, parameter.high, parameter.problem.n_dof == 1
-    first = low if low > 0 else tolerances.FIRST_SHARE * high
+    first = low if low > 0 else _FIRST_SHARE * high
     fixed = [first]
     for value in wanted:
-        if (1 + tolerances.MIN_INTERVAL) * fixed[-1] < value < high:
+        if (1 + _MIN_INTERVAL) * fixed[-1] < value < high:
             fixed.append(value)
     fixed.append(high)
-    per_decade, least = (
-        counts[single_dof] for counts in (tolerances.SURVEYS_PER_DECADE, tolerances.MIN_INTERVALS)
-    )
+    per_decade, least = (counts[single_dof] for counts in (_SURVEYS_PER_DECADE, _MIN_INTERVALS))
     widest = min(np.log(10) / per_decade, np.log(high / first) / least)
     values = [] if low > 0 else [low]
     for start, end in pairwise(fixed):

@@ -11,7 +11,15 @@ from symhbm.continuation.between import Peak, PeakKind
 from symhbm.numerics import FloatArray
 from symhbm.peaks.conditions import Conditions, solve
 from symhbm.peaks.maximum import Maximum
-from symhbm.peaks.tracking import tolerances
+
+_MAX_DISTANCE = 0.3
+"""Distance from the prediction beyond which the solution may be another maximum: the response has
+changed by a third where first order foretold none of it."""
+_WINDOW, _MAX_WINDOWS = 2e-3, 4
+"""Half width of the first window of a search, about the width of a lightly damped peak, and the
+number of windows, each four times as wide on one side: the last reaches over a tenth."""
+_WINDOW_POINTS = 2000
+"""Most points of a window, where 29 were the most seen: a search ends in any case."""
 
 
 def problems_between(
@@ -39,9 +47,7 @@ def problems_between(
     return at
 
 
-def advanced(
-    conditions: Conditions, problem: HarmonicBalance, max_distance: float = tolerances.MAX_DISTANCE
-) -> tuple[Conditions, float] | None:
+def advanced(conditions: Conditions, problem: HarmonicBalance) -> tuple[Conditions, float] | None:
     """The maximum of the same kind after a step, and its distance from the prediction."""
     try:
         start = predicted(conditions, problem)
@@ -51,7 +57,7 @@ def advanced(
     except ArithmeticError:
         return None
     distance = distance_between(start.maximum, solved.maximum)
-    return (solved, distance) if distance <= max_distance else None
+    return (solved, distance) if distance <= _MAX_DISTANCE else None
 
 
 def predicted(conditions: Conditions, problem: HarmonicBalance) -> Conditions | None:
@@ -92,12 +98,12 @@ def search(
         edge = Maximum.at_edge(*at, start.dof, start.kind)
         return verified(second_order, edge) if solved.converged else None
     low, high = band_of(start.frequency, bands)
-    below = above = tolerances.WINDOW * start.frequency
-    for _ in range(tolerances.MAX_WINDOWS):
+    below = above = _WINDOW * start.frequency
+    for _ in range(_MAX_WINDOWS):
         ends = max(start.frequency - below, low), min(start.frequency + above, high)
         if ends[0] >= ends[1]:
             return None
-        curve, most = FrequencyProblem(problem), tolerances.WINDOW_POINTS
+        curve, most = FrequencyProblem(problem), _WINDOW_POINTS
         branch = follow_branch(curve, ends, most, per_dof=True, guess=start.unknowns)
         if not branch.points:
             return None

@@ -17,7 +17,6 @@ from symhbm.balance import HarmonicBalance
 from symhbm.numerics import FloatArray
 from symhbm.peaks.conditions import Conditions
 from symhbm.peaks.maximum import Maximum, MaximumKind
-from symhbm.peaks.tracking import tolerances
 from symhbm.peaks.tracking.step import (
     advanced,
     band_of,
@@ -29,7 +28,42 @@ from symhbm.peaks.tracking.step import (
     verified,
 )
 
-_BEYOND = -tolerances.EVENT_PRECISION
+_DESIRED_DISTANCE = 0.08
+"""Distance of prediction and solution that is aimed at: a quarter of the largest that `advanced`
+accepts, the error grows with the square of the step, so twice the step is still accepted."""
+_FIRST_STEP, _LARGEST_STEP = 0.05, 0.25
+"""The first step may double at once; the longest shows the margins of events at four points."""
+_SMALLEST_STEP = 1e-4
+"""Step below which a maximum counts as merged with a minimum: where they meet, derivatives grow
+without bound, and no other step is refused that close."""
+_MOST_STEPS = 500
+"""Most steps of a track, where 129 were the most seen: it ends in any case."""
+_EVENT_PRECISION = 1e-11
+"""Distance from an event at which it counts as located: round-off of the margins, tenfold."""
+_RESTARTS = (1e-9, 1e-7, 1e-5, 1e-3, 1e-2)
+"""Distances beyond an event at which the maximum is continued: from right behind its precision to
+where unbounded derivatives at an onset of slip have become moderate."""
+_SAME_KIND_DISTANCE = 1e-4
+"""Distance below which a maximum beyond an event must differ in kind from that before: closer, the
+equations of the old kind still have a solution, which is no maximum further on."""
+_SEARCH_DISTANCE = 1e-3
+"""Distance at which the maximum is searched for: once, as a search follows the whole response."""
+_MAX_SLOPE, _MAX_JUMP = 10.0, 3e-3
+"""Difference from the expected amplitude beyond which it is another maximum, over the distance and
+at most: amplitudes go with low powers of parameters, and no track spans more than some decades."""
+_LIMIT_TOLERANCE = 1e-6
+"""Slip margin, or distance from the end of the band, that counts as on the limit: far above the
+margins that `_EVENT_PRECISION` leaves, far below those of a contact in a definite state."""
+_MOST_ON_LIMIT = 3
+"""Contacts on their limits whose states are tried in all combinations, eight; more of them are
+those of sectors that move alike and change together."""
+_POLE_DISTANCE = 1e-2
+"""Distance from a pole within which a growing maximum counts as unbounded."""
+_UNBOUNDED_AMPLIFICATION = 1e8
+"""Ratio of inertia to exciting force above which a maximum counts as unbounded: no damping that a
+structure has leaves so much."""
+
+_BEYOND = -_EVENT_PRECISION
 """Margin below which a maximum lies beyond an event."""
 
 
@@ -74,7 +108,7 @@ class Track:
         """Whether it grows towards a close pole: at least twofold over the last two thirds."""
         end, last = self.steps[-1]
         remaining = self.pole - end
-        if remaining >= tolerances.POLE_DISTANCE:
+        if remaining >= _POLE_DISTANCE:
             return False
         before = [c.maximum.amplitude for s, c in self.steps if self.pole - s >= 3 * remaining]
         return bool(before) and last.maximum.amplitude > 2 * before[-1]
@@ -84,12 +118,12 @@ class Track:
         if self.bands:
             self.bands = [band_of(current.maximum.frequency, self.bands)]
         self.steps.append((0.0, current))
-        step, s, failed, to_event = tolerances.FIRST_STEP, 0.0, -1.0, np.inf
+        step, s, failed, to_event = _FIRST_STEP, 0.0, -1.0, np.inf
         margins = self._margins(current)
-        for _ in range(tolerances.MOST_STEPS):
+        for _ in range(_MOST_STEPS):
             if s >= 1:
                 return
-            target = 1.0 if s + step > 1 - tolerances.EVENT_PRECISION else s + step
+            target = 1.0 if s + step > 1 - _EVENT_PRECISION else s + step
             corrected = advanced(current, self.at(target))
             at_event = False
             if (
@@ -99,7 +133,7 @@ class Track:
                 failed, step = target, (target - s) / 2
             else:
                 falling = np.flatnonzero(after < margins)
-                at_event = bool(np.any(after[falling] <= tolerances.EVENT_PRECISION))
+                at_event = bool(np.any(after[falling] <= _EVENT_PRECISION))
                 rates = (margins[falling] - after[falling]) / (target - s)
                 to_event = float(np.min(after[falling] / rates, initial=np.inf))
                 (current, distance), s, margins = corrected, target, after
@@ -107,13 +141,13 @@ class Track:
                 if _is_unbounded(current.maximum):
                     self.status = TrackStatus.UNBOUNDED
                     return
-                ratio = tolerances.DESIRED_DISTANCE / max(distance, 1e-12)
+                ratio = _DESIRED_DISTANCE / max(distance, 1e-12)
                 step *= float(np.clip(np.sqrt(ratio), 0.3, 2.0))
-                step = min(step, tolerances.LARGEST_STEP)
+                step = min(step, _LARGEST_STEP)
                 if s < failed and not at_event:
-                    step = min(step, max(to_event, tolerances.EVENT_PRECISION))
-            near_event = min(to_event, margins.min(initial=np.inf)) < 100 * tolerances.SMALLEST_STEP
-            least = tolerances.EVENT_PRECISION if near_event else tolerances.SMALLEST_STEP
+                    step = min(step, max(to_event, _EVENT_PRECISION))
+            near_event = min(to_event, margins.min(initial=np.inf)) < 100 * _SMALLEST_STEP
+            least = _EVENT_PRECISION if near_event else _SMALLEST_STEP
             if s >= 1 or not (at_event or (s < failed and step < least)):
                 continue
             lost = self.grows and not at_event
@@ -123,7 +157,7 @@ class Track:
                 return
             self.events.append(len(self.steps) - 1)
             self.steps += self._steps_from_event(s, continued)
-            (s, current), step, failed, to_event = continued, tolerances.FIRST_STEP, -1.0, np.inf
+            (s, current), step, failed, to_event = continued, _FIRST_STEP, -1.0, np.inf
             margins = self._margins(current)
         self.status = TrackStatus.DIED
 
@@ -154,7 +188,7 @@ class Track:
 
     def _leaves_band(self, conditions: Conditions) -> bool:
         maximum = conditions.maximum
-        at_end = self._in_band(maximum).min(initial=np.inf) < tolerances.LIMIT_TOLERANCE
+        at_end = self._in_band(maximum).min(initial=np.inf) < _LIMIT_TOLERANCE
         return not maximum.held and bool(at_end)
 
     def _steps_from_event(
@@ -166,7 +200,7 @@ class Track:
         converges better towards an onset than away from it.
         """
         steps, distance = [restart], restart[0] - s
-        while (distance := distance / 4) > tolerances.RESTARTS[0]:
+        while (distance := distance / 4) > _RESTARTS[0]:
             nearer = advanced(steps[0][1], self.at(s + distance))
             if nearer is None or self._margins(nearer[0]).min(initial=np.inf) < _BEYOND:
                 break
@@ -177,13 +211,13 @@ class Track:
         """The maximum right beyond an event, of whatever kind."""
         if self._leaves_band(conditions):
             return None
-        for distance in tolerances.RESTARTS:
+        for distance in _RESTARTS:
             target = min(1.0, s + distance)
             expected = expected_maximum(conditions, self.at(target))
-            most = min(tolerances.MAX_JUMP, tolerances.MAX_SLOPE * distance)
+            most = min(_MAX_JUMP, _MAX_SLOPE * distance)
             candidates = []
             for successor in _successors(conditions, expected):
-                close = distance <= tolerances.SAME_KIND_DISTANCE
+                close = distance <= _SAME_KIND_DISTANCE
                 if close and _is_same_kind(successor, conditions.maximum):
                     continue
                 found = verified(conditions.second_order, successor)
@@ -193,7 +227,7 @@ class Track:
                     candidates.append(found)
             if candidates:
                 return target, min(candidates, key=lambda c: distance_between(c.maximum, expected))
-            if distance == tolerances.SEARCH_DISTANCE:
+            if distance == _SEARCH_DISTANCE:
                 problem = expected.problem
                 similar = search(conditions.second_order, expected, problem, self.bands, most)
                 if similar and abs(relative_height(similar.maximum, expected)) <= most:
@@ -230,7 +264,7 @@ def retrack(conditions: Conditions, problem: HarmonicBalance) -> Conditions | No
 
 def _is_unbounded(maximum: Maximum) -> bool:
     amplification = maximum.problem.amplification(maximum.unknowns, maximum.frequency)
-    return amplification > tolerances.UNBOUNDED_AMPLIFICATION
+    return amplification > _UNBOUNDED_AMPLIFICATION
 
 
 def _is_same_kind(maximum: Maximum, other: Maximum) -> bool:
@@ -242,9 +276,9 @@ def _is_same_kind(maximum: Maximum, other: Maximum) -> bool:
 
 def _successors(conditions: Conditions, expected: Maximum) -> list[Maximum]:
     """The maxima that one may become when contacts on their limits change state."""
-    near_limit = np.abs(conditions.evaluation.states.margins) < tolerances.LIMIT_TOLERANCE
+    near_limit = np.abs(conditions.evaluation.states.margins) < _LIMIT_TOLERANCE
     on_limit = sorted({*np.flatnonzero(near_limit).tolist(), *conditions.maximum.on_limit})
-    all_at_once = len(on_limit) > tolerances.MOST_ON_LIMIT
+    all_at_once = len(on_limit) > _MOST_ON_LIMIT
     states = [*product((False, True), repeat=1 if all_at_once else len(on_limit))]
     kind = expected.kind if expected.held else MaximumKind.SMOOTH
     successors: list[Maximum] = []
