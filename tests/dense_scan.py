@@ -10,14 +10,10 @@ each solution: where it changes from rising to falling between two neighbours of
 a maximum, which bisection closes in on.
 """
 
-from abc import ABC, abstractmethod
 from dataclasses import dataclass, fields
 from typing import NamedTuple
 
 import numpy as np
-
-from symhbm.model.contacts.coulomb.located import locate
-from symhbm.numerics.fourier import FourierBasis
 
 TWO_PI = 2 * np.pi
 BALANCED = 1e-12
@@ -70,10 +66,13 @@ class Top(NamedTuple):
     prominence: float
 
 
-class Ring(ABC):
+class Ring:
     """A ring of blades, contact j between blades j and j + 1, under a unit engine order.
 
-    Real unknowns ``x`` (n, n_unknowns) at angular frequencies ``omega`` (n,), all at once.
+    One harmonic, in complex amplitudes ``x_i = Re(X_i exp(i tau))``: the force of a contact with
+    the amplitude ``A`` is its describing function ``D(A)`` times the complex relative amplitude.
+    Unknowns ``x`` (n, 2 N), real and imaginary parts in turn, at angular frequencies ``omega``
+    (n,), all at once.
     """
 
     def __init__(self, contact_stiffness, slip_limit, engine_order, mass, damping, stiffness):
@@ -83,33 +82,71 @@ class Ring(ABC):
         self.size = len(self.stiff)
         self.lag = TWO_PI * engine_order * np.arange(self.size) / self.size
 
-    n_components = 2
+    def contact(self, amplitude: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
+        """Describing function and its derivative by the amplitude, (n, N) complex."""
+        k, g = self.stiff, self.limit
+        slips = k * amplitude > g
+        a = np.where(slips, amplitude, 1.0)
+        r = np.where(slips, g / (k * a), 0.5)
+        t = np.arccos(1 - 2 * r)
+        cosine = k / np.pi * (t - np.sin(2 * t) / 2)
+        sine = -4 * k / np.pi * r * (1 - r)
+        by_cosine = -4 * k / np.pi * r * np.sin(t) / a
+        by_sine = 4 * k / np.pi * r * (1 - 2 * r) / a
+        value = np.where(slips, cosine - 1j * sine, k + 0j)
+        return value, np.where(slips, by_cosine - 1j * by_sine, 0.0)
 
-    @abstractmethod
     def balance(self, x: np.ndarray, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Residual (n, n_unknowns) and its norm (n,), see `BALANCED`."""
+        """Residual (n, 2 N) and its norm (n,), see `BALANCED`."""
+        x, w = x.view(complex), omega[:, None]
+        y = x - np.roll(x, -1, axis=1)
+        friction = self.contact(np.abs(y))[0] * y
+        dynamic = self.stiffness - w**2 * self.mass + 1j * w * self.damping
+        residual = dynamic * x + friction - np.roll(friction, 1, axis=1) - np.exp(-1j * self.lag)
+        terms = (self.stiffness + w**2 * self.mass + w * self.damping) * np.abs(x)
+        terms = terms + np.abs(friction) + np.abs(np.roll(friction, 1, axis=1)) + 1.0
+        return residual.view(float), np.abs(residual).max(axis=1) / terms.max(axis=1)
 
-    @abstractmethod
     def jacobian(self, x: np.ndarray, omega: np.ndarray) -> np.ndarray:
-        """Derivative of the residual, (n, n_unknowns, n_unknowns)."""
+        """Derivative of the residual, (n, 2 N, 2 N)."""
+        x, w = x.view(complex), omega[:, None]
+        y = x - np.roll(x, -1, axis=1)
+        amplitude = np.abs(y)
+        value, by_amplitude = self.contact(amplitude)
+        unit = y / np.where(amplitude > 0, amplitude, 1.0)
+        turn = by_amplitude * y
+        contacts = np.empty((*y.shape, 2, 2))
+        contacts[..., 0, 0] = value.real + turn.real * unit.real
+        contacts[..., 0, 1] = -value.imag + turn.real * unit.imag
+        contacts[..., 1, 0] = value.imag + turn.imag * unit.real
+        contacts[..., 1, 1] = value.real + turn.imag * unit.imag
+        own = np.empty((len(x), 1, 2, 2))
+        own[..., 0, 0] = own[..., 1, 1] = self.stiffness - w**2 * self.mass
+        own[..., 1, 0] = w * self.damping
+        own[..., 0, 1] = -own[..., 1, 0]
+        return self._assembled(own, contacts)
 
-    @abstractmethod
     def by_omega(self, x: np.ndarray, omega: np.ndarray) -> np.ndarray:
-        """Derivative of the residual by the angular frequency, (n, n_unknowns)."""
+        """Derivative of the residual by the angular frequency, (n, 2 N)."""
+        factor = -2 * omega[:, None] * self.mass + 1j * self.damping
+        return (factor * x.view(complex)).view(float)
 
-    @abstractmethod
     def largest(self, x: np.ndarray, change: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
         """Amplitudes of all blades and their derivatives for a ``change`` of x, (n, N) each."""
+        x, change = x.view(complex), change.view(complex)
+        amplitude = np.abs(x)
+        return amplitude, (x.conj() * change).real / amplitude
 
-    @abstractmethod
     def slips(self, x: np.ndarray) -> np.ndarray:
         """Which contacts slip, (n, N)."""
+        x = x.view(complex)
+        return self.stiff * np.abs(x - np.roll(x, -1, axis=1)) > self.limit
 
     def solve(self, hz: np.ndarray, start: np.ndarray | None = None) -> Points:
         """Solutions at all frequencies, from ``start`` (n, n_unknowns) or no motion."""
         if start is None:
             # Without motion all contacts stick: the first Newton step is the linear response.
-            start = np.zeros((len(hz), self.n_components * self.size))
+            start = np.zeros((len(hz), 2 * self.size))
         hz, x = np.asarray(hz, dtype=float), start.copy()
         for i in range(0, len(hz), BATCH):
             x[i : i + BATCH] = self._newton(hz[i : i + BATCH], x[i : i + BATCH])
@@ -180,9 +217,9 @@ class Ring(ABC):
         return Points(hz, x, top, slope, leader, self.slips(x))
 
     def _assembled(self, own: np.ndarray, contacts: np.ndarray) -> np.ndarray:
-        """Jacobian from that of the blades (n, 1, c, c) and of the contacts (n, N, c, c)."""
-        n, size, c = len(own), self.size, self.n_components
-        matrix = np.zeros((n, size, size, c, c))
+        """Jacobian from that of the blades (n, 1, 2, 2) and of the contacts (n, N, 2, 2)."""
+        n, size = len(own), self.size
+        matrix = np.zeros((n, size, size, 2, 2))
         here = np.arange(size)
         there = (here + 1) % size
         matrix[:, here, here] += own
@@ -190,149 +227,7 @@ class Ring(ABC):
         matrix[:, there, there] += contacts
         matrix[:, here, there] -= contacts
         matrix[:, there, here] -= contacts
-        return matrix.transpose(0, 1, 3, 2, 4).reshape(n, c * size, c * size)
-
-
-class OneHarmonicRing(Ring):
-    """One harmonic, in complex amplitudes ``x_i = Re(X_i exp(i tau))``.
-
-    The force of a contact with the amplitude ``A`` is its describing function ``D(A)`` times the
-    complex relative amplitude. Unknowns: real and imaginary parts in turn.
-    """
-
-    def contact(self, amplitude: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        """Describing function and its derivative by the amplitude, (n, N) complex."""
-        k, g = self.stiff, self.limit
-        slips = k * amplitude > g
-        a = np.where(slips, amplitude, 1.0)
-        r = np.where(slips, g / (k * a), 0.5)
-        t = np.arccos(1 - 2 * r)
-        cosine = k / np.pi * (t - np.sin(2 * t) / 2)
-        sine = -4 * k / np.pi * r * (1 - r)
-        by_cosine = -4 * k / np.pi * r * np.sin(t) / a
-        by_sine = 4 * k / np.pi * r * (1 - 2 * r) / a
-        value = np.where(slips, cosine - 1j * sine, k + 0j)
-        return value, np.where(slips, by_cosine - 1j * by_sine, 0.0)
-
-    def balance(self, x: np.ndarray, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        x, w = x.view(complex), omega[:, None]
-        y = x - np.roll(x, -1, axis=1)
-        friction = self.contact(np.abs(y))[0] * y
-        dynamic = self.stiffness - w**2 * self.mass + 1j * w * self.damping
-        residual = dynamic * x + friction - np.roll(friction, 1, axis=1) - np.exp(-1j * self.lag)
-        terms = (self.stiffness + w**2 * self.mass + w * self.damping) * np.abs(x)
-        terms = terms + np.abs(friction) + np.abs(np.roll(friction, 1, axis=1)) + 1.0
-        return residual.view(float), np.abs(residual).max(axis=1) / terms.max(axis=1)
-
-    def jacobian(self, x: np.ndarray, omega: np.ndarray) -> np.ndarray:
-        x, w = x.view(complex), omega[:, None]
-        y = x - np.roll(x, -1, axis=1)
-        amplitude = np.abs(y)
-        value, by_amplitude = self.contact(amplitude)
-        unit = y / np.where(amplitude > 0, amplitude, 1.0)
-        turn = by_amplitude * y
-        contacts = np.empty((*y.shape, 2, 2))
-        contacts[..., 0, 0] = value.real + turn.real * unit.real
-        contacts[..., 0, 1] = -value.imag + turn.real * unit.imag
-        contacts[..., 1, 0] = value.imag + turn.imag * unit.real
-        contacts[..., 1, 1] = value.real + turn.imag * unit.imag
-        own = np.empty((len(x), 1, 2, 2))
-        own[..., 0, 0] = own[..., 1, 1] = self.stiffness - w**2 * self.mass
-        own[..., 1, 0] = w * self.damping
-        own[..., 0, 1] = -own[..., 1, 0]
-        return self._assembled(own, contacts)
-
-    def by_omega(self, x: np.ndarray, omega: np.ndarray) -> np.ndarray:
-        factor = -2 * omega[:, None] * self.mass + 1j * self.damping
-        return (factor * x.view(complex)).view(float)
-
-    def largest(self, x: np.ndarray, change: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        x, change = x.view(complex), change.view(complex)
-        amplitude = np.abs(x)
-        return amplitude, (x.conj() * change).real / amplitude
-
-    def slips(self, x: np.ndarray) -> np.ndarray:
-        x = x.view(complex)
-        return self.stiff * np.abs(x - np.roll(x, -1, axis=1)) > self.limit
-
-
-class OddHarmonicRing(Ring):
-    """Several odd harmonics, friction by the library's located angles (checked by quadrature).
-
-    Unknowns: blade by blade the cosine and sine coefficients of all harmonics in turn.
-    """
-
-    def __init__(self, harmonics, *ring):
-        super().__init__(*ring)
-        self.basis = FourierBasis(harmonics)
-        self.n_components = 2 * len(harmonics)
-        order = np.repeat(harmonics, 2)
-        self.square = order**2.0
-        turn = np.zeros((len(order), len(order)))
-        cosine = np.arange(0, len(order), 2)
-        # The derivative of a cos + b sin is n b cos - n a sin.
-        turn[cosine, cosine + 1], turn[cosine + 1, cosine] = order[::2], -order[::2]
-        self.turn = turn
-        self.force = np.zeros((self.size, self.n_components))
-        self.force[:, 0], self.force[:, 1] = np.cos(self.lag), np.sin(self.lag)
-        self.tau = np.arange(128) * (TWO_PI / 128)
-        self.sampled = self.basis.values(self.tau)
-
-    def _blades(self, x: np.ndarray) -> np.ndarray:
-        return x.reshape(len(x), self.size, self.n_components)
-
-    def _located(self, x: np.ndarray):
-        y = x - np.roll(x, -1, axis=1)
-        stiff, limit = (np.tile(value, len(x)) for value in (self.stiff, self.limit))
-        return y, locate(self.basis, y.reshape(-1, self.n_components), stiff, limit)
-
-    def _stiffness(self, x: np.ndarray, friction) -> np.ndarray:
-        matrix = friction.matrix.reshape(*x.shape, self.n_components)
-        return self.stiff[:, None, None] * matrix
-
-    def balance(self, x: np.ndarray, omega: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        x, w = self._blades(x), omega[:, None, None]
-        y, located = self._located(x)
-        contact = np.einsum("ncij,ncj->nci", self._stiffness(x, located), y)
-        contact += self.limit[:, None] * located.vector.reshape(y.shape)
-        inertia = w**2 * self.mass * self.square * x
-        viscous = w * self.damping * (x @ self.turn.T)
-        there = np.roll(contact, 1, axis=1)
-        residual = self.stiffness * x - inertia + viscous + contact - there - self.force
-        terms = self.stiffness * np.abs(x) + np.abs(inertia) + np.abs(viscous)
-        terms += np.abs(contact) + np.abs(there) + np.abs(self.force)
-        residual, terms = residual.reshape(len(x), -1), terms.reshape(len(x), -1)
-        return residual, np.abs(residual).max(axis=1) / terms.max(axis=1)
-
-    def jacobian(self, x: np.ndarray, omega: np.ndarray) -> np.ndarray:
-        x, w = self._blades(x), omega[:, None, None, None]
-        contacts = self._stiffness(x, self._located(x)[1])
-        unit = np.eye(self.n_components)
-        own = self.stiffness * unit - w**2 * self.mass * np.diag(self.square)
-        return self._assembled(own + w * self.damping * self.turn, contacts)
-
-    def by_omega(self, x: np.ndarray, omega: np.ndarray) -> np.ndarray:
-        x, w = self._blades(x), omega[:, None, None]
-        change = -2 * w * self.mass * self.square * x + self.damping * (x @ self.turn.T)
-        return change.reshape(len(x), -1)
-
-    def largest(self, x: np.ndarray, change: np.ndarray) -> tuple[np.ndarray, np.ndarray]:
-        shape = len(x), self.size
-        x, change = (array.reshape(-1, self.n_components) for array in (x, change))
-        sampled = np.abs(x @ self.sampled.T)
-        tau = self.tau[sampled.argmax(axis=1)]
-        for _ in range(8):
-            speed, bend = (np.einsum("dm,dm->d", self.basis.values(tau, n), x) for n in (1, 2))
-            tau = tau - np.clip(speed / bend, -0.05, 0.05)
-        values = self.basis.values(tau)
-        top = np.einsum("dm,dm->d", values, x)
-        assert np.all(np.abs(top) >= sampled.max(axis=1) * (1 - 1e-12))
-        # The angle of the maximum moves, but the derivative by it vanishes there.
-        slope = np.sign(top) * np.einsum("dm,dm->d", values, change)
-        return np.abs(top).reshape(shape), slope.reshape(shape)
-
-    def slips(self, x: np.ndarray) -> np.ndarray:
-        return self._located(self._blades(x))[1].slip.reshape(len(x), self.size)
+        return matrix.transpose(0, 1, 3, 2, 4).reshape(n, 2 * size, 2 * size)
 
 
 def _solved(jacobian: np.ndarray, right: np.ndarray) -> np.ndarray:

@@ -127,6 +127,19 @@ def test_modes_below_a_fixed_frequency_are_those_of_the_whole(pair):
     assert counts[0] == counts[1] != []
 
 
+def test_the_distance_from_the_whole_is_within_the_certificate_and_told(pair):
+    whole, small = pair
+    kept, certificate = small.model.dofs, small.model.certificate
+    for hertz in (7.6, 8.7, 9.8, 10.9):
+        point = sh.solve(small, hertz)
+        exact = sh.solve(whole, hertz).coefficient.values[kept]
+        error = np.linalg.norm(point.coefficient.values - exact) / np.linalg.norm(exact)
+        assert error < 10 * max(certificate.error, certificate.friction_bound) < ROUND_OFF * 10
+        off = point.assign(coefficient=(1 + 1e-6) * point.coefficient)
+        told = sh.datasets.recover(small, off).condensation_error
+        assert float(told) == pytest.approx(1e-6, rel=0.1)
+
+
 def test_undamped_stiffness_is_that_of_a_structure_without_damping():
     small = problems("none")[1].model
     for s in 2 * np.pi * np.linspace(*BAND, 5):

@@ -64,20 +64,6 @@ def test_the_limit_of_a_damper_follows_its_speed():
         np.testing.assert_allclose(amplitude, expected, rtol=1e-9)
 
 
-def test_events_of_a_moving_limit():
-    """Where its slip ends the damper is on the limit that it has at that very frequency."""
-    problem = pressed((1,))
-    response = sh.frf(problem, (12, 30), progress=False)
-    of_damper = (response.event_contact == 0).values
-    frequencies = response.event_frequency.values[of_damper]
-    assert len(frequencies) >= 2
-    for frequency in frequencies:
-        x = sh.solve(problem, frequency).coefficient.values[:, 0]
-        radius = np.hypot(*(x[0] - x[1]))
-        load = 1.0 + 0.4 * 4e-3 * (RADIANS * frequency / 3) ** 2
-        assert 1e4 * radius == pytest.approx(0.3 * load, rel=1e-9)
-
-
 class WithoutCurvature(sh.laws.Coulomb):
     """A law that does not tell how its events move."""
 

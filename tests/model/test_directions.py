@@ -96,62 +96,6 @@ def test_directions_by_name():
         assert model.groups.row_ends == ((0, 1), Weights((2, 3), (0.5, -0.5)))
 
 
-def turned(seed=3):
-    """A structure in its own coordinates and in turned ones, and the turn."""
-    rng = np.random.default_rng(seed)
-    n = 6
-    q = np.linalg.qr(rng.normal(size=(n, n)))[0]
-    directions = {
-        "rub": [[(0, 1), (4,)]],
-        "stiff": [[(2, 3)]],
-        "corner": [[(0,), (5,)], [(1,), (2, 4)]],
-    }
-    laws = {"rub": sh.laws.Coulomb(), "stiff": sh.laws.CubicSpring(), "corner": Coupled()}
-    values = {"rub": FRICTION, "stiff": dict(cubic_stiffness=2e8), "corner": dict(hardening=1e8)}
-    plain = {
-        name: sh.Contacts(laws[name], *directions[name], **values[name]) for name in directions
-    }
-
-    def rows(pairs):
-        result = np.zeros((len(pairs), n))
-        for j, pair in enumerate(pairs):
-            result[j, list(pair)] = (1.0, -1.0)[: len(pair)]
-        return result @ q.T
-
-    inclined = {
-        name: sh.Contacts(laws[name], *map(rows, directions[name]), **values[name])
-        for name in directions
-    }
-    whole = matrices(n)
-    models = (
-        sh.Model(*whole, contacts=plain),
-        sh.Model(*(q @ matrix @ q.T for matrix in whole), contacts=inclined),
-    )
-    push = rng.normal(size=(2, n))
-    forces = [
-        sh.forces.HarmonicForce(cosine={1: 4 * t @ push[0]}, sine={2: 2 * t @ push[1]})
-        + sh.forces.StaticLoad(10 * t @ push[1])
-        for t in (np.eye(n), q)
-    ]
-    return q, models, forces
-
-
-@pytest.mark.parametrize("frequency", [9.0, 14.0])
-def test_turned_coordinates_leave_responses_as_they_are(frequency):
-    q, models, forces = turned()
-    plain, inclined = (
-        sh.solve(sh.HarmonicBalance(model, force, (0, 1, 2, 3)), frequency, throw=True)
-        for model, force in zip(models, forces, strict=True)
-    )
-    x, z = (point.coefficient.values for point in (plain, inclined))
-    assert (plain.contact_state == 1).any()
-    assert np.abs(x[:, 0]).max() > 5e-4  # the mean of the static load
-    back = np.tensordot(q.T, z, 1)
-    np.testing.assert_allclose(back, x, rtol=0, atol=1e-10 * np.abs(x).max())
-    for name in ("dissipation", "stick_fraction"):
-        np.testing.assert_allclose(plain[name], inclined[name], rtol=1e-8, atol=1e-12)
-
-
 @pytest.mark.parametrize("n", [4, 30])
 def test_pictures_draw_weighted_contacts(n):
     contacts = {

@@ -141,25 +141,6 @@ def test_break_points_of_a_near_touch_are_found():
 
 
 @pytest.mark.slow
-def test_sampling_error_is_that_of_the_response():
-    """Of a gap without break points, against the same with them, and no more than stated."""
-    expression, parameters, breakpoints = LAWS["gap"]
-    responses = [
-        sh.solve(problem_of(sh.laws.SmoothLaw(expression, parameters, [(0, 1)], cut)), 15.0)
-        for cut in ((), breakpoints)
-    ]
-    coarse, exact = (r.coefficient.values for r in responses)
-    difference = np.linalg.norm(coarse - exact) / np.linalg.norm(exact)
-    stated = float(responses[0].sampling_error)
-    assert 1e-12 < difference <= stated < 1e-4
-    assert responses[1].sampling_error < 1e-11
-    plain = sh.solve(
-        problem_of(sh.Contacts(sh.laws.CubicSpring(), [(0, 1)], cubic_stiffness=1e8)), 15.0
-    )
-    assert "sampling_error" not in plain
-
-
-@pytest.mark.slow
 def test_units_meaning_and_bounds_of_parameters():
     """Units as datasets have them, and a record where more is to be said."""
     record = sh.laws.Parameter("N m-3", "how it bends", "$c$", bound="positive", designed=True)

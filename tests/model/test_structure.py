@@ -7,7 +7,6 @@ import pytest
 
 import symhbm as sh
 from symhbm.model import Structure
-from tests.quick import quick_first
 from tests.refusals import refused
 
 DAMPER = dict(contact_stiffness=1e4, friction_coefficient=0.5, normal_load=3.0)
@@ -54,25 +53,6 @@ def chain(**changes):
     values = DAMPER | {"contacts": [(0, 1), (2,)], "normal_load": [2.0, 3.0]} | changes
     matrix = 1e4 * (2 * np.eye(3) - np.eye(3, k=1) - np.eye(3, k=-1))
     return sh.Model(np.diag([1.0, 1.0, 2.0]), 5e-5 * matrix, matrix, **values)
-
-
-@pytest.mark.parametrize("harmonics", quick_first([((1,),), ((1, 3),), ((0, 1, 2, 3),)], 1))
-def test_a_model_and_its_dynamic_stiffness_respond_alike(harmonics):
-    """Matrices compiled into the equations, and the same added harmonic by harmonic."""
-    force = sh.forces.HarmonicForce(cosine={1: [1, 0, 0]}, amplitude=1.0)
-    problems = [
-        sh.HarmonicBalance(structure, force, harmonics)
-        for structure in (chain(), ByHarmonics(chain()))
-    ]
-    one, other = (sh.frf(problem, (5, 40), progress=False) for problem in problems)
-    assert one.status == other.status
-    np.testing.assert_allclose(other.peak_frequency, one.peak_frequency, rtol=1e-9)
-    np.testing.assert_allclose(other.peak_amplitude, one.peak_amplitude, rtol=1e-9)
-    assert list(one.event_kind.values) == list(other.event_kind.values)
-    np.testing.assert_allclose(other.event_frequency, one.event_frequency, rtol=1e-8)
-    grid = np.linspace(6, 39, 12)
-    one, other = (sh.frf(problem, (5, 40), at=grid, progress=False) for problem in problems)
-    np.testing.assert_allclose(other.coefficient, one.coefficient, rtol=1e-7, atol=1e-14)
 
 
 def test_peaks_of_a_rod_are_those_of_its_closed_form(tmp_path):

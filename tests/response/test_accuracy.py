@@ -101,24 +101,6 @@ def test_the_path_is_one_curve():
 
 
 @pytest.mark.slow
-def test_one_point_and_any_parameter():
-    problem = blade(1)
-    exact = exact_amplitudes(problem, (15.0,))[0]
-    for accuracy in (1e-2, 1e-4, 1e-6):
-        point = sh.solve(problem, 15.0, accuracy=accuracy)
-        assert point.status.item() == "success"
-        assert abs(float(point.amplitude[0]) / exact[0] - 1) <= float(point.truncation_error)
-        assert float(point.truncation_error) <= accuracy
-        assert point.harmonic.values[-1] == point.highest_harmonic
-    assert point.attrs["accuracy"] == accuracy
-    loads = sh.follow(problem, "normal_load", (0.5, 300), frequency=19.5, accuracy=1e-3)
-    assert float(loads.truncation_error.max()) <= 1e-3
-    for k in range(0, loads.sizes["point"], 5):
-        motion = exact_motion(sh.datasets.rebuild(loads.isel(point=k)), TURN * 19.5)
-        assert abs(float(loads.amplitude[k, 0]) / motion.amplitude[0] - 1) <= 1e-3
-
-
-@pytest.mark.slow
 def test_more_than_can_be_had_is_said():
     point = sh.solve(blade(1), 15.0, accuracy=1e-8)
     assert point.status.item() == sh.Status.ACCURACY_NOT_REACHED

@@ -8,7 +8,7 @@ from functools import lru_cache
 
 import numpy as np
 import pytest
-from dense_scan import TWO_PI, OddHarmonicRing, OneHarmonicRing, Top, scan, tops
+from dense_scan import TWO_PI, Ring, Top, scan, tops
 
 import symhbm as sh
 from symhbm.continuation.correctors import corrector_of
@@ -36,7 +36,7 @@ alone holds the blades, with a force that is smaller 4e6/(c omega) = 6000 times.
 
 
 @lru_cache
-def tuned(harmonics=(1,)):
+def tuned():
     disk = ring_of_blades(
         BLADES,
         mass=MASS,
@@ -45,17 +45,17 @@ def tuned(harmonics=(1,)):
         contact_stiffness=1e6,
         normal_load=10.0,
     )
-    return sh.HarmonicBalance(disk, sh.forces.EngineOrder(3, amplitude=1.0), harmonics)
+    return sh.HarmonicBalance(disk, sh.forces.EngineOrder(3, amplitude=1.0), (1,))
 
 
-def mistuned(sample, harmonics=(1,), load=10.0, contact_stiffness=1e6, engine_order=3):
+def mistuned(sample, load=10.0, contact_stiffness=1e6, engine_order=3):
     """Uniform and independent per contact: k_d +-20 %, mu +-40 %, F_n +-30 %."""
     rng = np.random.default_rng([1949, sample])
     stiffness, friction, loads = (
         nominal * (1 + width * rng.uniform(-1, 1, BLADES))
         for nominal, width in ((contact_stiffness, 0.2), (0.5, 0.4), (load, 0.3))
     )
-    return tuned(harmonics).with_parameters(
+    return tuned().with_parameters(
         contact_stiffness=stiffness,
         friction_coefficient=friction,
         normal_load=loads,
@@ -69,10 +69,7 @@ def rewritten(problem):
     limit = np.broadcast_to(parameters["friction_coefficient"] * parameters["normal_load"], BLADES)
     stiffness = np.broadcast_to(parameters["contact_stiffness"], BLADES)
     order = int(parameters["engine_order"])
-    ring = stiffness, limit, order, MASS, DAMPING, STIFFNESS
-    if problem.harmonics == (1,):
-        return OneHarmonicRing(*ring)
-    return OddHarmonicRing(problem.harmonics, *ring)
+    return Ring(stiffness, limit, order, MASS, DAMPING, STIFFNESS)
 
 
 def peaks_of(curve):
@@ -175,31 +172,17 @@ def test_all_peaks_of_one_harmonic(sample):
     assert_peaks_of_the_scan(mistuned(sample), BAND)
 
 
-@pytest.mark.slow
-def test_peaks_of_two_harmonics():
-    assert_peaks_of_the_scan(mistuned(0, (1, 3)), (77.6, 78.3), spacing=0.02)
-
-
 def test_the_scan_solves_the_equations_of_the_library():
-    """Written twice, one harmonic and two: the forces of either balance at the other's solution."""
-    for harmonics in ((1,), (1, 3)):
-        problem = mistuned(0, harmonics)
-        hz = np.array([60.0, 77.3, 148.66, 196.0, 292.0])
-        points = rewritten(problem).solve(hz)
-        assert points.slip.any()
-        for i in range(len(hz)):
-            # x = Re(X exp(i tau)): the sine coefficient is minus the imaginary part.
-            sign = np.tile([1, -1], BLADES) if harmonics == (1,) else 1
-            evaluation = problem.evaluate(sign * points.unknowns[i], TWO_PI * hz[i])
-            assert evaluation.norm <= 1e-12  # the tolerance of the library
-            np.testing.assert_array_equal(evaluation.states.switches, points.slip[i])
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("sample", range(20))
-def test_all_peaks_of_two_harmonics(sample):
-    """Frequency by frequency on 0.02 Hz, 0.0005 Hz wherever a maximum may hide."""
-    assert_peaks_of_the_scan(mistuned(sample, (1, 3)), BAND, spacing=0.02)
+    """Written twice: the forces of either balance at the other's solution."""
+    problem, hz = mistuned(0), np.array([60.0, 77.3, 148.66, 196.0, 292.0])
+    points = rewritten(problem).solve(hz)
+    assert points.slip.any()
+    for i in range(len(hz)):
+        # x = Re(X exp(i tau)): the sine coefficient is minus the imaginary part.
+        unknowns = np.tile([1, -1], BLADES) * points.unknowns[i]
+        evaluation = problem.evaluate(unknowns, TWO_PI * hz[i])
+        assert evaluation.norm <= 1e-12  # the tolerance of the library
+        np.testing.assert_array_equal(evaluation.states.switches, points.slip[i])
 
 
 @pytest.mark.parametrize(

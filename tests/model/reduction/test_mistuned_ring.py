@@ -24,22 +24,6 @@ def blade_alone(disk):
     return stiffness, mass, *eigh(stiffness, mass)
 
 
-def test_a_tuned_ring_responds_as_its_sector():
-    """All sectors of it, whose interfaces turn with the axes."""
-    force = sh.forces.EngineOrder(2, pattern={"4:y": 1.0, "4:x": 0.3j}, amplitude=9.0)
-    small = sh.craig_bampton(plane_sector(6), 3, (1, 100), places=[8, 9])
-    load = sh.forces.StaticLoad({8: 2.0})
-    one, whole = (
-        sh.solve(sh.HarmonicBalance(model, force + load, (0, 1, 3)), 27.0)
-        for model in (small, sh.mistuned_ring(small))
-    )
-    scale = np.abs(one.coefficient).max()
-    for j in range(6):
-        own = whole.coefficient.values.reshape(6, small.n_dof, 3, 2)[j]
-        expected = sh.datasets.sector_response(one, j).coefficient
-        assert_allclose(own, expected, atol=1e-10 * scale)
-
-
 @pytest.fixture(scope="module")
 def complete():
     """A sector in other coordinates, with all its modes and all of its blade."""
@@ -78,34 +62,6 @@ def test_a_mistuned_ring_is_the_unreduced_one(complete, name):
     found = sh.natural_modes(sh.mistuned_ring(small, **{name: values}), count=100).frequency
     assert_allclose(found, exact, rtol=1e-9)
     assert np.abs(exact / tuned - 1).max() > 1e-4
-
-
-def test_all_modes_together_are_the_whole_blade(complete):
-    rng = np.random.default_rng(1)
-    values = 0.03 * rng.standard_normal(4)
-    each = {f"frequency_deviation_{mode}": values for mode in range(len(BLADE))}
-    rings = [sh.mistuned_ring(complete[1], **d) for d in ({"frequency_deviation": values}, each)]
-    one, other = (ring.stiffness_matrix for ring in rings)
-    assert abs(one - other).max() < 1e-11 * abs(one).max()
-
-
-def test_a_mode_of_the_blade_alone_has_the_frequency_told(complete):
-    disk, small = complete
-    blade, mode = 2, 1
-    ring = sh.mistuned_ring(small, frequency_deviation_1=0.05 * np.eye(4)[blade])
-    natural = small.blade.frequencies
-    assert_allclose(2 * np.pi * natural, np.sqrt(blade_alone(disk)[2]), rtol=1e-10)
-    motion = ring.expanded(np.eye(ring.n_dof))
-    for other in range(4):
-        held = np.zeros((4 * 80, len(BLADE)))
-        held[other * 80 + BLADE] = np.eye(len(BLADE))
-        coordinates, rest, *_ = np.linalg.lstsq(motion, held, rcond=None)
-        assert rest.max() < 1e-16
-        matrices = (ring.stiffness_matrix, ring.mass_matrix)
-        squares = eigh(*(coordinates.T @ (m @ coordinates) for m in matrices), eigvals_only=True)
-        expected = natural.copy()
-        expected[mode] *= 1.05 if other == blade else 1.0
-        assert_allclose(np.sqrt(squares) / (2 * np.pi), np.sort(expected), rtol=1e-8)
 
 
 def test_the_blade_follows_its_root_freely():
