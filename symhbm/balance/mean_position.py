@@ -8,9 +8,11 @@ from typing import Any
 
 import numpy as np
 import scipy.sparse as sp
+from numpy.typing import NDArray
 from scipy.sparse.linalg import LinearOperator, onenormest, splu
 
 from symhbm.balance.harmonic_balance import HarmonicBalance
+from symhbm.model import Structure
 from symhbm.numerics import DENSE_LIMIT, complete_harmonics
 
 _SINGULAR = 1e-13
@@ -54,9 +56,12 @@ def check_mean(problem: HarmonicBalance, growing: bool = False) -> None:
 
 def is_held(problem: HarmonicBalance) -> bool:
     """Whether stiffness or cubic springs determine where the structure stands in the mean."""
-    model = problem.model
-    stiffness = model.static_stiffness
-    springs = model.directions[model.groups.holding_rows]
+    model, rows = problem.model, problem.model.groups.holding_rows
+    return model.of_matrices(("is held", *rows.tolist()), lambda: _is_held_by(model, rows))
+
+
+def _is_held_by(model: Structure, rows: NDArray[np.intp]) -> bool:
+    stiffness, springs = model.static_stiffness, model.directions[rows]
     springs = springs / abs(springs).max(axis=1).toarray()[:, None] if springs.nnz else springs
     diagonal = np.abs(stiffness.diagonal())
     # Cubic springs hold with any stiffness: that of the structure, where they are.

@@ -12,6 +12,7 @@ from symhbm.continuation.following import branches_over, filled, follow_branch
 from symhbm.continuation.newton import (
     ACCEPTED,
     NewtonResult,
+    deflated_steps,
     newton,
     other_solution,
     slope_of,
@@ -45,6 +46,7 @@ __all__ = [
     "branches_over",
     "by_machine_code",
     "corrector_of",
+    "deflated_steps",
     "filled",
     "follow_branch",
     "newton",

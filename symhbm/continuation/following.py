@@ -246,7 +246,7 @@ def solution_beside(
     linear = linear_response(*curve.at(value))
     starts = [*(1.01 * unknowns for unknowns in known), *([] if linear is None else [linear])]
     return other_solution(
-        lambda unknowns: corrector.step(unknowns, value),
+        lambda unknowns, known, left: corrector.approach(unknowns, value, known, left),
         lambda unknowns: corrector.free(unknowns, value),
         known[0],
         starts,

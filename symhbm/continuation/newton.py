@@ -9,6 +9,7 @@ solutions of nonlinear partial differential equations, SIAM J. Sci. Comput. 37, 
 """
 
 import contextlib
+import math
 from collections.abc import Callable, Iterable
 from dataclasses import dataclass
 
@@ -103,15 +104,21 @@ def slope_of(evaluation: Evaluation) -> FloatArray:
 
 DISTINCT = 1e-6
 """Distance of two different solutions, relative to one of them."""
-_NEAR = 1e-6
+NEAR = 1e-6
 """Residual norm below which Newton's method without deflation takes over."""
 _MAX_ITERATIONS = 40
 _FARTHEST = 1e6
 """Distance from the known solution, relative to it, beyond which an iteration has diverged."""
 
 
+Approach = Callable[[FloatArray, FloatArray, int], tuple[FloatArray, FloatArray, int] | None]
+"""Goes from unknowns by deflated steps to where a solution other than those known may be close, in
+so many steps: the unknowns there, Newton's step from there and the number of steps that are left;
+None where it comes to none."""
+
+
 def other_solution(
-    step_at: Callable[[FloatArray], tuple[float, FloatArray | None]],
+    approach: Approach,
     solve: Callable[[FloatArray], NewtonResult],
     known: FloatArray,
     starts: Iterable[FloatArray],
@@ -119,33 +126,54 @@ def other_solution(
 ) -> FloatArray | None:
     """A solution (n_unknowns,) other than the ``known`` one, None if no start leads to one.
 
-    ``step_at`` gives the norm of the equations and Newton's step, ``solve`` iterates with it alone
-    from close to a solution; ``others`` are known, too.
+    ``solve`` iterates with Newton's steps alone, from close to a solution; ``others`` are known,
+    too.
     """
-    size = float(np.linalg.norm(known)) or 1.0
     all_known = np.array([known, *others])
+    size = size_of(all_known)
     for start in starts:
-        unknowns = np.array(start, dtype=float)
-        for _ in range(_MAX_ITERATIONS):
-            if not _is_apart(unknowns, all_known, size):
-                break
-            try:
-                norm, step = step_at(unknowns)
-            except ArithmeticError:
-                break
-            if step is None:
-                break
-            if norm < _NEAR:
-                result = solve(unknowns)
-                distances = np.linalg.norm(result.unknowns - all_known, axis=1)
-                if result.converged and np.all(distances > DISTINCT * size):
-                    return result.unknowns
-            unknowns = unknowns + _deflated(unknowns, all_known, size, step) * step
+        near = approach(np.array(start, dtype=float), all_known, _MAX_ITERATIONS)
+        while near is not None:
+            unknowns, step, left = near
+            result = solve(unknowns)
+            distances = np.linalg.norm(result.unknowns - all_known, axis=1)
+            if result.converged and np.all(distances > DISTINCT * size):
+                return result.unknowns
+            unknowns = unknowns + deflated(unknowns, all_known, size, step) * step
+            near = approach(unknowns, all_known, left)
+    return None
+
+
+def deflated_steps(
+    step_at: Callable[[FloatArray], tuple[float, FloatArray | None]],
+    unknowns: FloatArray,
+    known: FloatArray,
+    left: int,
+) -> tuple[FloatArray, FloatArray, int] | None:
+    """An `Approach` where ``step_at`` gives the norm of the equations and Newton's step."""
+    size = size_of(known)
+    while left and is_apart(unknowns, known, size):
+        try:
+            norm, step = step_at(unknowns)
+        except ArithmeticError:
+            return None
+        left -= 1
+        if step is None:
+            return None
+        if norm < NEAR:
+            return unknowns, step, left
+        unknowns = unknowns + deflated(unknowns, known, size, step) * step
     return None
 
 
 @Loop
-def _is_apart(unknowns, known, size: float) -> bool:
+def size_of(known) -> float:
+    """What distances are relative to: the size of the first of those ``known`` (k, n)."""
+    return math.sqrt(np.dot(known[0], known[0])) or 1.0
+
+
+@Loop
+def is_apart(unknowns, known, size: float) -> bool:
     """Whether unknowns are none of those ``known`` (k, n), and not far from the first."""
     for k in range(len(known)):
         square = 0.0
@@ -158,7 +186,7 @@ def _is_apart(unknowns, known, size: float) -> bool:
 
 
 @Loop
-def _deflated(unknowns, known, size: float, step) -> float:
+def deflated(unknowns, known, size: float, step) -> float:
     """Length of a deflated step over that of the Newton ``step``."""
     rate = 0.0
     for k in range(len(known)):

@@ -13,6 +13,10 @@ from symhbm.balance import Evaluation, HarmonicBalance
 from symhbm.numerics import FloatArray
 from symhbm.numerics.loops import Loop
 
+BEYOND = 1e-11
+"""Margin beyond which a contact is in the wrong state."""
+ROUND_OFF = 1e-15
+"""Error of a margin by those of the unknowns, relative to the sum of its terms by each of them."""
 WEAKEST = 0.1
 """Smallest share of the response to which the distance of a harmonic is relative."""
 

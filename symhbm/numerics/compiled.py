@@ -9,6 +9,7 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from symhbm.numerics.check import FloatArray
+from symhbm.numerics.loops import by_address
 
 _MOST = 32
 """Points that one call evaluates: more take no less time for each."""
@@ -33,6 +34,11 @@ class Compiled:
         for i, array in enumerate(self.outputs):
             self._buffer.set_res(i, memoryview(array))  # type: ignore
         self._lock = threading.Lock()
+
+    @property
+    def address(self) -> int:
+        """Where the function is, for `symhbm.numerics.loops.by_address`."""
+        return by_address.pointer(self._buffer._self())
 
     def run(self) -> None:
         """Evaluate ``outputs`` at ``inputs``; RuntimeError for a matrix that is singular."""
@@ -86,7 +92,7 @@ class Assembly:
         self.as_full = as_full
         self._rows = np.array(sparsity.row(), dtype=np.int32)
         self._starts = np.array(sparsity.colind(), dtype=np.int32)
-        self._flat = np.repeat(np.arange(n_columns), np.diff(self._starts)) * n_rows + self._rows
+        self.places = np.repeat(np.arange(n_columns), np.diff(self._starts)) * n_rows + self._rows
 
     def __call__(self, values: FloatArray) -> Any:
         """The matrix with these stored entries."""
@@ -94,7 +100,7 @@ class Assembly:
             return sp.csc_array((values, self._rows, self._starts), shape=self._shape)
         n_rows, n_columns = self._shape
         matrix = np.zeros(n_rows * n_columns)
-        matrix[self._flat] = values
+        matrix[self.places] = values
         return matrix.reshape(n_columns, n_rows).T
 
 

@@ -26,7 +26,8 @@ from functools import cache, cached_property, update_wrapper
 from inspect import ismodule
 from pathlib import Path
 from threading import local
-from typing import Any, ClassVar
+from types import CodeType
+from typing import Any, ClassVar, cast
 
 import numpy as np
 
@@ -160,6 +161,34 @@ class Loop:
         return self._is_kept or self._seconds + _earlier().get(self._stamp, 0.0) > self._patience
 
     @property
+    def pays(self) -> bool:
+        """Whether machine code is kept or pays, of a loop that Python has no code for."""
+        return self._is_hot() and hasattr(self._compiled, "overloads")
+
+    def took(self, seconds: float) -> None:
+        """Count the seconds that other code took in its place."""
+        self._seconds += seconds
+
+    @property
+    def is_compiled(self) -> bool:
+        """Whether machine code runs in this process, on its own or for another one."""
+        return bool(getattr(self.__dict__.get("_compiled"), "overloads", None))
+
+    @property
+    def compiled(self) -> Any:
+        """The loop as machine code alone."""
+        return self._compiled
+
+    def address(self, *arguments: Any) -> int:
+        """Where the machine code for such arguments is, for `symhbm.numerics.loops.by_address`."""
+        from numba import typeof
+
+        types = tuple(map(typeof, arguments))
+        self._compiled.compile(types)
+        made = self._compiled.overloads[types]
+        return made.library.get_pointer_to_function(made.fndesc.llvm_func_name)
+
+    @property
     def _named(self) -> list[Any]:
         """What stands behind the global names in it, those of modules, too."""
         names, known = self._function.__code__.co_names, self._function.__globals__
@@ -180,13 +209,8 @@ class Loop:
     @property
     def _patience(self) -> float:
         """Seconds that it runs as Python."""
-        codes = [loop._function.__code__ for loop in self._called if not loop._is_compiled]
+        codes = [loop._function.__code__ for loop in self._called if not loop.is_compiled]
         return _UNTIL_COMPILED * sum(len(code.co_code) for code in codes)
-
-    @property
-    def _is_compiled(self) -> bool:
-        """Whether it is, for some arguments, on its own or for another one."""
-        return bool(getattr(self.__dict__.get("_compiled"), "overloads", None))
 
     @cached_property
     def _stamp(self) -> str:
@@ -194,6 +218,7 @@ class Loop:
         parts = []
         for loop in self._called:
             code = loop._function.__code__
+            parts += [foreign.stamp for foreign in loop._named if isinstance(foreign, Foreign)]
             constants = [of for of in loop._named if isinstance(of, _CONSTANTS)]
             constants = [of.tolist() if isinstance(of, np.ndarray) else of for of in constants]
             parts += [code.co_code.hex(), repr((code.co_consts, code.co_names, constants))]
@@ -237,6 +262,40 @@ class Loop:
     def _numba_type_(self) -> Any:
         """What it is for a loop that calls it."""
         return self._compiled._numba_type_
+
+
+class Foreign:
+    """A function of compiled loops that is no loop: ``make`` gives what numba calls.
+
+    It is made with the first loop that calls it.
+    """
+
+    def __init__(self, make: Any):
+        self._make = make
+        self.__doc__ = make.__doc__
+
+    def __call__(self, *arguments: Any) -> Any:
+        """Nothing: Python has no code for it."""
+        raise TypeError("a function of compiled loops was called by Python")
+
+    @property
+    def stamp(self) -> str:
+        """What tells its code from other code."""
+        codes, parts = [self._make.__code__], []
+        for code in codes:
+            inner = [of for of in code.co_consts if isinstance(of, CodeType)]
+            plain = [of for of in code.co_consts if of not in inner]
+            parts.append(repr((code.co_code.hex(), code.co_names, plain)))
+            codes += inner
+        return "".join(parts)
+
+    @cached_property
+    def _numba_type_(self) -> Any:
+        from numba.core.registry import cpu_target
+
+        called, typing = self._make(), cast(Any, cpu_target).typing_context
+        typing.refresh()
+        return typing.resolve_value_type(called)
 
 
 _CONSTANTS = (int, float, complex, tuple, np.ndarray)

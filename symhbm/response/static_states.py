@@ -1,6 +1,7 @@
 """Where a structure rests under its static loads: which contacts are closed, and how many ways."""
 
 from collections.abc import Iterator
+from functools import partial
 from itertools import product
 
 import numpy as np
@@ -12,6 +13,7 @@ from symhbm.continuation import (
     NewtonResult,
     SolveError,
     Status,
+    deflated_steps,
     newton,
     other_solution,
     step_of,
@@ -114,9 +116,8 @@ def _states(at_rest: AtRest) -> list[NewtonResult]:
         jacobian = known.evaluation.jacobian
         softest = np.linalg.eigh((jacobian + jacobian.T) / 2)[1][:, 0]  # the least stiff direction
         away = [known.unknowns + sign * s * softest for s in _NUDGES for sign in (1, -1)]
-        other = other_solution(
-            lambda unknowns: step_of(at_rest(unknowns)), solve, known.unknowns, [*starts, *away]
-        )
+        approach = partial(deflated_steps, lambda unknowns: step_of(at_rest(unknowns)))
+        other = other_solution(approach, solve, known.unknowns, [*starts, *away])
         for start in away if other is None else [other, *away]:
             add(start)
     return sorted(found, key=lambda state: (-_verdict(state), np.linalg.norm(state.unknowns)))

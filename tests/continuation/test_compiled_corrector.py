@@ -13,7 +13,7 @@ from studies import fig03_single_blade as fig03
 from symhbm.continuation.between import slopes as slopes_of_path
 from symhbm.continuation.between.segments import Segments
 from symhbm.continuation.between.slopes import estimate_slopes
-from symhbm.continuation.correctors import StepwiseCorrector, compiled, corrector_of
+from symhbm.continuation.correctors import StepwiseCorrector, compiled, corrector_of, programs
 from symhbm.continuation.correctors.corrector import AtLimit, Hyperplane, unit_parameter
 from symhbm.continuation.events.modes import modes
 from symhbm.continuation.following import follow_branch
@@ -206,11 +206,11 @@ def test_what_cannot_be_solved_is_none():
 def cache(tmp_path, monkeypatch):
     """An empty folder of compiled functions, and no structure prepared so far."""
     monkeypatch.setenv(c_library.CACHE, str(tmp_path / "cache"))
-    monkeypatch.setattr(compiled, "_OFTEN", 3)
-    monkeypatch.setattr(compiled, "_OFTEN_LOCATED", 3)
-    compiled._programs.cache_clear()
+    monkeypatch.setattr(programs, "_OFTEN", 3)
+    monkeypatch.setattr(programs, "_OFTEN_LOCATED", 3)
+    programs._programs.cache_clear()
     yield tmp_path / "cache"
-    compiled._programs.cache_clear()
+    programs._programs.cache_clear()
 
 
 needs_compiler = pytest.mark.skipif(c_library.compiler() is None, reason="no compiler of C")
@@ -224,7 +224,7 @@ def curves(problem, n):
 def test_machine_code_is_looked_for_once_and_made_once(cache, monkeypatch):
     """Whether there is any or not: a look at many small calls would take longer than they do."""
     problem, asked = fig03.problem(), []
-    monkeypatch.setattr(compiled, "to_machine_code", lambda of, make, announce: asked.append(make))
+    monkeypatch.setattr(programs, "to_machine_code", lambda of, make, announce: asked.append(make))
     for _ in range(5):
         curves(problem, 1)
     assert asked == [False, True]
@@ -238,12 +238,12 @@ def test_many_curves_are_machine_code_to_the_same_bits(cache, monkeypatch, harmo
     few, many = curves(problem, 2), curves(problem, 3)
     assert (few.attrs[name], many.attrs[name]) == ("the virtual machine of CasADi", "machine code")
     assert len([*cache.glob("*.so")]) == 1
-    compiled._programs.cache_clear()  # as another process
+    programs._programs.cache_clear()  # as another process
     again = curves(problem, 2)
     assert again.attrs[name] == "machine code"
     assert again.drop_attrs().equals(few.drop_attrs())
     monkeypatch.setenv(c_library.COMPILER, "")
-    compiled._programs.cache_clear()
+    programs._programs.cache_clear()
     without = curves(problem, 3)
     assert without.attrs[name] == "the virtual machine of CasADi"
     assert without.drop_attrs().equals(many.drop_attrs())

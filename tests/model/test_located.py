@@ -134,7 +134,7 @@ def test_motions_of_equal_periods_are_those_of_one():
 def test_no_contact_has_no_event():
     found = locate(FourierBasis((1, 3)), np.empty((0, 4)), np.empty(0), np.empty(0))
     assert found.matrix.shape == (0, 4, 4)
-    assert found.stick.shape == (0, 2, 0)
+    assert found.stick.shape[:2] == (0, 2)
 
 
 def test_arguments_may_be_read_only_and_strided():

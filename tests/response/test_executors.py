@@ -14,7 +14,7 @@ import pytest
 import xarray as xr
 
 import symhbm as sh
-from symhbm.continuation.correctors import compiled as compiled_corrector
+from symhbm.continuation.correctors import programs
 from symhbm.numerics import c_library
 from symhbm.response import ensemble
 from tests.problems import ring_of_blades
@@ -261,18 +261,18 @@ BY, VIRTUAL = "equations_evaluated_by", "the virtual machine of CasADi"
 def in_this_process(ensemble):
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv(c_library.COMPILER, "")
-        compiled_corrector._programs.cache_clear()
+        programs._programs.cache_clear()
         return ENSEMBLES[ensemble](None)
 
 
 @pytest.fixture
 def often(monkeypatch, tmp_path):
     """Each structure becomes machine code at its first curve, as it does after many."""
-    monkeypatch.setattr(compiled_corrector, "_OFTEN", 1)
+    monkeypatch.setattr(programs, "_OFTEN", 1)
     monkeypatch.setenv(c_library.CACHE, str(tmp_path / "cache"))
-    compiled_corrector._programs.cache_clear()
+    programs._programs.cache_clear()
     yield
-    compiled_corrector._programs.cache_clear()
+    programs._programs.cache_clear()
 
 
 @pytest.mark.parametrize("compiler", quick_first(["with", "without"], 1))
@@ -291,7 +291,7 @@ def test_neither_executors_nor_machine_code_change_a_bit(pool, compiler, monkeyp
     elif c_library.compiler() is None:
         pytest.skip("no compiler of C")
     expected = {name: in_this_process(name) for name in ENSEMBLES}
-    compiled_corrector._programs.cache_clear()
+    programs._programs.cache_clear()
     with pool() as executor:
         for name, curves in ENSEMBLES.items():
             found = curves(executor)
@@ -310,7 +310,7 @@ def without_compiler():
 @pytest.mark.usefixtures("often")
 def test_results_tell_of_workers_without_a_compiler(tmp_path):
     expected, curves = in_this_process("one harmonic"), ENSEMBLES["one harmonic"]
-    compiled_corrector._programs.cache_clear()
+    programs._programs.cache_clear()
     assert curves(None).attrs[BY] == "machine code"
     with _UnwillingProcesses(1, get_context("spawn"), without_compiler) as executor:
         executor.willing = True

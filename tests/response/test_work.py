@@ -12,8 +12,7 @@ import xarray as xr
 import symhbm as sh
 from symhbm.balance import harmonic_balance
 from symhbm.balance.equations import Equations
-from symhbm.continuation.correctors import compiled as compiled_corrector
-from symhbm.continuation.correctors import corrector_of
+from symhbm.continuation.correctors import corrector_of, programs
 from symhbm.continuation.following import solution_beside
 from symhbm.continuation.problem import FrequencyProblem
 from symhbm.continuation.start import solve_point
@@ -276,9 +275,9 @@ def test_checks_of_a_large_sweep_are_machine_code(tmp_path, monkeypatch):
     """To the same bits, and not where corrections are none."""
     folder = tmp_path / "cache"
     monkeypatch.setenv(c_library.CACHE, str(folder))
-    monkeypatch.setattr(compiled_corrector, "_OFTEN", 3)
+    monkeypatch.setattr(programs, "_OFTEN", 3)
     monkeypatch.setattr(curve, "_MANY", 4)
-    compiled_corrector._programs.cache_clear()
+    programs._programs.cache_clear()
     loads = np.linspace(1, 4, 4)
     plain = [call(blade(), [load]) for load in loads]
     assert not folder.exists() or not [*folder.glob("*.so")]
@@ -287,7 +286,7 @@ def test_checks_of_a_large_sweep_are_machine_code(tmp_path, monkeypatch):
     several = call(blade(), loads)
     assert len([*folder.glob("*.so")]) == 2
     assert several.attrs["equations_evaluated_by"] == "machine code"
-    compiled_corrector._programs.cache_clear()
+    programs._programs.cache_clear()
     for i, alone in enumerate(plain):
         assert alone.attrs["equations_evaluated_by"] != "machine code"
         n = int(alone.n_points.item())

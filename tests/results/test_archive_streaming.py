@@ -13,7 +13,7 @@ import pytest
 import xarray as xr
 
 import symhbm as sh
-from symhbm.continuation.correctors import compiled
+from symhbm.continuation.correctors import programs
 from symhbm.numerics.c_library import COMPILER
 from symhbm.response import ensemble
 from symhbm.results.archive import from_working_file
@@ -83,7 +83,7 @@ def in_memory(name):
 @pytest.fixture(autouse=True)
 def _one_evaluator():
     """Results tell what evaluates the equations: the same throughout, however many curves."""
-    compiled._programs.cache_clear()
+    programs._programs.cache_clear()
     with pytest.MonkeyPatch.context() as patch:
         patch.setenv(COMPILER, "")
         yield

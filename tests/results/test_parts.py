@@ -10,7 +10,7 @@ import pytest
 import xarray as xr
 
 import symhbm as sh
-from symhbm.continuation.correctors import compiled
+from symhbm.continuation.correctors import programs
 from symhbm.numerics.c_library import COMPILER
 from symhbm.results.archive import merging
 from symhbm.results.archive.working_files import working_file
@@ -61,7 +61,7 @@ def call(name, **options):
 @pytest.fixture(autouse=True)
 def _one_evaluator(monkeypatch):
     """Results tell what evaluates the equations: the same throughout, however many curves."""
-    compiled._programs.cache_clear()
+    programs._programs.cache_clear()
     monkeypatch.setenv(COMPILER, "")
 
 

@@ -1,8 +1,7 @@
 """Correctors: Newton's method on the balance and one constraint, stepwise or compiled."""
 
-from symhbm.continuation.correctors.compiled import by_machine_code, corrector_of, prepare
+from symhbm.continuation.correctors.compiled import corrector_of
 from symhbm.continuation.correctors.corrector import (
-    BEYOND,
     ON_LIMIT,
     AtLimit,
     Constraint,
@@ -12,8 +11,10 @@ from symhbm.continuation.correctors.corrector import (
     unit_parameter,
 )
 from symhbm.continuation.correctors.newton_graph import MAX_CORRECTIONS, STAGNATION
+from symhbm.continuation.correctors.programs import by_machine_code, prepare
 from symhbm.continuation.correctors.resonance_count import LARGEST_SIZE, structure_matrices
 from symhbm.continuation.correctors.stepwise import StepwiseCorrector
+from symhbm.continuation.problem import BEYOND
 
 __all__ = [
     "BEYOND",

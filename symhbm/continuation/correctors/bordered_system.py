@@ -11,8 +11,7 @@ import numpy as np
 
 from symhbm.balance import DynamicStiffness, Equations
 from symhbm.continuation.correctors.condensed_graph import condensed_graph
-from symhbm.continuation.correctors.corrector import BEYOND, ROUND_OFF
-from symhbm.continuation.problem import WEAKEST
+from symhbm.continuation.problem import BEYOND, ROUND_OFF, WEAKEST
 from symhbm.model.contacts import graph_of
 from symhbm.numerics import constant
 

@@ -10,17 +10,13 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.balance import Evaluation
-from symhbm.continuation.newton import NewtonResult, newton, step_of
-from symhbm.continuation.problem import ContinuationProblem, Corrected
+from symhbm.continuation.newton import NewtonResult, deflated_steps, newton, step_of
+from symhbm.continuation.problem import BEYOND, ROUND_OFF, ContinuationProblem, Corrected
 from symhbm.numerics import FloatArray, bordered, length_of
 from symhbm.numerics.loops import Loop
 
 ON_LIMIT = 1e-9
 """Margin up to which contacts are on their limits, and change state together."""
-BEYOND = 1e-11
-"""Margin beyond which a contact is in the wrong state."""
-ROUND_OFF = 1e-15
-"""Error of a margin by those of the unknowns, relative to the sum of its terms by each of them."""
 
 _FARTHEST = 0.5
 """Scaled distance from a guess beyond which a solution is another one."""
@@ -159,6 +155,12 @@ class Corrector(ABC):
         """
         self.solves += 1
         return step_of(self.curve.evaluate(unknowns, value))
+
+    def approach(
+        self, unknowns: FloatArray, value: float, known: FloatArray, left: int
+    ) -> tuple[FloatArray, FloatArray, int] | None:
+        """As `Approach`, at a value."""
+        return deflated_steps(lambda trial: self.step(trial, value), unknowns, known, left)
 
     def free(self, unknowns: FloatArray, value: float) -> NewtonResult:
         """Solution at a ``value`` from ``unknowns`` (n_unknowns,), states of switches free."""

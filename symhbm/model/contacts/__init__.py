@@ -11,6 +11,7 @@ from symhbm.model.contacts.marched import marched
 from symhbm.model.contacts.memoryless import CubicSpring, MemorylessLaw, PolynomialLaw
 from symhbm.model.contacts.motions import (
     Behaviour,
+    EventLoop,
     Events,
     FixedValues,
     History,
@@ -34,6 +35,7 @@ __all__ = [
     "Coulomb",
     "CubicSpring",
     "Ends",
+    "EventLoop",
     "Events",
     "FixedValues",
     "Friction",

@@ -26,6 +26,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.model.contacts.motions import (
+    EventLoop,
     Events,
     History,
     Located,
@@ -129,6 +130,22 @@ class ContactLaw(Record, ABC):
     def acts(self, values: Values) -> NDArray[np.bool_]:
         """Which contacts (n,) do anything at all with these values."""
         return np.ones(len(next(iter(values.values()))), dtype=bool)
+
+    def event_loop(self, basis: FourierBasis) -> EventLoop | None:
+        """The loop that `locate` runs, None where there is more to do than a loop does."""
+        return None
+
+    def by_loop(
+        self, events: EventLoop, at: Motions, held: NDArray[np.bool_] | None
+    ) -> tuple[tuple[FloatArray, ...], int]:
+        """Events, margins, their derivatives and details as a loop writes them, and its result."""
+        motion, basis = np.ascontiguousarray(at.motion), at.basis
+        n, size, q = *motion.shape, len(self.switches)
+        imposed = np.full(n, FREE) if held is None else held[:, 0].astype(float)
+        shapes = (n, self.n_events(basis)), (n, q), (n, q, size), (n, events.n_details)
+        written = tuple(map(np.zeros, shapes))
+        values = at.once(self, events.values)
+        return written, events.loop(events.basis.arrays, motion, values, imposed, *written)
 
     @abstractmethod
     def force(self, at: Motions, events: Any) -> Any:

@@ -188,6 +188,21 @@ class Located(NamedTuple):
     details: Any = None
 
 
+class EventLoop(NamedTuple):
+    """A loop that locates the events of contacts, one after the other.
+
+    It takes the arrays of a ``basis``, motions (n, m K), ``values`` (n, p) that a law makes of
+    frequency and values, and what is held (n,): -1 where the motion decides, else 0 or 1 of the
+    first switch. It writes events (n, e), margins (n, q), their derivatives by the motion
+    (n, q, m K), and details (n, d). Its result is 0, or what has failed.
+    """
+
+    loop: Loop
+    basis: FourierBasis
+    values: Callable[[Any, Values], FloatArray]
+    n_details: int
+
+
 class ByContact:
     """Details of `Located` that are arrays, of which each has an entry for each contact."""
 

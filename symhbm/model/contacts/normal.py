@@ -270,6 +270,12 @@ class NormalLaw(ContactLaw):
             states[:, SLIPS] = np.where(finite, held[:, SLIPS], states[:, SLIPS])
         return states
 
+    def figures_of(self, details: FloatArray) -> tuple[FloatArray, FloatArray]:
+        """Figures (n, 6) and derivatives of margins (n, q, 4), with which ``details`` begin."""
+        n_slopes = 4 * len(self.switches)
+        slopes = details[:, 6 : 6 + n_slopes].reshape(len(details), len(self.switches), 4)
+        return details[:, :6], slopes
+
     def margin_slopes(
         self, located: Located, frequency: float, values: Values
     ) -> tuple[FloatArray, FloatArray]:

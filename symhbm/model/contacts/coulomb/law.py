@@ -11,8 +11,10 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from symhbm.model.contacts.coulomb import march
 from symhbm.model.contacts.coulomb.located import (
     locate,
+    n_details,
     one_harmonic_kernel,
     parts_from,
     stick_intervals,
@@ -23,6 +25,7 @@ from symhbm.model.contacts.coulomb.sampled import history_of, locate_sampled
 from symhbm.model.contacts.coulomb.state import ContactState, moving_angles
 from symhbm.model.contacts.law import ContactLaw, moves, slopes_of
 from symhbm.model.contacts.motions import (
+    EventLoop,
     Events,
     History,
     Located,
@@ -145,6 +148,16 @@ class Coulomb(ContactLaw):
     def find(self, basis: FourierBasis, *motion: Any) -> ContactState:
         """Events of motions, stiffness, limits and imposed slip, as the law finds them."""
         return locate(basis, *motion)
+
+    def event_loop(self, basis: FourierBasis) -> EventLoop | None:
+        """What marches the slider of several harmonics."""
+        if basis.highest == 1:
+            return None
+
+        def sliders(frequency: float, values: Values) -> FloatArray:
+            return np.column_stack(np.broadcast_arrays(*self.sliders(frequency, values)))
+
+        return EventLoop(march.locate, basis.reduced, sliders, n_details(basis.reduced))
 
     def margin_slopes(
         self, located: Located, frequency: float, values: Values

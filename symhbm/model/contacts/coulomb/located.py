@@ -174,15 +174,22 @@ def locate(
         found = locate(basis.reduced, coefficients, contact_stiffness, slip_limit, slip)
         return _repeated(found, basis.divisor)
     n, size = coefficients.shape
-    sliders = np.empty((n, 3))
+    sliders, held = np.empty((n, 2)), np.empty(n)
     sliders[:, 0], sliders[:, 1] = contact_stiffness, slip_limit
-    sliders[:, 2] = march.FREE if slip is None else slip
+    held[:] = march.FREE if slip is None else slip
     motions = np.ascontiguousarray(coefficients, dtype=float)
-    written = np.empty((n, size * size + size + 1)), np.empty((n, size)), np.empty((n, 6))
-    stick = np.empty((n, 2, 2 * basis.highest))
-    status, longest = march.locate(*basis.arrays, basis.mirrors, motions, sliders, *written, stick)
-    check_turning(status)
-    return ContactState(*written, stick[:, :, :longest])
+    events, gradients = np.empty((n, size * size + size + 1)), np.empty((n, 1, size))
+    details, margins = np.empty((n, n_details(basis))), np.empty((n, 1))
+    check_turning(
+        march.locate(basis.arrays, motions, sliders, held, events, margins, gradients, details)
+    )
+    stick = details[:, 6:].reshape(n, 2, 2 * basis.highest)
+    return ContactState(events, gradients[:, 0], details[:, :6], stick)
+
+
+def n_details(basis: FourierBasis) -> int:
+    """Number of details of a contact that `march.locate` writes."""
+    return 6 + 4 * basis.highest
 
 
 def on_loop(

@@ -23,43 +23,43 @@ SLIP, MARGIN, THETA_0, THETA_STAR, STICK_FRACTION, REVERSALS = range(6)
 
 
 @Loop
-def locate(
-    order, is_sine, norm, mirrors: bool, motions, sliders, events, gradient, figures, stick
-) -> tuple[int, int]:
-    """Locate the events of contacts.
+def locate(basis, motions, sliders, held, events, margins, gradients, details) -> int:
+    """Locate the events of contacts, see `symhbm.model.contacts.motions.EventLoop`.
 
-    ``motions`` (n, K) [m]; ``sliders`` (n, 3), ``k_d``, ``g`` and what is imposed. Written are
-    ``events`` (n, K^2 + K + 1), the ``gradient`` (n, K) of the margin, ``figures`` (n, 6), and
-    ``stick`` (n, 2, 2 H), where stretches of stick begin and end [rad], NaN behind them. Results
-    are what came out, as of `symhbm.numerics.loops.fourier`, and the largest number of stretches.
+    ``motions`` (n, K) [m]; ``sliders`` (n, 2), ``k_d`` and ``g``; ``events`` (n, K^2 + K + 1).
+    ``details`` are of each contact figures (6), and where stretches of stick begin and end [rad],
+    (2, 2 H), NaN behind them. What fails is as of `symhbm.numerics.loops.fourier`.
     """
-    size, most = len(order), stick.shape[2]
+    order, is_sine, norm = basis
+    size, most, mirrors = len(order), 2 * order[len(order) - 1], True
+    for i in range(size):
+        mirrors = mirrors and order[i] % 2 == 1
     area = size * size
     waves, points = np.empty((2, order[size - 1] + 1)), np.empty((2, most + 1))
     forced, runs = np.empty(most, dtype=np.int64), np.empty((most, 3))
-    longest = 0
     for j in range(len(motions)):
+        figures, stick = details[j, :6], details[j, 6:].reshape((2, most))
         _series(order, is_sine, motions[j], waves)
         angle, value = points[0], points[1]
         status, count, low = fourier.turning_points(waves[0], waves[1], mirrors, angle, value)
         if status != fourier.DONE:
-            return status, 0
-        stiffness, limit, imposed = sliders[j, 0], sliders[j, 1], sliders[j, 2]
+            return status
+        stiffness, limit, imposed = sliders[j, 0], sliders[j, 1], held[j]
         spread = value[0] - value[low] if count else 0.0
         margin = _margin(stiffness * spread, 2 * limit)
         slips = margin > 0
         if imposed != FREE and math.isfinite(margin):
             slips = imposed == SLIPS
-        figures[j, SLIP], figures[j, MARGIN], figures[j, REVERSALS] = slips, margin, count
-        figures[j, STICK_FRACTION] = 0.0 if slips else 1.0
-        figures[j, THETA_0] = angle[0] % (2 * math.pi) if count == 2 else np.nan
-        figures[j, THETA_STAR] = np.nan
-        for i in range(most):
-            stick[j, 0, i] = stick[j, 1, i] = np.nan
+        figures[SLIP], figures[REVERSALS] = slips, count
+        figures[MARGIN] = margins[j, 0] = margin
+        figures[STICK_FRACTION] = 0.0 if slips else 1.0
+        figures[THETA_0] = angle[0] % (2 * math.pi) if count == 2 else np.nan
+        figures[THETA_STAR] = np.nan
+        stick[:] = np.nan
         matrix = events[j, :area].reshape((size, size))
         vector = events[j, area : area + size]
         extremes = angle[0], angle[low], spread
-        _unless_slipping(order, is_sine, extremes, slips, matrix, vector, gradient[j])
+        _unless_slipping(order, is_sine, extremes, slips, matrix, vector, gradients[j, 0])
         events[j, area + size] = 0.0
         if not (slips and count):
             continue
@@ -78,18 +78,17 @@ def locate(
         for i in range(used):
             share += runs[i, END] - runs[i, BEGIN]
         share /= math.pi if mirrors else 2 * math.pi
-        figures[j, STICK_FRACTION] = events[j, area + size] = share
+        figures[STICK_FRACTION] = events[j, area + size] = share
         if count == 2:
-            figures[j, THETA_STAR] = runs[0, END] % (2 * math.pi)
+            figures[THETA_STAR] = runs[0, END] % (2 * math.pi)
         if margin <= 0:  # held in slip short of its limit: it never leaves its stretch of stick
             continue
         for i in range(used):
-            stick[j, 0, i], stick[j, 1, i] = runs[i, BEGIN], runs[i, END]
+            stick[0, i], stick[1, i] = runs[i, BEGIN], runs[i, END]
             if mirrors:
-                stick[j, 0, used + i] = runs[i, BEGIN] + math.pi
-                stick[j, 1, used + i] = runs[i, END] + math.pi
-        longest = max(longest, 2 * used if mirrors else used)
-    return fourier.DONE, longest
+                stick[0, used + i] = runs[i, BEGIN] + math.pi
+                stick[1, used + i] = runs[i, END] + math.pi
+    return fourier.DONE
 
 
 @Loop

@@ -9,7 +9,17 @@ import numpy as np
 
 from symhbm.model.contacts.planar.collocation import EXCESS, STAGES, WEIGHT
 from symhbm.model.contacts.planar.march import BEGIN, END, KIND, NODE, SLIP, STICK
-from symhbm.model.contacts.planar.period import BEGINS, MOVES, RESTS, period, prepare
+from symhbm.model.contacts.planar.period import (
+    BEGINS,
+    FEW,
+    MOST,
+    MOVES,
+    PER_HARMONIC,
+    RESTS,
+    TOO_MANY,
+    period,
+    prepare,
+)
 from symhbm.model.contacts.planar.rest import resting_place, weights_of
 from symhbm.model.contacts.planar.slopes import integrals, moving, rest_slopes, resting
 from symhbm.model.contacts.press import (
@@ -82,19 +92,25 @@ def figures_of(
 
 
 @Loop
-def locate(
-    basis, motions, values, held, most: int, events, margins, by_motion, by_values, figures
-) -> int:
-    """Locate the events of contacts: 0, or what has failed.
+def locate(basis, motions, values, held, events, margins, by_motion, details) -> int:
+    """Locate the events of contacts, see `symhbm.model.contacts.motions.EventLoop`.
 
-    As `period` says it: ``most`` pieces of one do not suffice, or no march ends where it began.
-
+    What fails is what `period` says: too many pieces, or no march ends where it began.
     ``motions`` (n, m K), coefficients of the displacements; ``values`` (n, 4): ``k_t``, ``k_n``,
-    ``mu`` and ``N0``; ``held`` (n,): -1 where the motion decides, 0 for stick, 1 for slip, or
-    `ASKED`. Written are ``events`` (n, e), row by row derivatives of the force (2 K, P) and of the
-    normal force (K, 1 + K), and what is left of the force (2 K); ``margins`` (n, q) with their
-    derivatives by motion (n, q, m K) and values (n, q, 4), and ``figures`` (n, 6).
+    ``mu`` and ``N0``; ``held`` may be `ASKED`. ``events`` are row by row derivatives of the force
+    (2 K, P) and of the normal force (K, 1 + K), and what is left of the force (2 K); ``details``
+    figures (6) and derivatives of the margins by the values (q, 4).
     """
+    most, failed = FEW + PER_HARMONIC * basis[0][len(basis[0]) - 1], TOO_MANY
+    while failed == TOO_MANY and most < MOST:
+        failed = _locate(basis, motions, values, held, most, events, margins, by_motion, details)
+        most *= 4
+    return failed
+
+
+@Loop
+def _locate(basis, motions, values, held, most: int, events, margins, by_motion, details) -> int:
+    """The same with ``most`` pieces of one contact."""
     order, is_sine, norm = basis
     size, highest = len(order), order[len(order) - 1]
     load, variable = 2 * size, motions.shape[1] == 3 * size
@@ -123,7 +139,8 @@ def locate(
             margins[j, SLIPS] = _slip_margin(order, variables, place[2], slopes[SLIPS, :n])
         if variable:
             press_margins(order, is_sine, variables, values[j, 1], turning, margins[j], slopes)
-        chained(motions[j], values[j], load, slopes, by_motion[j], by_values[j])
+        by_values = details[j, 6:].reshape((-1, 4))
+        chained(motions[j], values[j], load, slopes, by_motion[j], by_values)
         if held[j] == ASKED:
             continue
         if variable:
@@ -139,7 +156,7 @@ def locate(
                     block[i, 0] += vector[i]
                     for m in range(size):
                         block[i, 1 + m] += transposed[m, i]
-        kind, count = period(waves, held[j], n_closed, closed, place, pieces, nodes)
+        kind, count = period(waves, int(held[j]), n_closed, closed, place, pieces, nodes)
         if count < 0:
             return count
         jacobian[:], coefficients[:] = 0.0, 0.0
@@ -167,6 +184,7 @@ def locate(
                     product += jacobian[i, k] * variables[k]
                 left[i] = coefficients[i] - product
         figures_of(
-            press, values[j, 0], kind, n_closed, closed, pieces[:count], nodes, turning, figures[j]
-        )
+            press, values[j, 0], kind, n_closed, closed, pieces[:count], nodes, turning,
+            details[j, :6],
+        )  # fmt: skip
     return 0

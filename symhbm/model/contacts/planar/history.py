@@ -16,7 +16,16 @@ from symhbm.model.contacts.planar.march import (
     SLIP,
     STICK,
 )
-from symhbm.model.contacts.planar.period import NEVER, RESTS, TOO_MANY, period, prepare
+from symhbm.model.contacts.planar.period import (
+    FEW,
+    MOST,
+    NEVER,
+    PER_HARMONIC,
+    RESTS,
+    TOO_MANY,
+    period,
+    prepare,
+)
 from symhbm.model.contacts.planar.rest import resting_place
 from symhbm.numerics import FloatArray, FourierBasis
 
@@ -70,9 +79,9 @@ def _pieces(
     turning, closed, place = np.empty((2, 2)), np.empty((2, highest + 1)), np.empty(3)
     n_closed = prepare(basis.arrays, motion, values, waves, press, turning, closed)
     resting_place(waves, np.empty(3), place)
-    most, count = 100 + 50 * basis.highest, TOO_MANY
+    most, count = FEW + PER_HARMONIC * basis.highest, TOO_MANY
     kind, pieces, nodes = NEVER, np.zeros((1, 7)), np.zeros((1, 8))
-    while count == TOO_MANY and most < 20000:
+    while count == TOO_MANY and most < MOST:
         pieces, nodes = np.zeros((most, 7)), np.zeros((most * STAGES, 8))
         kind, count = period(waves, -1, n_closed, closed, place, pieces, nodes)
         most *= 4

@@ -18,7 +18,15 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.model.contacts.motions import History, Located, Motions, Parameter, Switch, Values
+from symhbm.model.contacts.motions import (
+    EventLoop,
+    History,
+    Located,
+    Motions,
+    Parameter,
+    Switch,
+    Values,
+)
 from symhbm.model.contacts.normal import (
     FRICTION,
     NORMAL,
@@ -35,15 +43,12 @@ from symhbm.model.contacts.planar import batch
 from symhbm.model.contacts.planar.expansion import resting_bends, slip_margin
 from symhbm.model.contacts.planar.history import history_of
 from symhbm.model.contacts.planar.moving_events import bends_of
-from symhbm.model.contacts.planar.period import TOO_MANY
+from symhbm.model.contacts.planar.period import FEW, MOST, PER_HARMONIC, TOO_MANY
 from symhbm.model.contacts.planar.rest import middle_of
 from symhbm.numerics import FloatArray, FourierBasis, check
-from symhbm.numerics.loops import Loop
 
 Given = Literal["normal_load", "gap", "constant"]
 """What is a parameter of a load that varies with the motion, or a load that does not."""
-_MOST = 20000
-"""Most pieces of a period."""
 
 
 class PlanarFriction(NormalLaw):
@@ -162,33 +167,28 @@ class PlanarFriction(NormalLaw):
         Opening and closing bend no derivative. Raises ArithmeticError where a motion is so large
         that its slip takes too many steps.
         """
-        basis, motion, frequency, values = at
-        n, given = len(motion), self.physical(frequency, values)
-        imposed = np.full(n, -1) if held is None else held[:, SLIPS].astype(int)
-        events, figures = np.empty((n, self.n_events(basis))), np.empty((n, 6))
-        slopes = margins, by_motion, by_values = self.margin_arrays(motion)
-        motion = np.ascontiguousarray(motion)
-        self._march(batch.locate, basis, motion, given, imposed, events, *slopes, figures)
+        found, failed = self.by_loop(self.event_loop(at.basis), at, held)
+        self._check(failed)
+        events, margins, by_motion, details = found
         states = self.held_states(margins, held)
-        return Located(events, states, margins, by_motion, Periods(figures, by_values))
+        return Located(events, states, margins, by_motion, Periods(*self.figures_of(details)))
 
-    def _march(self, loop: Loop, basis: FourierBasis, *arrays: FloatArray) -> None:
-        """`batch.locate` or `bends_of` with as many pieces as it takes."""
-        motion, given, imposed, *written = arrays
-        most, failed = 100 + 50 * basis.highest, TOO_MANY
-        while failed == TOO_MANY and most < _MOST:
-            failed = loop(basis.arrays, motion, given, imposed, most, *written)
-            most *= 4
+    def event_loop(self, basis: FourierBasis) -> EventLoop:
+        """What locates all events."""
+        return EventLoop(batch.locate, basis, self.physical, 6 + 4 * len(self.switches))
+
+    def _check(self, failed: int) -> None:
         if failed:
             raise ArithmeticError(f"{self!r}: no periodic slip was found of a motion")
 
     def margins_within(self, at: Motions, error: FloatArray) -> FloatArray:
         """Margins and what the error does to them, without the force."""
         basis, motion, frequency, values = at
-        margins, by_motion, _ = slopes = self.margin_arrays(motion)
+        margins, by_motion, by_values = self.margin_arrays(motion)
         motion, given = np.ascontiguousarray(motion), self.physical(frequency, values)
         asked, none = np.full(len(motion), batch.ASKED), np.empty((len(motion), 0))
-        batch.locate(basis.arrays, motion, given, asked, 0, none, *slopes, none)
+        details = np.empty((len(motion), 6 + by_values[0].size))
+        batch.locate(basis.arrays, motion, given, asked, none, margins, by_motion, details)
         return margins + error * np.linalg.norm(by_motion, axis=-1)
 
     def margin_expansion(
@@ -211,7 +211,11 @@ class PlanarFriction(NormalLaw):
         motion, given = np.ascontiguousarray(motion), self.physical(frequency, values)
         bends = np.empty((len(motion), *[sum(self.n_variables(basis))] * 2))
         weights = np.ascontiguousarray(weights)
-        self._march(bends_of, basis, motion, given, imposed, weights, bends)
+        most, failed = FEW + PER_HARMONIC * basis.highest, TOO_MANY
+        while failed == TOO_MANY and most < MOST:
+            failed = bends_of(basis.arrays, motion, given, imposed, most, weights, bends)
+            most *= 4
+        self._check(failed)
         if basis.order[0] > 0:
             return bends
         figures, own = located.details.figures, slice(self.n_variables(basis)[0])

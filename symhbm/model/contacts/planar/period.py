@@ -30,6 +30,8 @@ NEVER, RESTS, MOVES, BEGINS = range(4)
 """Whether a contact never touches, sticks all the time, slips or opens, or just begins to slip."""
 TOO_MANY, UNSETTLED = -1, -2
 """Numbers of pieces that say what failed."""
+FEW, PER_HARMONIC, MOST = 100, 50, 20000
+"""Numbers of pieces that suffice as a rule, and the most."""
 _NO_SLIP = 1e-13
 """How much a resting place may be asked for, relative to the limit: less is no slip."""
 _LEAST_SLIP = 1e-9

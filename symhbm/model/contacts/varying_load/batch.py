@@ -109,29 +109,28 @@ def most_pieces(highest: int) -> int:
 
 
 @Loop
-def locate(
-    basis, motions, values, held, events, margins, by_motion, by_values, figures, pieces, counts
-) -> None:
-    """Locate the events of contacts.
+def locate(basis, motions, values, held, events, margins, by_motion, details) -> int:
+    """Locate the events of contacts, see `symhbm.model.contacts.motions.EventLoop`.
 
     ``motions`` (n, 2 K), coefficients of ``u`` and ``v``; ``values`` (n, 4): ``k_t``, ``k_n``,
-    ``mu`` and ``N0``; ``held`` (n,), whether they slip, or (0,) where motions decide. Written are
-    ``events`` (n, 4 K^2 + 3 K), ``margins`` (n, 3), their derivatives by motion (n, 3, 2 K) and
-    values (n, 3, 4), ``figures`` (n, 6), ``pieces`` (n, most, 6), and their ``counts`` (n,).
+    ``mu`` and ``N0``; ``events`` (n, 4 K^2 + 3 K). ``details`` are of each contact figures (6), the
+    derivatives of its margins by its values (3, 4), the number of its pieces, and these (most, 6).
     """
     order, is_sine, norm = basis
     waves, turning = np.empty((4, 2, int(order[len(order) - 1]) + 1)), np.empty((4, 2))
     slopes = np.empty((3, 3 * len(order) + 2))
     for j in range(len(motions)):
         noise = _waves(order, is_sine, motions[j], values[j], waves)
-        imposed = held[j] if len(held) else -1
-        counts[j] = march(waves, noise, imposed, pieces[j], turning)
-        coefficients(pieces[j], counts[j], order, is_sine, norm, events[j])
+        by_values, pieces = details[j, 6:18].reshape((3, 4)), details[j, 19:].reshape((-1, 6))
+        count = march(waves, noise, int(held[j]), pieces, turning)
+        details[j, 18] = count
+        coefficients(pieces, count, order, is_sine, norm, events[j])
         _margins(
             order, is_sine, motions[j], values[j], turning, margins[j], slopes, by_motion[j],
-            by_values[j],
+            by_values,
         )  # fmt: skip
-        _figures(waves, values[j, 0], pieces[j], counts[j], turning, figures[j])
+        _figures(waves, values[j, 0], pieces, count, turning, details[j, :6])
+    return 0
 
 
 @Loop

@@ -18,7 +18,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
-from symhbm.model.contacts.motions import Events, History, Located, Motions, Switch
+from symhbm.model.contacts.motions import EventLoop, Events, History, Located, Motions, Switch
 from symhbm.model.contacts.normal import (
     FRICTION,
     NORMAL,
@@ -105,18 +105,17 @@ class VariableLoadFriction(NormalLaw):
 
     def locate(self, at: Motions, held: NDArray[np.bool_] | None = None) -> Located:
         """Locate all events; slip alone can be imposed, opening and closing bend no derivative."""
-        basis, motion, n = at.basis, at.motion, len(at.motion)
-        physical = at.once(self, self.physical)
-        imposed = _NONE if held is None else held[:, SLIPS].astype(int)
-        events, figures = np.empty((n, self.n_events(basis))), np.empty((n, 6))
-        slopes = margins, by_motion, by_values = self.margin_arrays(motion)
-        pieces = np.zeros((n, most_pieces(basis.highest), 6))
-        counts = np.empty(n, dtype=int)
-        motion = np.ascontiguousarray(motion)
-        written = events, *slopes, figures, pieces, counts
-        locate(basis.arrays, motion, physical, imposed, *written)
-        details = Marched(figures, by_values, pieces, counts)
+        (events, margins, by_motion, found), _ = self.by_loop(self.event_loop(at.basis), at, held)
+        pieces, counts = (
+            found[:, 19:].reshape(len(found), most_pieces(at.basis.highest), 6),
+            found[:, 18].astype(int),
+        )
+        details = Marched(*self.figures_of(found), pieces, counts)
         return Located(events, self.held_states(margins, held), margins, by_motion, details)
+
+    def event_loop(self, basis: FourierBasis) -> EventLoop:
+        """What locates all events."""
+        return EventLoop(locate, basis, self.physical, 19 + 6 * most_pieces(basis.highest))
 
     def margins_within(self, at: Motions, error: FloatArray) -> FloatArray:
         """Margins and what the error does to them, without the force."""
@@ -174,7 +173,3 @@ class VariableLoadFriction(NormalLaw):
         arrays = map(np.ascontiguousarray, (at.motion, self.physical(at.frequency, at.values)))
         count = moving_events(at.basis.arrays, *arrays, periods.pieces, periods.counts, *written)
         return Events(*(part[:count] for part in written))
-
-
-_NONE = np.empty(0, dtype=int)
-"""Of contacts whose motions decide whether they slip."""
