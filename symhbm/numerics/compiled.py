@@ -9,7 +9,6 @@ import scipy.sparse as sp
 from numpy.typing import ArrayLike
 
 from symhbm.numerics.check import FloatArray
-from symhbm.numerics.loops import by_address
 
 _MOST = 32
 """Points that one call evaluates: more take no less time for each."""
@@ -36,9 +35,9 @@ class Compiled:
         self._lock = threading.Lock()
 
     @property
-    def address(self) -> int:
-        """Where the function is, for `symhbm.numerics.loops.by_address`."""
-        return by_address.pointer(self._buffer._self())
+    def capsule(self) -> Any:
+        """What tells machine code where the function and its memory are."""
+        return self._buffer._self()
 
     def run(self) -> None:
         """Evaluate ``outputs`` at ``inputs``; RuntimeError for a matrix that is singular."""

@@ -17,7 +17,7 @@ from symhbm.balance import Equations, HarmonicBalance
 from symhbm.continuation.correctors.newton_graph import DONE, FAILED, MAX_CORRECTIONS, STAGNATION
 from symhbm.continuation.newton import NEAR, TOLERANCE, deflated, is_apart, size_of
 from symhbm.model.contacts import FREE, ContactLaw, EventLoop
-from symhbm.numerics import Assembly, Compiled, FloatArray, length_of
+from symhbm.numerics import Assembly, Compiled, FloatArray
 from symhbm.numerics.loops import Loop, by_address
 
 UNDEFINED = FAILED + 1
@@ -229,7 +229,7 @@ class OneCall:
         """Direction at a point, None where there is none, solves, and sign of the determinant."""
         solves, sign = tangent.compiled(self._plan, point)
         direction = self._plan.solution[self._size :]
-        return direction / length_of(direction) if sign else None, solves, sign
+        return direction / sqrt(direction.dot(direction)) if sign else None, solves, sign
 
     def approach(
         self, point: FloatArray, known: FloatArray, left: int
@@ -256,11 +256,12 @@ def one_call(problem: HarmonicBalance, system: Compiled, assemble: Assembly) -> 
     counts[:, _MOTION:] *= groups[:, [_CONTACTS]]
     n = counts.sum(axis=0)
     bases = [each.basis.arrays for each in _loops(equations) or ()]
-    called = by_address.evaluator(), system.address, *map(by_address.lapack, ("dgetrf", "dgetrs"))
+    evaluated = by_address.evaluator(), by_address.pointer(system.capsule)
+    addresses = np.array([*evaluated, *map(by_address.lapack, ("dgetrf", "dgetrs"))])
     orders, sines, norms = map(np.concatenate, zip(*bases, strict=True))
     return OneCall(
         Plan(
-            addresses=np.array(called),
+            addresses=addresses,
             groups=groups,
             firsts=np.cumsum(counts, axis=0) - counts,
             orders=orders,
