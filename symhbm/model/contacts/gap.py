@@ -12,7 +12,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.model.contacts.group import Contacts
-from symhbm.model.contacts.motions import Events, History, Located, Motions
+from symhbm.model.contacts.motions import EventLoop, Events, History, Located, Motions
 from symhbm.model.contacts.normal import (
     NORMAL,
     PRESSED,
@@ -21,7 +21,12 @@ from symhbm.model.contacts.normal import (
     given_by_rotation,
     given_of,
 )
-from symhbm.model.contacts.varying_load import VariableLoadFriction
+from symhbm.model.contacts.varying_load import (
+    Marched,
+    VariableLoadFriction,
+    locate_normal,
+    n_details,
+)
 from symhbm.numerics import FloatArray, FourierBasis
 
 _FRICTION = VariableLoadFriction()
@@ -60,12 +65,12 @@ class UnilateralSpring(NormalLaw):
 
     def locate(self, at: Motions, held: NDArray[np.bool_] | None = None) -> Located:
         """Where the contact opens and closes; no derivative bends there, so nothing is imposed."""
-        size = at.basis.n_components
-        located = _FRICTION.locate(self._as_friction(at))
-        matrix = located.events[:, 3 * size * size : 4 * size * size]
-        events = np.concatenate([matrix, located.events[:, -size:]], axis=1)
-        margins, by_motion = located.margins[:, 1:], located.margins_by_motion[:, 1:, size:]
-        return Located(events, margins > 0, margins, by_motion, located.details)
+        (events, margins, by_motion, found), _ = self.by_loop(self.event_loop(at.basis), at, held)
+        return Located(events, margins > 0, margins, by_motion, Marched.of(found))
+
+    def event_loop(self, basis: FourierBasis) -> EventLoop:
+        """What locates them."""
+        return EventLoop(locate_normal, basis, self.physical, n_details(basis.highest))
 
     def margins_within(self, at: Motions, error: FloatArray) -> FloatArray:
         """Margins and what the error does to them, without the force."""

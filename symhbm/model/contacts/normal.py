@@ -127,6 +127,12 @@ class Periods(ByContact):
     figures: FloatArray
     margin_slopes: FloatArray
 
+    @classmethod
+    def of(cls, details: FloatArray) -> "Periods":
+        """Those that a loop wrote, contact by contact and one after the other."""
+        n, size = details.shape
+        return cls(details[:, :6], details[:, 6:].reshape(n, (size - 6) // 4, 4))
+
 
 class NormalLaw(ContactLaw):
     """A law with a normal direction, whose load comes from a preload or from a gap.
@@ -269,12 +275,6 @@ class NormalLaw(ContactLaw):
             finite = np.isfinite(margins[:, SLIPS])
             states[:, SLIPS] = np.where(finite, held[:, SLIPS], states[:, SLIPS])
         return states
-
-    def figures_of(self, details: FloatArray) -> tuple[FloatArray, FloatArray]:
-        """Figures (n, 6) and derivatives of margins (n, q, 4), with which ``details`` begin."""
-        n_slopes = 4 * len(self.switches)
-        slopes = details[:, 6 : 6 + n_slopes].reshape(len(details), len(self.switches), 4)
-        return details[:, :6], slopes
 
     def margin_slopes(
         self, located: Located, frequency: float, values: Values

@@ -171,7 +171,7 @@ class PlanarFriction(NormalLaw):
         self._check(failed)
         events, margins, by_motion, details = found
         states = self.held_states(margins, held)
-        return Located(events, states, margins, by_motion, Periods(*self.figures_of(details)))
+        return Located(events, states, margins, by_motion, Periods.of(details))
 
     def event_loop(self, basis: FourierBasis) -> EventLoop:
         """What locates all events."""

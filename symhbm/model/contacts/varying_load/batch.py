@@ -102,10 +102,10 @@ def coefficients(pieces, count: int, order, is_sine, norm, events) -> None:
     fourier.add_products(closed, order, is_sine, norm, matrices[3])
 
 
-@Loop
-def most_pieces(highest: int) -> int:
-    """Number of pieces that is never exceeded with a highest harmonic."""
-    return 14 * highest + 8
+def n_details(highest: int) -> int:
+    """Number of details of a contact that `locate` writes, with a highest harmonic."""
+    most_pieces = 14 * highest + 8  # which is never exceeded
+    return 19 + 6 * most_pieces
 
 
 @Loop
@@ -131,6 +131,23 @@ def locate(basis, motions, values, held, events, margins, by_motion, details) ->
         )  # fmt: skip
         _figures(waves, values[j, 0], pieces, count, turning, details[j, :6])
     return 0
+
+
+@Loop
+def locate_normal(basis, motions, values, held, events, margins, by_motion, details) -> int:
+    """As `locate`, of contacts that have ``v`` alone, whose slider neither moves nor pulls.
+
+    ``events`` (n, K^2 + K) are ``E`` and ``e``, margins those of opening and touch.
+    """
+    (n, size), free = motions.shape, np.full(len(motions), -1.0)
+    both, of_both = np.zeros((n, 2 * size)), np.empty((n, 4 * size * size + 3 * size))
+    margins_of, slopes = np.empty((n, 3)), np.empty((n, 3, 2 * size))
+    both[:, size:] = motions
+    failed = locate(basis, both, values, free, of_both, margins_of, slopes, details)
+    area = size * size
+    events[:, :area], events[:, area:] = of_both[:, 3 * area : 4 * area], of_both[:, -size:]
+    margins[:], by_motion[:] = margins_of[:, 1:], slopes[:, 1:, size:]
+    return failed
 
 
 @Loop

@@ -28,7 +28,7 @@ from symhbm.model.contacts.normal import (
     NormalLaw,
     Periods,
 )
-from symhbm.model.contacts.varying_load.batch import estimate, locate, most_pieces
+from symhbm.model.contacts.varying_load.batch import estimate, locate, n_details
 from symhbm.model.contacts.varying_load.march import history_of
 from symhbm.model.contacts.varying_load.moving import moving_events
 from symhbm.numerics import FloatArray, FourierBasis, turning_points
@@ -48,6 +48,13 @@ class Marched(Periods):
 
     pieces: FloatArray
     counts: NDArray[np.intp]
+
+    @classmethod
+    def of(cls, details: FloatArray) -> "Marched":
+        """Those that a loop wrote, contact by contact and one after the other."""
+        n, size = details.shape
+        slopes, counts = details[:, 6:18].reshape(n, 3, 4), details[:, 18].astype(int)
+        return cls(details[:, :6], slopes, details[:, 19:].reshape(n, (size - 19) // 6, 6), counts)
 
 
 class VariableLoadFriction(NormalLaw):
@@ -106,16 +113,12 @@ class VariableLoadFriction(NormalLaw):
     def locate(self, at: Motions, held: NDArray[np.bool_] | None = None) -> Located:
         """Locate all events; slip alone can be imposed, opening and closing bend no derivative."""
         (events, margins, by_motion, found), _ = self.by_loop(self.event_loop(at.basis), at, held)
-        pieces, counts = (
-            found[:, 19:].reshape(len(found), most_pieces(at.basis.highest), 6),
-            found[:, 18].astype(int),
-        )
-        details = Marched(*self.figures_of(found), pieces, counts)
-        return Located(events, self.held_states(margins, held), margins, by_motion, details)
+        states = self.held_states(margins, held)
+        return Located(events, states, margins, by_motion, Marched.of(found))
 
     def event_loop(self, basis: FourierBasis) -> EventLoop:
         """What locates all events."""
-        return EventLoop(locate, basis, self.physical, 19 + 6 * most_pieces(basis.highest))
+        return EventLoop(locate, basis, self.physical, n_details(basis.highest))
 
     def margins_within(self, at: Motions, error: FloatArray) -> FloatArray:
         """Margins and what the error does to them, without the force."""
