@@ -198,10 +198,8 @@ class _StoredPeaks:
     ) -> tuple[HarmonicBalance, SecondOrder]:
         """The problem of one parameter set; second derivatives are compiled once per harmonics."""
         if harmonics not in self._sets:
-            problem = self.problem
-            base = HarmonicBalance(problem.model, problem.excitation, harmonics)
-            base = base.with_peaks_of(problem.peaks_of)
-            self._sets[harmonics] = base, SecondOrder(base, problem.differentiable)
+            base = self.problem.with_harmonics(harmonics)
+            self._sets[harmonics] = base, SecondOrder(base, base.differentiable)
         base, second_order = self._sets[harmonics]
         number = int(np.ravel_multi_index(set_index, self.sweep.shape)) if set_index else 0
         return base.with_parameters(**self.sweep.chosen(number)), second_order

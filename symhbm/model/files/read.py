@@ -10,7 +10,7 @@ from typing import Any
 import scipy.sparse as sp
 
 from symhbm.model.cyclic import RotatingModel
-from symhbm.model.files import arrays, hdf5, matrix_market
+from symhbm.model.files import arrays, hdf5
 from symhbm.model.files.checks import accounted, found_units
 from symhbm.model.files.contents import KINDS, LOOK, Contents, Reader, in_si, units_of
 from symhbm.model.files.programs import abaqus, ansys, calculix, nastran
@@ -285,8 +285,8 @@ def _reader(file: Path) -> Reader:
     suffix = file.suffix.lower()
     if suffix == ".mtx":
         with _existing(file).open("rb") as head:
-            market = head.read(len(matrix_market.HEAD)) == matrix_market.HEAD
-        return matrix_market.read if market else abaqus.read
+            market = head.read(len(arrays.MATRIX_MARKET)) == arrays.MATRIX_MARKET
+        return arrays.read_matrix_market if market else abaqus.read
     if suffix not in _READERS:
         advice = _ADVICE.get(suffix, f"expected one of .mtx, {', '.join(_READERS)}")
         raise ValueError(f"path={str(file)!r}: {advice}")

@@ -12,12 +12,12 @@ from numpy.typing import ArrayLike, NDArray
 
 from symhbm.model.cyclic import turn_about
 from symhbm.model.files import read_columns
-from symhbm.model.interfaces.faces import shares_of
 from symhbm.model.interfaces.sides import (
     ALONE,
     coordinates_of,
     held_of,
     places_of,
+    shares_of,
     side_of,
     spacing,
     tell_unmatched,

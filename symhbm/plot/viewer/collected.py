@@ -11,7 +11,7 @@ import xarray as xr
 from symhbm.plot.viewer import ensemble, motions, tables
 from symhbm.plot.viewer.curves import Limits, curve_of
 from symhbm.plot.viewer.packing import DIGITS, plain
-from symhbm.plot.viewer.page import page_of
+from symhbm.plot.viewer.page import mesh_html, page_of
 from symhbm.plot.viewer.sets import (
     Layout,
     Sets,
@@ -24,7 +24,6 @@ from symhbm.plot.viewer.sets import (
     spoken,
     values_of,
 )
-from symhbm.plot.viewer.structure import mesh_html
 from symhbm.results.reading import COMPLETE, curve_status
 from symhbm.results.telling import account, differences
 

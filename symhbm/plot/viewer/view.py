@@ -11,8 +11,7 @@ from symhbm.model import Structure
 from symhbm.numerics import check
 from symhbm.plot.viewer.collected import Collected, together
 from symhbm.plot.viewer.packing import plain
-from symhbm.plot.viewer.page import plotting_library
-from symhbm.plot.viewer.structure import structure_page
+from symhbm.plot.viewer.page import plotting_library, structure_page
 from symhbm.results import check_dataset
 from symhbm.results.archive import draft_of
 

@@ -284,8 +284,7 @@ class StoredPoints(StoredGroup):
         if harmonics == problem.harmonics:
             return problem
         if harmonics not in self._sets:
-            larger = HarmonicBalance(problem.model, problem.excitation, harmonics)
-            self._sets[harmonics] = larger.with_peaks_of(problem.peaks_of)
+            self._sets[harmonics] = problem.located().with_harmonics(harmonics)
         return self._sets[harmonics].with_parameters(**problem.parameters)
 
     def exact_difference(self, index: tuple[int, ...]) -> float:

@@ -20,11 +20,10 @@ from symhbm.results.reading.blockwise import (
 )
 from symhbm.results.reading.measured import MEASURED, measured
 from symhbm.results.reading.motions import HISTORIES, MOTIONS, motion
-from symhbm.results.reading.moving_base import seen_from
-from symhbm.results.reading.output import output
 from symhbm.results.reading.points import CHOSEN, At, at
 from symhbm.results.reading.recorded import measured_functions, measured_signal
 from symhbm.results.reading.rows import KINDS, rows_of, table
+from symhbm.results.reading.views import output, seen_from
 
 __all__ = [
     "ALIKE",
