@@ -7,8 +7,7 @@ from symhbm.response.modes_and_cycles import limit_cycles, nonlinear_modes
 from symhbm.response.other_branches import other_branches
 from symhbm.response.periodic_motion import periodic_motion
 from symhbm.response.run import reported, resume
-from symhbm.response.solve import solve
-from symhbm.response.static_states import static_states
+from symhbm.response.solve import solve, static_states
 from symhbm.response.verification import FIGURES, summary, verify
 
 __all__ = [

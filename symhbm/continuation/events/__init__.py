@@ -9,13 +9,6 @@ from symhbm.continuation.events.contact_limits import (
     end_of_slip,
     first_limit,
 )
-from symhbm.continuation.events.corners import (
-    BEYOND_CORNER,
-    LARGEST_PREDICTION_ERROR,
-    SMALLEST_STEP,
-    step_over_corner,
-    turns_back,
-)
 from symhbm.continuation.events.crossing import (
     Crossing,
     Curvature,
@@ -26,8 +19,15 @@ from symhbm.continuation.events.crossing import (
     several_meet,
     solve_crossing,
 )
-from symhbm.continuation.events.folds import find_folds
 from symhbm.continuation.events.modes import Reduced, ResonanceFinder, reduced
+from symhbm.continuation.events.turns import (
+    BEYOND_CORNER,
+    LARGEST_PREDICTION_ERROR,
+    SMALLEST_STEP,
+    find_folds,
+    step_over_corner,
+    turns_back,
+)
 
 __all__ = [
     "BEYOND_CORNER",

@@ -9,8 +9,8 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.continuation.correctors import Corrector
-from symhbm.continuation.events.corners import NO_TURN
 from symhbm.continuation.events.crossing import Crossing, curvature_of, solve_crossing
+from symhbm.continuation.events.turns import NO_TURN
 from symhbm.continuation.point import PathPoint
 from symhbm.continuation.problem import ContinuationProblem, Corrected
 from symhbm.continuation.segment import PathState, Segment
