@@ -10,7 +10,7 @@ from studies import fig03_single_blade as fig03
 from studies import fig12_mistuned_disk as fig12
 from symhbm.continuation import path as continuation
 from symhbm.continuation.correctors import corrector_of
-from symhbm.continuation.events import corners
+from symhbm.continuation.events import turns
 from symhbm.continuation.path import Path
 from symhbm.continuation.problem import FrequencyProblem, ParameterProblem
 from symhbm.continuation.start import solve_point
@@ -84,22 +84,22 @@ def test_values_out_of_range_are_failed_steps():
 @pytest.mark.parametrize("overshoot", [1.05, 2.0])
 def test_a_step_across_an_event_ends_on_it(overshoot, monkeypatch):
     """A step at fixed value that meets another contact state ends where the state changes."""
-    monkeypatch.setattr(corners, "LARGEST_PREDICTION_ERROR", 10.0)
+    monkeypatch.setattr(turns, "LARGEST_PREDICTION_ERROR", 10.0)
     curve = FrequencyProblem(fig03.problem((1, 3)).with_parameters(normal_load=18))
     points = list(path_from_start(curve, 10 * TURN, 30 * TURN))
     i = next(i for i, point in enumerate(points) if point.events)
     base, event = points[i - 1], points[i]
     length = overshoot * (event.value - base.value) / base.after[-1]
-    crossing = corners._at_distance(corrector_of(curve), base, 30 * TURN, length, may_change=True)
+    crossing = turns._at_distance(corrector_of(curve), base, 30 * TURN, length, may_change=True)
     assert crossing is not None
     # Both are solved to the round-off of the limit.
     assert crossing.solution.point[-1] == pytest.approx(event.value, rel=1e-11)
     assert crossing.switches.tolist() == event.switches.tolist()
-    same_states = corners._at_distance(
+    same_states = turns._at_distance(
         corrector_of(curve), base, 30 * TURN, length, may_change=False
     )
     assert same_states is None
-    ahead = corners.step_over_corner(corrector_of(curve), points[3], 30 * TURN, 0.2)
+    ahead = turns.step_over_corner(corrector_of(curve), points[3], 30 * TURN, 0.2)
     assert ahead is not None
     assert ahead.solution.residual_norm <= 1e-11
     assert points[3].value < ahead.solution.point[-1] < 30 * TURN
