@@ -14,7 +14,6 @@ from symhbm.model.excitation import (
     force_coefficients,
 )
 from symhbm.model.interfaces import contact_pairs
-from symhbm.model.large import MANY, advise_condensing, check_size
 from symhbm.model.matrices import Model
 from symhbm.model.outputs import Output
 from symhbm.model.parameters import (
@@ -27,7 +26,7 @@ from symhbm.model.parameters import (
     is_pattern,
 )
 from symhbm.model.places import Place, Places, next_sector, number_of
-from symhbm.model.plausibility import DOUBT, warn_of_doubts
+from symhbm.model.plausibility import DOUBT, MANY, advise_condensing, check_size, warn_of_doubts
 from symhbm.model.sectors import find_symmetry
 from symhbm.model.shown import as_table, rows_of
 from symhbm.model.structure import Structure

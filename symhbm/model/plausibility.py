@@ -1,13 +1,15 @@
 """Matrices and bands that can hardly be meant: in the wrong order, or in other units.
 
 Nothing here is an error: springs may do work around a cycle, and a band may lie where nothing
-resonates. One warning tells what is unusual, with its figures.
+resonates. One warning tells what is unusual, with its figures. Another one tells what is better
+condensed: large structures that few contacts touch.
 """
 
 from collections.abc import Collection, Sequence
 from weakref import WeakKeyDictionary
 
 import numpy as np
+import scipy.sparse as sp
 from scipy.linalg import eigh
 from scipy.sparse.linalg import splu
 
@@ -23,6 +25,14 @@ _FAR, _ABOVE, _ALONE = 5.0, 2.0, 20.0
 one frequency is."""
 _DENSE = 300
 _STEPS = 4
+_LAST: WeakKeyDictionary[Structure, tuple[tuple, str]] = WeakKeyDictionary()
+"""Of each structure the last call and what was said: modes take longer than a point."""
+LARGE = 100_000
+"""Entries of a stiffness matrix from which compiling it takes longer (5 s) than condensing it."""
+MANY = 400
+"""Unknowns from which second derivatives and stability take minutes, or are not computed."""
+_FEW = 4
+"""Degrees of freedom for each one that contacts touch, from which condensing is worth it."""
 
 
 def warn_of_doubts(
@@ -49,10 +59,6 @@ def warn_of_doubts(
         _LAST[model] = call, said
     if said:
         check.warn(f"{DOUBT}? {said}")
-
-
-_LAST: WeakKeyDictionary[Structure, tuple[tuple, str]] = WeakKeyDictionary()
-"""Of each structure the last call and what was said: modes take longer than a point."""
 
 
 def _doubts(
@@ -221,3 +227,42 @@ def _lowest(model: Structure, hertz: float) -> float:
         motion /= np.abs(motion).max()
     square = motion @ (stiffness @ motion) / (motion @ (mass @ motion))
     return float(np.sqrt(max(square, 0.0)) / (2 * np.pi))
+
+
+def check_size(model: Structure) -> None:
+    """Say of a large structure with few contacts that it is better condensed.
+
+    TypeError for one whose damping is of low rank: there is no matrix to compile.
+    """
+    if not sp.issparse(model.damping_matrix):
+        raise TypeError(
+            f"model: expected one with damping as a sparse matrix, the modal damping of "
+            f"{model.n_dof:,} degrees of freedom is full; use symhbm.condense or "
+            "symhbm.craig_bampton of the model"
+        )
+    entries = int(model.stiffness_matrix.nnz)
+    if entries <= LARGE or not _has_few_contacts(model):
+        return
+    check.warn(
+        f"a structure of {model.n_dof:,} degrees of freedom, of which contacts touch "
+        f"{len(model.touched)}, "
+        f"and {entries:,} entries of its stiffness matrix: it takes about {entries / 2e4:.0f} s to "
+        "compile, and every point some factorisations of all its equations; symhbm.condense(model, "
+        "excitation, frequency_band, harmonics, places=...) gives the same responses of what "
+        "contacts touch and of these places, and each point in milliseconds"
+    )
+
+
+def _has_few_contacts(model: Structure) -> bool:
+    return _FEW * len(model.touched) <= model.n_dof
+
+
+def advise_condensing(model: Structure, n_unknowns: int, what: str, option: str = "") -> None:
+    """Say of a problem of many unknowns ``what`` a condensed structure is better for."""
+    if not model.has_matrices or n_unknowns <= MANY or not _has_few_contacts(model):
+        return
+    check.warn(
+        f"{what} for {n_unknowns:,} unknowns; those of the {len(model.touched)} degrees of "
+        f"freedom that contacts touch are enough: symhbm.condense(model, excitation, "
+        f"frequency_band, harmonics, places=...{option})"
+    )

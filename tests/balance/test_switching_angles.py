@@ -9,7 +9,7 @@ from scipy.optimize import brentq
 import symhbm as sh
 from studies import fig03_single_blade, fig08_engine_orders
 from symhbm.balance.switching_angles import SwitchingAngles, slip_angles
-from symhbm.continuation.angles.one_point import AngleStatus, solve_angles
+from symhbm.continuation.angles.system import AngleStatus, solve_angles
 from symhbm.continuation.newton import ACCEPTED
 from symhbm.continuation.start import solve_point
 from tests.problems import rub

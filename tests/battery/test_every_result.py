@@ -221,7 +221,7 @@ def test_the_command_line_reads_it(name, tmp_path, monkeypatch):
 
     whole = said("info", path), said("export", path, "--variables", "all")
     # Read a few values at a time they are the same.
-    monkeypatch.setattr("symhbm.results.reading.blockwise._LARGEST_BLOCK", 97)
+    monkeypatch.setattr("symhbm.results.reading.selection._LARGEST_BLOCK", 97)
     assert (said("info", path), said("export", path, "--variables", "all")) == whole
     assert Path(said("view", path).strip()).stat().st_size < 6e6
     if name in WITHOUT_PICTURE:

@@ -124,7 +124,7 @@ def test_blocks_hold_every_row_once_and_in_order(shape, width, budget):
     array = np.arange(int(np.prod(shape))).reshape(shape)
     dims = [f"d{i}" for i in range(len(shape))]
     with pytest.MonkeyPatch.context() as patch:
-        patch.setattr("symhbm.results.reading.blockwise._LARGEST_BLOCK", budget)
+        patch.setattr("symhbm.results.reading.selection._LARGEST_BLOCK", budget)
         rows = []
         for block in blocks(dict(zip(dims, shape, strict=True)), dims, width):
             part = array[tuple(block.get(dim, slice(None)) for dim in dims)]

@@ -5,7 +5,7 @@ import pytest
 from hypothesis import given, settings
 from hypothesis import strategies as st
 
-from symhbm.continuation.between import intermediate_solutions, missed_events
+from symhbm.continuation.between import doubts
 from symhbm.continuation.between import slopes as slopes_of_path
 from symhbm.continuation.between.segments import OF_SLOPE, Segments, write_errors
 from symhbm.continuation.between.slopes import FLAT_SLOPE, TIE, _of_one_harmonic
@@ -223,7 +223,7 @@ def test_where_a_margin_is_the_farthest_beyond(seed):
     outward = np.where(held, -1.0, 1.0)[:, None] * margins
     outward = np.where(np.isfinite(first + last)[:, None], outward, -np.inf).max(axis=2)
     expected = np.where(outward.max(axis=1) > 1e-11, (outward.argmax(axis=1) + 1) / 16, 0.0)
-    for loop in (missed_events._most_beyond, plain(missed_events._most_beyond)):
+    for loop in (doubts._most_beyond, plain(doubts._most_beyond)):
         shares = np.zeros(n)
         loop(within, first, last, begin, width, held, shares)
         np.testing.assert_array_equal(shares, expected)
@@ -257,7 +257,7 @@ def test_where_a_drawn_amplitude_is_the_farthest_off(seed, per_dof):
         reference = 0.01 * np.maximum(expected, 1e-3 * top[..., None])
         error = np.maximum(error, (np.abs(drawn - expected) / reference).max(axis=2))
     at = np.where(error.max(axis=1) > 1, np.array([0.25, 0.5, 0.75])[error.argmax(axis=1)], 0.0)
-    loop = intermediate_solutions._largest_error
+    loop = doubts._largest_error
     for kind in (loop, plain(loop)):
         largest, shares = np.zeros((2, n))
         kind(*sides, folds, states, expected, per_dof, largest, shares)

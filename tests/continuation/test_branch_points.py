@@ -14,7 +14,7 @@ from scipy.optimize import brentq, root
 
 import symhbm as sh
 from symhbm.continuation.correctors import corrector_of
-from symhbm.continuation.events.branch_points import find_branch_point
+from symhbm.continuation.events.turns import find_branch_point
 from symhbm.continuation.newton import newton
 from symhbm.continuation.problem import FrequencyProblem
 from symhbm.continuation.status import Status

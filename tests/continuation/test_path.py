@@ -95,9 +95,7 @@ def test_a_step_across_an_event_ends_on_it(overshoot, monkeypatch):
     # Both are solved to the round-off of the limit.
     assert crossing.solution.point[-1] == pytest.approx(event.value, rel=1e-11)
     assert crossing.switches.tolist() == event.switches.tolist()
-    same_states = turns._at_distance(
-        corrector_of(curve), base, 30 * TURN, length, may_change=False
-    )
+    same_states = turns._at_distance(corrector_of(curve), base, 30 * TURN, length, may_change=False)
     assert same_states is None
     ahead = turns.step_over_corner(corrector_of(curve), points[3], 30 * TURN, 0.2)
     assert ahead is not None

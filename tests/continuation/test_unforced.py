@@ -19,7 +19,7 @@ from symhbm.continuation.unforced import (
     follow_mode,
     linear_mode,
 )
-from symhbm.continuation.unforced.linear_modes import _modes_about
+from symhbm.continuation.unforced.modes import _modes_about
 from symhbm.model import Structure
 from tests.pressed_contact import pressed_mass
 

@@ -8,7 +8,7 @@ import pytest
 import scipy.sparse as sp
 
 import symhbm as sh
-from symhbm.model import large
+from symhbm.model import plausibility
 from symhbm.model.linear import natural_band
 from symhbm.time_domain import linear_motion
 from tests.problems import rub
@@ -69,7 +69,7 @@ def test_what_takes_minutes_is_told_of_condense(monkeypatch):
     with warnings.catch_warnings():
         warnings.simplefilter("error")
         sh.solve(problem, 4.5, stability=True)
-    monkeypatch.setattr(large, "MANY", 100)
+    monkeypatch.setattr(plausibility, "MANY", 100)
     with pytest.warns(UserWarning, match=r"120 unknowns; .* 2 degrees .*\(.*stability=True\)"):
         sh.solve(problem, 4.5, stability=True)
     for verb in (sh.peak_curve, sh.minimise_peak):
@@ -90,7 +90,7 @@ def test_exact_motions_of_large_structures_name_the_other_reduction(monkeypatch)
 
 
 def test_a_large_structure_is_told_of_condense(monkeypatch):
-    monkeypatch.setattr(large, "LARGE", 1000)
+    monkeypatch.setattr(plausibility, "LARGE", 1000)
     with pytest.warns(UserWarning, match=r"60 degrees of freedom.*touch 2,.*symhbm.condense\("):
         sh.HarmonicBalance(banded(60, 20), sh.forces.PointForce(0))
     with warnings.catch_warnings():

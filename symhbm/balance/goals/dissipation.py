@@ -5,8 +5,7 @@ from typing import Any, ClassVar
 
 import casadi as ca
 
-from symhbm.balance.goals.goal import ContactSymbols
-from symhbm.balance.goals.of_contacts import OfContacts
+from symhbm.balance.goals.goal import ContactSymbols, OfContacts
 
 
 @dataclass(frozen=True, repr=False)

@@ -3,8 +3,7 @@
 from dataclasses import dataclass
 from typing import Any, ClassVar
 
-from symhbm.balance.goals.goal import ContactSymbols
-from symhbm.balance.goals.of_contacts import OfContacts
+from symhbm.balance.goals.goal import ContactSymbols, OfContacts
 from symhbm.model import Structure
 from symhbm.model.contacts import NormalLaw
 

@@ -6,8 +6,8 @@ from symhbm.continuation.angles.corrector import (
     angle_branches,
     covered,
 )
-from symhbm.continuation.angles.one_point import AngleStatus, solve_angles
 from symhbm.continuation.angles.solvers import check_angles, check_path_angles
+from symhbm.continuation.angles.system import AngleStatus, solve_angles
 
 __all__ = [
     "ANGLES_ENDED",

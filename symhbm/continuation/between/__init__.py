@@ -1,6 +1,6 @@
 """Results between two points of a path: peaks, missed events and intermediate solutions."""
 
-from symhbm.continuation.between.intermediate_solutions import solved_between
+from symhbm.continuation.between.doubts import solved_between
 from symhbm.continuation.between.peaks import LocatedPeaks, locate_peaks, unbounded_peak
 from symhbm.continuation.between.slopes import TIE, Peak, PeakKind, amplitude_and_slope, leading
 

@@ -19,8 +19,8 @@ import numpy as np
 
 from symhbm.balance import HarmonicBalance, ValueOf
 from symhbm.balance.goals import Goal
+from symhbm.continuation.between.doubts import MissedEvents
 from symhbm.continuation.between.maxima import CORNER_JUMP, LocatedMaximum, Maxima
-from symhbm.continuation.between.missed_events import MissedEvents
 from symhbm.continuation.between.segments import Segments
 from symhbm.continuation.between.slopes import (
     FLAT_SLOPE,

@@ -1,6 +1,5 @@
 """Events on a path: contact limits, folds, branch points, resonances."""
 
-from symhbm.continuation.events.branch_points import at_crossing, find_branch_point
 from symhbm.continuation.events.contact_limits import (
     after_onset,
     beside_limit,
@@ -24,6 +23,8 @@ from symhbm.continuation.events.turns import (
     BEYOND_CORNER,
     LARGEST_PREDICTION_ERROR,
     SMALLEST_STEP,
+    at_crossing,
+    find_branch_point,
     find_folds,
     step_over_corner,
     turns_back,

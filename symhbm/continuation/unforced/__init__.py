@@ -9,15 +9,13 @@ from symhbm.continuation.unforced.cycles import (
     settled,
 )
 from symhbm.continuation.unforced.following import follow_mode, follow_mode_over
-from symhbm.continuation.unforced.linear_modes import (
+from symhbm.continuation.unforced.modes import (
     LinearMode,
+    ModeOverParameterProblem,
     NoModeError,
+    NonlinearModeProblem,
     linear_mode,
     mode_start,
-)
-from symhbm.continuation.unforced.nonlinear_mode import (
-    ModeOverParameterProblem,
-    NonlinearModeProblem,
 )
 from symhbm.continuation.unforced.problem import (
     LimitCycleProblem,

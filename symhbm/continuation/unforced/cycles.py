@@ -14,7 +14,7 @@ from symhbm.continuation.newton import NewtonResult, newton
 from symhbm.continuation.point import Event, EventKind, PathPoint, switched
 from symhbm.continuation.segment import PathState, Segment
 from symhbm.continuation.status import Status
-from symhbm.continuation.unforced.nonlinear_mode import NO_DAMPING, NonlinearModeProblem
+from symhbm.continuation.unforced.modes import NO_DAMPING, NonlinearModeProblem
 from symhbm.continuation.unforced.problem import LimitCycleProblem
 from symhbm.numerics import FloatArray, on_one_thread
 

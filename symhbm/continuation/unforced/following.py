@@ -16,11 +16,12 @@ from symhbm.continuation.newton import NewtonResult, newton
 from symhbm.continuation.point import Event, EventKind, PathPoint
 from symhbm.continuation.segment import Segment
 from symhbm.continuation.status import Status
-from symhbm.continuation.unforced.linear_modes import LinearMode, mode_start
-from symhbm.continuation.unforced.nonlinear_mode import (
+from symhbm.continuation.unforced.modes import (
     NO_DAMPING,
+    LinearMode,
     ModeOverParameterProblem,
     NonlinearModeProblem,
+    mode_start,
 )
 from symhbm.numerics import on_one_thread, refined
 

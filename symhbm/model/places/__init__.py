@@ -1,13 +1,15 @@
 """Where degrees of freedom are, and the names by which contacts, forces and results call them."""
 
-from symhbm.model.places.kept import check_whole, number_of, own_numbers
 from symhbm.model.places.names import (
     DIRECTIONS,
     NextSector,
     Place,
     check_place,
+    check_whole,
     next_sector,
     node_numbers,
+    number_of,
+    own_numbers,
 )
 from symhbm.model.places.table import Places, check_places
 

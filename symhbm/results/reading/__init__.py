@@ -1,11 +1,18 @@
 """Datasets for those who read them: tables, motions, parts without padding, blocks."""
 
 from symhbm.results.description import amplitude_of, largest_of, motions_of
-from symhbm.results.reading.blockwise import (
+from symhbm.results.reading.measured import MEASURED, measured
+from symhbm.results.reading.motions import HISTORIES, MOTIONS, motion
+from symhbm.results.reading.recorded import measured_functions, measured_signal
+from symhbm.results.reading.rows import KINDS, rows_of, table
+from symhbm.results.reading.selection import (
     ALIKE,
+    CHOSEN,
     COMPLETE,
     INNER,
     SAMPLE,
+    At,
+    at,
     blocks,
     completeness,
     curve_status,
@@ -18,11 +25,6 @@ from symhbm.results.reading.blockwise import (
     trimmed,
     with_curve_status,
 )
-from symhbm.results.reading.measured import MEASURED, measured
-from symhbm.results.reading.motions import HISTORIES, MOTIONS, motion
-from symhbm.results.reading.points import CHOSEN, At, at
-from symhbm.results.reading.recorded import measured_functions, measured_signal
-from symhbm.results.reading.rows import KINDS, rows_of, table
 from symhbm.results.reading.views import output, seen_from
 
 __all__ = [

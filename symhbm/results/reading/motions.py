@@ -10,8 +10,8 @@ from numpy.typing import ArrayLike
 
 from symhbm.numerics import RADIANS, check
 from symhbm.results.description import largest_of, motions_of, spread_of
-from symhbm.results.reading.points import At
-from symhbm.results.reading.points import at as chosen_points
+from symhbm.results.reading.selection import At
+from symhbm.results.reading.selection import at as chosen_points
 from symhbm.results.schema import check_dataset, check_present
 
 _KINDS = {"points": "", "peaks": "peak_"}

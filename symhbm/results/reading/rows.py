@@ -11,16 +11,16 @@ import xarray as xr
 from symhbm.numerics import check
 from symhbm.results.description import Description
 from symhbm.results.provenance import places_of
-from symhbm.results.reading.blockwise import (
+from symhbm.results.reading.selection import (
     INNER,
+    At,
     blocks,
     curve_status,
     is_inner,
     moving,
     set_dimensions,
 )
-from symhbm.results.reading.points import At
-from symhbm.results.reading.points import at as chosen_points
+from symhbm.results.reading.selection import at as chosen_points
 from symhbm.results.schema import check_dataset, check_present
 
 KINDS = ("points", "peaks", "events", "sets")

@@ -49,7 +49,7 @@ def test_units_and_meanings_of_all_columns(sweep):
 def test_archives_are_read_part_by_part(sweep, tmp_path, monkeypatch):
     sh.save(sweep, tmp_path / "sweep.nc")
     with sh.load(tmp_path / "sweep.nc", lazy=True) as archive:
-        monkeypatch.setattr("symhbm.results.reading.blockwise._LARGEST_BLOCK", 7)
+        monkeypatch.setattr("symhbm.results.reading.selection._LARGEST_BLOCK", 7)
         loaded = []
         load = xr.Dataset.load
 
