@@ -8,7 +8,7 @@ import numpy as np
 from numpy.typing import NDArray
 
 from symhbm.model.cyclic import turn_about
-from symhbm.model.files.contents import LOOK, Units, units_of
+from symhbm.model.files.contents import LOOK, SHARES, Units, units_of
 from symhbm.model.files.geometry import Sides, find_sides, twins
 from symhbm.model.matrices import Model
 from symhbm.model.mesh import Mesh, Modes, Program, Weights
@@ -26,8 +26,6 @@ _TOUCHING = "left_touching", "right_touching"
 """Sets of nodes that touch the next sector and are not of its sides."""
 _DIGIT = 1e-5
 """Last one of six, relative to the first, with which programs write shapes."""
-SHARES = "mass_share", "stiffness_share", "loss"
-"""What materials tell of damping."""
 _SAME = 1e-4
 """Difference of two frequencies, relative, that different digits do not make."""
 _RIGID = 1e-2

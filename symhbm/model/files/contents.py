@@ -17,6 +17,8 @@ from symhbm.numerics import check
 LOOK = "LOOK: "
 """Beginning of a line of an account that is a doubt."""
 KINDS = ("mass", "damping", "stiffness")
+SHARES = "mass_share", "stiffness_share", "loss"
+"""What materials tell of damping."""
 _USUAL = {
     "mass": ("mass", "mass_matrix", "m", "maa", "mgg", "mxx"),
     "damping": ("damping", "damping_matrix", "c", "d", "baa", "bgg", "bxx"),

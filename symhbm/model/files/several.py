@@ -9,8 +9,7 @@ import numpy as np
 
 from symhbm.model.cyclic import RotatingModel
 from symhbm.model.damping import RayleighDamping, StructuralDamping
-from symhbm.model.files.checks import SHARES
-from symhbm.model.files.contents import Contents
+from symhbm.model.files.contents import SHARES, Contents
 from symhbm.model.matrices import Model
 from symhbm.model.mesh import Mesh, Program
 
