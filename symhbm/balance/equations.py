@@ -118,14 +118,13 @@ class Equations:
             # Of springs and masses, -omega / 2 times the slope is the inertia.
             inertia -= power / 2 * factor * pushes if power > 1 else 0
         largest_difference = ca.SX(0)
-        for group in self.groups:
+        for group in (group for group in self.groups if group.n):
             spread, spread_absolute = (constant(part) for part in self.spreads(group))
             pushes, sizes, differences, slopes, by_frequency = self._contacts(group, travel)
             self._balance += ca.mtimes(spread.T, pushes)
             total += ca.mtimes(spread_absolute.T, sizes)
-            if group.n:
-                jacobian += ca.mtimes([spread.T, slopes, spread])
-                largest_difference = ca.fmax(largest_difference, ca.mmax(differences))
+            jacobian += ca.mtimes([spread.T, slopes, spread])
+            largest_difference = ca.fmax(largest_difference, ca.mmax(differences))
             if by_frequency.nnz():
                 slope += ca.mtimes(spread.T, by_frequency)
         self._balance -= ca.vec(force.T)
@@ -172,7 +171,7 @@ class Equations:
         """Of all coefficients of displacements those of a group, a contact a column."""
         size = self.basis.n_components
         by_row = ca.reshape(all_rows, size, self.layout.n_rows)
-        columns = by_row[:, group.rows.ravel().tolist()] if group.n else ca.SX(size, 0)
+        columns = by_row[:, group.rows.ravel().tolist()]
         return ca.reshape(columns, size * group.rows.shape[1], group.n)
 
     def motions_of(self, group: BalancedGroup, inputs: dict[str, Any]) -> list[Motions]:
@@ -199,17 +198,10 @@ class Equations:
             self.values(group),
             symbol.get(group.events, ca.SX(0, group.n)),
         )
-        columns = (
-            [
-                kernel(motion, path, omega, values, events)
-                for motion, path, values, events in zip(*map(ca.horzsplit, data), strict=True)
-            ]
-            if group.n
-            else []
-        )
-        if not columns:
-            nothing = ca.SX(0, 1)
-            return nothing, nothing, nothing, ca.SX(0, 0), nothing
+        columns = [
+            kernel(motion, path, omega, values, events)
+            for motion, path, values, events in zip(*map(ca.horzsplit, data), strict=True)
+        ]
         forces, sizes, differences, slopes = zip(*columns, strict=True)
         pushes = ca.vertcat(*forces)
         by_frequency = ca.jacobian(pushes, omega)

@@ -17,7 +17,7 @@ from symhbm.balance.equations import Equations, identifier
 from symhbm.balance.evaluation import ContactStates
 from symhbm.balance.goals import ContactSymbols, Goal, Solution
 from symhbm.balance.harmonic_balance import HarmonicBalance
-from symhbm.balance.second_order import SecondOrder
+from symhbm.balance.second_order import SecondOrder, inputs_at
 from symhbm.model.contacts import graph_of
 from symhbm.numerics import DENSE_LIMIT, RADIANS, Assembly, Compiled, FloatArray
 
@@ -117,7 +117,7 @@ class ValueOf(NamedTuple):
             outputs = [of.value, of.size, ca.gradient(of.value, variables)]
             outputs = [ca.densify(output) for output in outputs]
             compiled[key] = Compiled(ca.Function("goal", [*of.inputs.values()], outputs))
-        value, size, slope = compiled[key](*_inputs(problem, unknowns, frequency, states))
+        value, size, slope = compiled[key](*inputs_at(problem, unknowns, frequency, states))
         if not (np.isfinite(value[0]) and np.all(np.isfinite(slope))):
             raise ArithmeticError(f"{goal!r} is no number at {frequency:g} rad/s")
         if abs(value[0]) <= _ROUND_OFF * size[0]:
@@ -167,7 +167,7 @@ class GoalOrder:
         states: ContactStates,
     ) -> tuple[FloatArray, Any]:
         """Gradient (n_variables,), and second derivatives, dense or sparse by their number."""
-        inputs = _inputs(problem, unknowns, frequency, states)
+        inputs = inputs_at(problem, unknowns, frequency, states)
         weights = dict(zip(self._names, self._weights(*inputs), strict=True))
         added = self._added(
             *(problem, unknowns, frequency, states),
@@ -175,12 +175,3 @@ class GoalOrder:
         )
         gradient, hessian = self._derivatives(*inputs, *added)
         return gradient, self._assemble(hessian)
-
-
-def _inputs(
-    problem: HarmonicBalance, unknowns: FloatArray, frequency: float, states: ContactStates
-) -> list[FloatArray]:
-    """Stored entries of the inputs of the residual, in their order."""
-    named = problem.arguments(unknowns, frequency, states=states)
-    names = problem.equations.residual.name_in()
-    return [np.ravel(named[name], order="F") for name in names]

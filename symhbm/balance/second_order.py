@@ -76,7 +76,6 @@ class SecondOrder:
         hessian = ca.hessian(ca.dot(multipliers, balance), variables)[0]
         added, of_events = self.of_events(problem, symbol)
         hessian += of_events
-        self._inputs = list(symbol)
         inputs = [*symbol.values(), multipliers, *added]
         self._compiled = Compiled(ca.Function("second_order", inputs, [jacobian, hessian]))
         by_parameters = ca.densify(jacobian[:, problem.n_unknowns + 1 :])
@@ -108,7 +107,7 @@ class SecondOrder:
             *(problem, unknowns, frequency, contacts),
             lambda group: problem.contacts.motions(group, weights),
         )
-        inputs = self._at(problem, unknowns, frequency, contacts)
+        inputs = inputs_at(problem, unknowns, frequency, contacts)
         found = self._compiled(*inputs, multipliers, *added)
         jacobian, hessian = (
             assemble(values) for assemble, values in zip(self._assemblies, found, strict=True)
@@ -129,19 +128,8 @@ class SecondOrder:
         states: ContactStates,
     ) -> FloatArray:
         """First derivatives of the balance by the parameters, (n_unknowns, n_parameters)."""
-        (found,) = self._first(*self._at(problem, unknowns, frequency, states))
+        (found,) = self._first(*inputs_at(problem, unknowns, frequency, states))
         return found.reshape(-1, problem.n_unknowns).T
-
-    def _at(
-        self,
-        problem: HarmonicBalance,
-        unknowns: FloatArray,
-        frequency: float,
-        states: ContactStates,
-    ) -> list[FloatArray]:
-        """Stored entries of the inputs of the balance."""
-        named = problem.arguments(unknowns, frequency, states=states)
-        return [np.ravel(named[name], order="F") for name in self._inputs]
 
     def _with_structure(self, jacobian: Any, evaluation: Evaluation) -> Any:
         """The derivatives with those of a structure without matrices by unknowns and frequency."""
@@ -172,9 +160,11 @@ class SecondOrder:
         """What events add to second derivatives, and the symbols that it is made of, by `added`."""
         variables, added, result = self.variables_of(symbol), [], ca.SX(*[self.n_variables] * 2)
         for group in problem.contacts.groups:
-            spread = self._event_variables(problem, group, symbol, variables)
-            if spread is None:
+            if not group.n or not group.law.n_events(problem.basis):
                 continue
+            motions = problem.equations.motions_of(group, symbol)
+            each = [group.law.event_variables(at) for at in motions]
+            spread = ca.jacobian(ca.vertcat(*each), variables)
             size = spread.shape[0] // group.n
             added.append(ca.SX.sym(f"added_{group.name}", size, group.n * size))
             blocks = ca.diagcat(*ca.horzsplit(added[-1], size))
@@ -201,12 +191,11 @@ class SecondOrder:
             if group.n and group.law.n_events(problem.basis)
         ]
 
-    def _event_variables(
-        self, problem: HarmonicBalance, group: BalancedGroup, symbol: dict[str, Any], variables: Any
-    ) -> Any:
-        """Derivative by all variables of what the events of a group move with; None without."""
-        if not group.n or not group.law.n_events(problem.basis):
-            return None
-        motions = problem.equations.motions_of(group, symbol)
-        each = [group.law.event_variables(at) for at in motions]
-        return ca.jacobian(ca.vertcat(*each), variables)
+
+def inputs_at(
+    problem: HarmonicBalance, unknowns: FloatArray, frequency: float, states: ContactStates
+) -> list[FloatArray]:
+    """Stored entries of the inputs of the residual, in their order."""
+    named = problem.arguments(unknowns, frequency, states=states)
+    names = problem.equations.residual.name_in()
+    return [np.ravel(named[name], order="F") for name in names]
