@@ -102,7 +102,6 @@ def mesh() -> sh.Model:
 
 TABLE = xr.DataArray(np.ones((2, 3)), dims=("dof", "frequency"))
 VALUE, KEY, TYPE = ValueError, KeyError, TypeError
-LINEAR = sh.HarmonicBalance(sh.Model([[1.0]], [[5.0]], [[1e4]]), sh.forces.PointForce())
 BY_NAME = "a number from 0 to 4, 'blade 0' to 'blade 4', or several"
 NEAREST = "the nearest are 'tip'.* a label or a node .*directions as 'tip:x'"
 BAD: list[tuple[str, Any, dict[str, Any], Any, str]] = [

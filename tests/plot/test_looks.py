@@ -46,29 +46,6 @@ def test_colours_go_on_in_the_axes_of_the_caller(curves):
     assert hexes == [*HUES[:3]]
 
 
-def test_wide_families_share_their_colour_bar(sweeps):
-    loads = {"normal_load": np.linspace(4, 6, 15)}
-    many = [sh.frf(one, (15, 18), over=loads, progress=False) for one in (PROBLEM, STIFFER)]
-    ax, bar = sh.plot.response({"soft": many[0], "stiff": many[1]}).axes
-    assert texts(ax) == ["soft", "stiff"]
-    assert "F_n" in bar.get_ylabel()
-    others = many[1].assign_coords(normal_load=2 * many[1].normal_load)
-    with pytest.raises(ValueError, match="sweeps over the same values"):
-        sh.plot.response([many[0], others])
-
-
-def test_unknown_keywords_and_results_over_other_axes(curves):
-    with pytest.raises(TypeError, match="colour"):
-        sh.plot.response(curves[0], colour="red")
-    followed = sh.follow(PROBLEM, "normal_load", (1, 6), frequency=19.0, progress=False)
-    with pytest.raises(ValueError, match="expected results over the same axes"):
-        sh.plot.response([curves[0], followed])
-    figure, ax = plt.subplots()
-    with pytest.raises(ValueError, match="size='column': expected None"):
-        sh.plot.response(curves[0], ax=ax, size="column")
-    plt.close(figure)
-
-
 @pytest.mark.parametrize("size", [None, "column", "page"])
 def test_legends_leave_axes_their_width_and_stay_inside(sweeps, size):
     figure = sh.plot.response({"a design as built": sweeps[0], "another one": sweeps[1]}, size=size)
@@ -122,6 +99,13 @@ def test_fronts_tell_their_variables_by_the_style_of_lines():
     data |= dict(variable=("variable", names), variable_units=("variable", ["N"] * len(names)))
     panel = _values(xr.Dataset(data), np.arange(2), np.ones(2), "peak")
     assert [item.look["linestyle"] for item in panel.items] == [*LINE_STYLES, LINE_STYLES[0]]
+
+
+def test_axes_of_the_caller_have_their_size(curves):
+    figure, ax = plt.subplots()
+    with pytest.raises(ValueError, match="size='column': expected None"):
+        sh.plot.response(curves[0], ax=ax, size="column")
+    plt.close(figure)
 
 
 def test_no_legend_where_none_is_asked_for(sweeps):

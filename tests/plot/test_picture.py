@@ -54,14 +54,5 @@ def test_a_new_kind_is_drawn_by_pages():
 def test_all_kinds_give_their_data():
     for kind in kinds():
         assert callable(getattr(sh.plot, kind.replace("-", "_")).picture)
-    (panel,) = sh.plot.response.picture(response(), unit="mm", scale="linear").panels
-    assert (panel.x.label, panel.y.label) == (
-        "excitation frequency $f$ [Hz]",
-        "largest response [mm]",
-    )
-    lines = [item for item in panel.items if item.kind == "line"]
-    top = max(np.nanmax(item.data[1]) for item in lines)
-    assert top == pytest.approx(1e3 * response().peak_amplitude.values.max(), rel=1e-12)
-    texts = [item.label for item in panel.items if item.kind == "entry"]
-    assert texts == ["$F_n$ = 1 N", "$F_n$ = 3 N"]
+    sh.plot.response.picture(response())
     assert plt.get_fignums() == []

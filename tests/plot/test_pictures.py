@@ -4,17 +4,16 @@ from itertools import pairwise
 
 import numpy as np
 import pytest
-import xarray as xr
 from click.testing import CliRunner
 
 import symhbm as sh
 from studies import fig03_single_blade as fig03
 from studies import fig08_engine_orders as fig08
 from symhbm.cli import main
-from symhbm.continuation.status import Status
 from symhbm.numerics.loops.interpolation import amplitude_between
 from symhbm.results.variables import SLOPES
 from tests.paper import CLOSE, exact, level, long_lines, off_paper
+from tests.plot.test_bad_pictures import failed
 from tests.problems import duffing, ring_of_blades
 from tests.quick import quick_first
 
@@ -193,30 +192,8 @@ def test_interpolation_does_not_overshoot():
         assert np.all(steps >= 0)
 
 
-# Nothing to draw
-
-
-def without_points(dataset):
-    """A dataset as it is where nothing converges."""
-    unknown = {
-        name: value * np.nan
-        for name, value in dataset.data_vars.items()
-        if value.dtype.kind == "f" and {"point", "frequency", "peak"} & {*value.dims}
-    }
-    unknown["peak_kind"] = xr.full_like(dataset.peak_kind, "")
-    unknown["status"] = xr.full_like(dataset.status, str(Status.NO_START))
-    return dataset.assign(unknown)
-
-
-@pytest.fixture(scope="module")
-def failed():
-    return without_points(
-        sh.frf(fig03.problem(), (10, 30), over={"normal_load": [1.0, 3.0, 100.0]})
-    )
-
-
-def test_the_command_line_draws_no_empty_picture(failed, tmp_path):
-    sh.save(failed, tmp_path / "failed.nc")
+def test_the_command_line_draws_no_empty_picture(tmp_path):
+    sh.save(failed(), tmp_path / "failed.nc")
     arguments = ["plot", str(tmp_path / "failed.nc"), "--kind", "blades"]
     result = CliRunner().invoke(main, [*arguments, "--select", "normal_load=3"])
     assert result.exit_code != 0

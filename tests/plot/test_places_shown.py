@@ -15,14 +15,6 @@ NODES = sh.Places(
 
 
 @pytest.fixture(scope="module")
-def ring():
-    disk = ring_of_blades(
-        5, stiffness=[1e4, 1.02e4, 0.99e4, 1.01e4, 0.97e4], contact_stiffness=1e5, normal_load=10
-    )
-    return sh.frf(sh.HarmonicBalance(disk, sh.forces.EngineOrder(2)), (60, 95), at=GRID)
-
-
-@pytest.fixture(scope="module")
 def nodes():
     n = 5
     stiffness = 2e4 * np.eye(n) - 1e4 * (np.eye(n, k=1) + np.eye(n, k=-1))
@@ -39,21 +31,6 @@ def drawn(dataset, place):
 
 def level(dataset, dofs):
     return 20 * np.log10(dataset.amplitude.isel(dof=dofs).max("dof").values)
-
-
-@pytest.mark.parametrize(
-    ("place", "dofs", "words"),
-    [
-        (3, [3], "response of DOF 3"),
-        ("blade 3", [3], "response of blade 3"),
-        (["blade 1", 4], [1, 4], "largest response of blade 1, DOF 4"),
-        (None, [0, 1, 2, 3, 4], "largest response"),
-    ],
-)
-def test_blades(ring, place, dofs, words):
-    levels, label = drawn(ring, place)
-    np.testing.assert_allclose(levels, level(ring, dofs), rtol=1e-12)
-    assert label == f"{words} [dB re 1 m]"
 
 
 @pytest.mark.parametrize(

@@ -96,10 +96,6 @@ def wheel(condensed: bool) -> sh.HarmonicBalance:
 FOURTH = xr.DataArray(np.arange(5) == 4, dims="dof")
 
 
-def scaled(found: xr.Dataset, factor: Any) -> xr.Dataset:
-    return found.assign(coefficient=factor * found.coefficient)
-
-
 def stopped(found: xr.Dataset) -> xr.Dataset:
     """Curves that end on their way."""
     return found.assign(status=xr.full_like(found.status, str(sh.Status.MINIMUM_STEP)))

@@ -60,6 +60,3 @@ def test_error_of_a_ring_is_told(harmonics):
     away = near.coefficient[1, k].values - point.coefficient.values
     error = np.linalg.norm(away) / np.linalg.norm(point.coefficient)
     assert near.synthesis_error[1, k].item() == pytest.approx(error, rel=1e-6, abs=1e-11)
-
-
-LOADS, FEW = {"normal_load": [1, 2]}, ["frequency", "damping_ratio"]
