@@ -127,25 +127,8 @@ def test_copies_and_archives():
     assert whole.residual_norm < 1e-11
 
 
-def ring_and_force():
-    return mistuned("coulomb"), sh.forces.EngineOrder(1, 1.2, pattern={1: 1.0})
-
-
-@pytest.mark.parametrize("keep", ["touched", "displacements"])
-def test_all_places_of_a_condensed_ring_are_recovered(keep):
-    ring, force = ring_and_force()
-    exact = sh.solve(sh.HarmonicBalance(ring, force), 24.0).coefficient
-    small = sh.condense(ring, force, (22, 26), places=[1], keep=keep, progress=False)
-    problem = sh.HarmonicBalance(small, force)
-    whole = sh.datasets.recover(problem, sh.solve(problem, 24.0))
-    assert whole.residual_norm < 1e-11
-    expected = ring.expanded(exact.values.reshape(ring.n_dof, -1))
-    found = whole.coefficient.values.reshape(expected.shape)
-    np.testing.assert_allclose(found, expected, atol=1e-8 * np.abs(expected).max())
-
-
 def test_archives_hold_rings_whose_displacements_all_follow_from_what_is_watched():
-    ring, force = ring_and_force()
+    ring, force = mistuned("coulomb"), sh.forces.EngineOrder(1, 1.2, pattern={1: 1.0})
     options = dict(places=[1, 6, 11, 16], keep="displacements", progress=False)
     small = sh.condense(ring, force, (22, 26), **options)
     point = sh.solve(sh.HarmonicBalance(small, force), 24.0)

@@ -41,27 +41,6 @@ def one(law, harmonics=(1, 3), **values):
 
 
 @pytest.mark.parametrize("harmonics", [(1,), (1, 3)])
-def test_events_tell_contacts_behind_those_without_switches(harmonics):
-    """The contact of each event is the one whose state differs on both sides."""
-    friction = dict(contact_stiffness=[3e3, 4e3], friction_coefficient=0.3, normal_load=[2, 3])
-    groups = {
-        "springs": sh.Contacts(sh.laws.CubicSpring(), [(0,), (1,), (0, 1)], cubic_stiffness=1e4),
-        "roots": sh.Contacts(sh.laws.Coulomb(), [(0,), (1,)], **friction),
-    }
-    stiffness = [[1e4, -1e3], [-1e3, 1.2e4]]
-    model = sh.Model(np.eye(2), 0.5 * np.eye(2), stiffness, contacts=groups)
-    problem = sh.HarmonicBalance(model, sh.forces.PointForce(), harmonics)
-    response = sh.frf(problem, (12, 25), progress=False)
-    contacts = response.event_contact.values
-    assert {*contacts.tolist()} == {3, 4}
-    for frequency, contact in zip(response.event_frequency.values, contacts, strict=True):
-        before, after = (
-            sh.solve(problem, frequency * (1 + side)).contact_state.values for side in (-1e-6, 1e-6)
-        )
-        assert np.flatnonzero(before != after).tolist() == [contact]
-
-
-@pytest.mark.parametrize("harmonics", [(1,), (1, 3)])
 def test_a_force_that_is_not_odd_needs_a_mean(harmonics):
     problem = one(Quadratic(), harmonics, bend=3e5)
     calls = (

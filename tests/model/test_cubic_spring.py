@@ -188,24 +188,6 @@ def test_folds_over_force(oscillator, omega, upwards):
     assert np.all(np.diff(amplitude) * (1 if upwards else -1) > 0)
 
 
-@pytest.mark.parametrize("band", [(0.0, 1.0), (1.0, 0.0)], ids=["up", "down"])
-@pytest.mark.parametrize("omega", [0.9, 1.2])
-def test_a_band_with_no_force_at_one_end(band, omega):
-    """There the response vanishes; points need not come closer to it than a user can see."""
-    curve = sh.follow(
-        NOMINAL.problem(), "force_amplitude", band, frequency=omega / TWO_PI, throw=True
-    )
-    rest = 0 if band[0] == 0 else -1
-    assert curve.force_amplitude.values[[0, -1]].tolist() == list(band)
-    assert float(curve.amplitude[rest, 0]) == 0.0
-    np.testing.assert_allclose(
-        np.sort(folds_of(curve, "force_amplitude")), NOMINAL.folds_in_force(omega), rtol=1e-9
-    )
-    # The same curve takes some 60 points the other way.
-    assert int(curve.n_points) < 150
-    assert curve.force_amplitude.values[curve.force_amplitude.values > 0].min() > 1e-9
-
-
 def check_solutions(result, name, oscillator, reference):
     """All solutions on a grid are the roots of the cubic, each once."""
     assert result.amplitude.dims == (name, "solution", "dof")

@@ -149,14 +149,6 @@ def sector(given, limit=None):
     return sh.Sector(model, left=[0], right=[3], n_sectors=6)
 
 
-@pytest.mark.parametrize("wave", [0, 1, 3])
-def test_a_sector_has_the_modes_of_each_nodal_diameter_damped(wave):
-    ratios = np.array([0.01, 0.02])
-    mass, found, stiffness = (m.toarray() for m in sector(sh.ModalDamping(ratios)).matrices(wave))
-    expected = by_definition(stiffness, mass, ratios)
-    assert_allclose(found, expected, atol=1e-10 * np.abs(expected).max())
-
-
 def test_the_ring_has_the_same_modal_damping(monkeypatch):
     disk = sector(sh.ModalDamping([0.01, 0.02]))
     force = sh.forces.EngineOrder(2, pattern={1: 1.0, 2: 0.5j})

@@ -11,7 +11,6 @@ from symhbm.numerics.fourier import FourierBasis
 
 TAU = np.linspace(0, 2 * np.pi, 50)
 BASIS = FourierBasis((0, 1, 2, 3))
-VALUES = dict(mass=1.0, stiffness=1e4, damping=0.5, contact_stiffness=1e4, friction_coefficient=0.5)
 
 
 def force(excitation, n_dof, basis=BASIS, tau=TAU):
@@ -81,20 +80,3 @@ def test_harmonic_force_says_what_the_others_say():
     np.testing.assert_allclose(without_mean, force(same, 2), atol=1e-15)
     alone = sh.forces.HarmonicForce(sine={1: 2.0}).shape(1, BASIS)
     assert alone.tolist() == [[0, 0, 2, 0, 0, 0, 0]]
-
-
-def linear_response(stiffness, omega):
-    """Complex amplitude under the force exp(i omega t) of 1 N on a blade without friction."""
-    return 1 / (stiffness - omega**2 + 0.5j * omega)
-
-
-@pytest.mark.parametrize("order", [1, 2, 4])
-def test_response_to_an_engine_order_travels_with_it(order):
-    """The stuck ring: k + 4 k_d sin^2(pi EO / N), blade i lags by 2 pi EO i / N."""
-    ring = sh.bladed_disk(5, **VALUES, normal_load=1e6)
-    found = sh.solve(sh.HarmonicBalance(ring, sh.forces.EngineOrder(order)), 20.0, throw=True)
-    cosine, sine = found.coefficient.isel(harmonic=0).values.T
-    stiffness = 1e4 + 4e4 * np.sin(np.pi * order / 5) ** 2
-    lag = 2 * np.pi * order * np.arange(5) / 5
-    expected = np.exp(-1j * lag) * linear_response(stiffness, 2 * np.pi * 20.0)
-    np.testing.assert_allclose(cosine - 1j * sine, expected, rtol=1e-9)

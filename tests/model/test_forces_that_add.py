@@ -105,7 +105,8 @@ def test_the_mean_of_a_pattern_does_not_scale():
     force = sh.forces.HarmonicForce(cosine={0: [1.0, 2.0], 1: [1.0, 0.0]}, amplitude=10.0)
     by_number = sh.forces.HarmonicForce(cosine={0: {0: 1.0, 1: 2.0}, 1: {0: 1.0}}, amplitude=10.0)
     np.testing.assert_array_equal(by_number.static(2), force.static(2))
-    np.testing.assert_array_equal(force.static(2), [10.0, 20.0])
+    for of_mean in (force, force.still):
+        np.testing.assert_array_equal(of_mean.static(2), [10.0, 20.0])
     for amplitude in (0.0, 2.0):
         other = force.with_parameters(force_amplitude=amplitude)
         np.testing.assert_array_equal(other.static(2), [10.0, 20.0])

@@ -84,24 +84,6 @@ def test_a_blade_with_friction_on_a_shaker_is_one_under_its_inertia_force():
     assert force == pytest.approx(2 * omega**2 * 1e-4, rel=1e-10)
 
 
-def test_contacts_to_a_moving_ground_see_relative_displacements():
-    held = chain(**FRICTION)
-    relative, absolute = (
-        sh.HarmonicBalance(held, moved(2e-4, motion=motion)) for motion in ("relative", "absolute")
-    )
-    points = [sh.solve(problem, 11.0) for problem in (relative, absolute)]
-    assert {point.contact_state.item() for point in points} == {1}
-    gone = [sh.datasets.seen_from(point, "ground").amplitude.values for point in points]
-    assert np.abs(gone[0] / gone[1] - 1).max() > 1e-4  # the ground of the contact moves, or not
-    free = held.with_parameters(normal_load=0.0)
-    points = [
-        sh.solve(problem.with_parameters(normal_load=0.0), 11.0) for problem in (relative, absolute)
-    ]
-    assert free.normal_load == 0
-    gone = [sh.datasets.seen_from(point, "ground").amplitude.values for point in points]
-    np.testing.assert_allclose(gone[0], gone[1], rtol=1e-12)
-
-
 def test_translations_follow_the_directions_of_places():
     places = sh.Places(node=[1, 1, 2, 2], direction=["x", "y", "x", "y"])
     model, basis = chain(places=places), FourierBasis((1,))
@@ -317,18 +299,6 @@ def test_bases_of_what_deviates_or_turns_are_refused():
     with pytest.raises(ValueError, match="structure at one speed"):
         moved(1e-3, motion="absolute", direction="axial").on(turning)
     moved(1e-3, motion="absolute", direction="axial").on(turning.at(300))
-
-
-def test_bases_of_sectors_condensed_to_displacements():
-    sector = axial_sector(np.diag([3.0, 2.0, 0]))
-    shroud = sh.Friction(tangential=(1, sh.next_sector(1)), **FRICTION)
-    sector = sector.with_contacts(shroud=shroud)
-    base = moved(1e-3, direction="axial").on(sector)
-    exact = sh.solve(sh.HarmonicBalance(sector, base), 19.0)
-    small = sh.condense(sector, base, (10, 30), places=[1], keep="displacements", progress=False)
-    found = sh.solve(sh.HarmonicBalance(small, base), 19.0)
-    place = [*found.structure_dof.values].index(1)
-    np.testing.assert_allclose(complex_motion(found, place), complex_motion(exact, 1), rtol=1e-8)
 
 
 @pytest.mark.parametrize("damping", [np.diag([1.0, 2.0, 3.0]), sh.StructuralDamping(0.02)])

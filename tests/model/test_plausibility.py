@@ -272,23 +272,6 @@ test_even_forces_need_a_mean = refused(
 )
 
 
-def test_a_mean_that_matters():
-    """What the message asks for is not a formality: the mean is a part of the amplitude."""
-    held = sh.Model([[1.0]], [[0.5]], [[1e4]], contacts=[(0,)], **CONTACT)
-    problem = sh.HarmonicBalance(held, EVEN, tuple(range(12)))
-    found, exact = (
-        sh.solve(problem, 15.0, throw=True),
-        sh.periodic_motion(problem, 15.0, throw=True),
-    )
-    means = [float(r.coefficient.sel(harmonic=0, component="cos").item()) for r in (found, exact)]
-    assert means[0] == pytest.approx(means[1], rel=1e-2)
-    assert abs(means[1]) > 1e-3 * float(exact.amplitude.max())
-    with pytest.raises(ValueError, match="expected 0"):
-        sh.solve(sh.HarmonicBalance(held, EVEN, (1, 2)), 15.0)
-    # Sets that an accuracy makes complete have it.
-    assert 0 in sh.solve(sh.HarmonicBalance(held, EVEN, (1, 2)), 15.0, accuracy=1e-2).harmonic
-
-
 def test_cubic_springs_need_a_mean_beside_even_harmonics():
     model = sh.Model([[1.0]], [[0.1]], [[1.0]], contacts=[(0,)], cubic_stiffness=0.1)
     for harmonics in ((1, 3), (0, 1, 2)):

@@ -164,19 +164,6 @@ def test_units_meaning_and_bounds_of_parameters():
     assert str(path.status.values) == "the end of the band was reached"
 
 
-def test_where_forces_act():
-    """A pair, its weights, an array of them, and directions by name."""
-    cube, value = LAWS["spring"][0], {"k5": (1e13, "N/m^5")}
-    ways = [(0, 1)], (0, 1), {0: 1.0, 1: -1.0}, [{0: 1.0, 1: -1.0}], np.array([[1.0, -1.0]])
-    forces = []
-    for directions in (*ways, {"along": [(0, 1)]}):
-        problem = problem_of(sh.laws.SmoothLaw(cube, value, directions), (1, 3))
-        forces.append(problem.evaluate(unknowns_like(problem), 90.0).residual)
-    np.testing.assert_allclose(forces, [forces[0]] * len(forces), rtol=1e-14)
-    with pytest.raises((TypeError, ValueError), match="y"):
-        sh.laws.SmoothLaw(cube, value, [0, 1])
-
-
 def test_weights_of_numbers_and_places_are_those_of_one_direction():
     given = np.eye(2), np.eye(2), 1e4 * np.eye(2)
     places = dict(node=[7, 7], direction=[*"xy"])

@@ -26,24 +26,6 @@ def mistuned():
     return sh.HarmonicBalance(disk, sh.forces.EngineOrder(2, amplitude=1.0))
 
 
-def condensed():
-    """A chain of twelve masses with two contacts, of which three are kept."""
-    n = 12
-    stiffness = 2e4 * np.eye(n) - 1e4 * (np.eye(n, k=1) + np.eye(n, k=-1))
-    chain = sh.Model(
-        np.eye(n),
-        0.5 * np.eye(n) + 1e-5 * stiffness,
-        stiffness,
-        contacts=[(2,), (9,)],
-        contact_stiffness=1e4,
-        friction_coefficient=0.5,
-        normal_load=1.0,
-    )
-    force = sh.forces.PointForce(place=5, amplitude=5.0)
-    small = sh.condense(chain, force, frequency_band=(3, 12), harmonics=(1,), places=[5])
-    return sh.HarmonicBalance(small, force, harmonics=(1,))
-
-
 CURVES = {
     "downwards": (lambda: fig03.problem().with_parameters(normal_load=3), (30, 10), {}),
     "harmonics": (lambda: fig03.problem((1, 3)).with_parameters(normal_load=2), (12, 28), {}),
@@ -53,7 +35,6 @@ CURVES = {
         dict(accuracy=1e-3),
     ),
     "mistuned": (mistuned, (50, 110), {}),
-    "condensed": (condensed, (3, 12), {}),
     "a blade of a tuned disk": (fig08.problem, (50, 350), dict(place=5)),
     "antiresonances of a blade": (mistuned, (50, 110), dict(peaks="each", place=3)),
 }

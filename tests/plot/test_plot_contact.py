@@ -77,3 +77,24 @@ def test_marched_force_of_many_harmonics_is_that_of_the_exact_motion():
     force = np.interp(exact.angle, turned[np.argsort(turned)], marched.force[np.argsort(turned)])
     # Left out harmonics, and lines between 512 angles.
     np.testing.assert_allclose(force, exact.friction_force[:, 0], rtol=0, atol=2e-3)
+
+
+def test_maps_of_paths_change_at_the_events():
+    loads = [1.0, 2.0, 3.0]
+    paths = sh.frf(fig03.problem(), (30, 10), over={"normal_load": loads})
+    ax, _ = sh.plot.stick_map(paths).axes
+    table, centre = ax.collections[0].get_array(), np.linspace(10, 30, 600)
+    for row, load in enumerate(loads):
+        one = paths.sel(normal_load=load)
+        for hertz in one.event_frequency.dropna("event").values:
+            cell = np.searchsorted(centre, hertz)
+            near = np.asarray(table[row, cell - 1 : cell + 1])
+            # At its limit a contact sticks but for the root of round-off.
+            assert (near < 1 - 1e-6).tolist() in ([True, False], [False, True])
+    paths.stick_fraction[1, 5] = np.nan
+    ax, _ = sh.plot.stick_map(paths).axes
+    table = ax.collections[0].get_array()
+    hole = np.sort(paths.frequency.values[1, [4, 6]])
+    inside = (centre > hole[0]) & (centre < hole[1])
+    np.testing.assert_array_equal(table.mask[1], inside)
+    assert not table.mask[[0, 2]].any()

@@ -10,7 +10,6 @@ import pytest
 
 import symhbm as sh
 from studies import fig03_single_blade as fig03
-from studies import fig08_engine_orders as fig08
 from symhbm.numerics import FourierBasis, unknowns_of
 from symhbm.response.accuracy.harmonic_sets import HarmonicSets
 from symhbm.response.accuracy.truncation import SMALLEST, _Search
@@ -68,18 +67,6 @@ def test_blades(load):
     highest = [response.highest_harmonic.values for response in sets]
     assert np.all(highest[2] >= highest[0])
     assert len(np.unique(highest[2])) > 1
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize(
-    ("order", "load", "at"), quick_first([(1, 10, [60, 63, 66.25]), (3, 100, [211, 213])], 1)
-)
-def test_rings(order, load, at):
-    problem = fig08.problem().with_parameters(engine_order=order, normal_load=load)
-    response = assert_kept(problem, (50, 250), at, 1e-3)
-    if order == 1:
-        # 63 Hz is far off with one harmonic, whose contacts reverse twice and not 6 times.
-        assert response.reversals.sel(frequency=63).values.tolist() == [6] * 13
 
 
 def test_the_path_is_one_curve():

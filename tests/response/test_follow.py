@@ -163,73 +163,6 @@ def test_peaks_over_a_parameter(name, band, changes, frequency):
             assert (kind == "corner") == (np.abs(events / place - 1) < 1e-9).any()
 
 
-@pytest.mark.parametrize(
-    ("name", "band", "harmonics"),
-    [
-        ("normal_load", (0.0, 200.0), (1, 3)),
-        ("contact_stiffness", (0.0, 3e4), (1,)),
-        ("damping", (0.0, 2.0), (1,)),
-        ("stiffness", (0.0, 2e4), (1,)),
-        ("force_amplitude", (0.0, 5.0), (1,)),
-    ],
-)
-def test_bands_with_zero_at_one_end(name, band, harmonics):
-    problem = fig03.problem(harmonics).with_parameters(normal_load=4.0)
-    grid = np.linspace(*band, 4)
-    for curve in both_ways(problem, name, band, at=grid, frequency=19.0):
-        assert curve.converged.all()
-        if name == "force_amplitude":
-            assert float(curve.amplitude[0, 0]) == 0
-        for value in grid[int(name == "force_amplitude") :]:
-            point = sh.solve(problem.with_parameters(**{name: value}), 19.0, throw=True)
-            # Required: 1e-9.
-            np.testing.assert_allclose(
-                curve.amplitude.sel({name: value}), point.amplitude, rtol=1e-9
-            )
-    for curve in both_ways(problem, name, band, frequency=19.0):
-        # As many points as a frequency response takes, with some to spare.
-        assert int(curve.n_points) < 200
-        values = curve[name].values
-        assert values[[0, -1]].tolist() in (list(band), list(band[::-1]))
-        assert np.all(np.diff(values) * np.sign(values[-1] - values[0]) > 0)
-
-
-# Frequency responses: downwards, and peaks of each blade
-
-
-@pytest.mark.parametrize("start", [1.0, 13.0, 33.0])
-def test_a_weak_narrow_resonance_is_found_from_any_start(start):
-    """All contacts stick near 16 Hz, so that the response is linear; its two peaks are 40 % high.
-
-    Far from it the path is smooth and steps are long: longer than the resonance is wide.
-    """
-    problem = mistuned_ring(4, 2)
-    model = problem.model
-    springs = np.diag(model.contact_stiffness)
-    stiffness = model.stiffness_matrix.toarray()
-    stiffness += model.directions.T.toarray() @ springs @ model.directions.toarray()
-    force = np.exp(-2j * np.pi * np.arange(4) / 4)
-
-    def largest(frequency):
-        omega = TWO_PI * frequency
-        dynamic = stiffness + (0.5j * omega - omega**2) * np.eye(4)
-        return float(np.abs(np.linalg.solve(dynamic, force)).max())
-
-    expected = maxima(largest, 15.0, 17.0, count=1000)
-    assert len(expected) == 2
-    assert max(a for _, a in expected) > 1.4 * largest(15.0)
-    curve = sh.frf(problem, (start, 20.0 if start < 16 else 13.0), throw=True)
-    inside = (curve.peak_frequency > 14.5) & (curve.peak_frequency < 17.0)
-    assert int(inside.sum()) == 2
-    # A scan fixes a flat maximum to the root of its round-off.
-    np.testing.assert_allclose(
-        np.sort(curve.peak_frequency[inside]), [f for f, _ in expected], rtol=1e-6
-    )
-    np.testing.assert_allclose(
-        np.sort(curve.peak_amplitude[inside]), np.sort([a for _, a in expected]), rtol=1e-9
-    )
-
-
 # Sweeps, reasons to stop, archives
 
 
@@ -261,24 +194,6 @@ def test_points_give_the_problem_back():
     again = sh.solve(rebuilt, float(point.frequency), throw=True)
     # Required: 1e-9.
     np.testing.assert_allclose(again.amplitude, point.amplitude, rtol=1e-9)
-
-
-@pytest.mark.parametrize("name", ["force_amplitude", "cubic_stiffness"])
-def test_rows_of_a_grid_give_the_problem_back(name):
-    """Each row of the sweep is the curve of its value, as a single point tells."""
-    problem, over = fig03.problem((1, 3)).with_parameters(normal_load=3.0), [0.5, 1.0]
-    options = dict(at=[0.5, 1.5], over={"damping": over}, frequency=19.0)
-    curve = sh.follow(problem, name, (0.5, 2.0), **options)
-    row = curve.sel({name: 1.5, "damping": 1.0})
-    rebuilt = sh.datasets.rebuild(row)
-    assert np.all(np.asarray(rebuilt.parameters[name]) == 1.5)
-    assert rebuilt.parameters["damping"].tolist() == [1.0]
-    np.testing.assert_allclose(
-        row.amplitude.squeeze(), sh.solve(rebuilt, 19.0).amplitude.squeeze(), rtol=1e-9
-    )
-    assert np.all(
-        np.asarray(sh.datasets.rebuild(curve).parameters[name]) == problem.parameters[name]
-    )
 
 
 # Bad input

@@ -13,7 +13,6 @@ from symhbm.balance import unforced
 from symhbm.continuation.unforced import ModeOverParameterProblem, NonlinearModeProblem
 from tests.problems import BLADE
 
-RING = sh.bladed_disk(13, **BLADE)
 AMPLITUDE = 3e-4
 
 
@@ -51,27 +50,6 @@ def test_closed_form_over_the_normal_load(band):
     assert path.residual_norm.max() < 1e-11
 
 
-@pytest.mark.parametrize(
-    ("parameter", "values"),
-    [
-        ("contact_stiffness", [2e3, 1e4, 5e4]),
-        ("friction_coefficient", [0.05, 0.5, 2.0]),
-        ("damping", [-3.0, 0.5, 30.0]),
-        ("stiffness", [5e3, 2e4]),
-    ],
-)
-def test_modes_of_a_ring_are_those_over_the_amplitude(parameter, values):
-    problem = sh.HarmonicBalance(RING, harmonics=(1, 3, 5))
-    band = values[0], values[-1]
-    found = modes(problem, parameter, band, at=values, nodal_diameter=3)
-    wave = dict(band=(1e-6, 1e-2), nodal_diameter=3)
-    over = modes(problem, at=[AMPLITUDE], over={parameter: values}, **wave).isel(amplitude=0)
-    for name in ("frequency", "damping_ratio", "coefficient", "modal_amplitude"):
-        other = over[name]
-        largest = abs(other.values).max()
-        np.testing.assert_allclose(found[name], other, rtol=1e-10, atol=1e-10 * largest)
-
-
 def test_derivatives_by_the_parameter():
     disk = with_friction(random_disk(5, cartesian=False))
     problem = unforced(sh.HarmonicBalance(disk, harmonics=(0, 1, 3)), 2)
@@ -104,23 +82,3 @@ def test_derivatives_by_the_parameter():
         np.testing.assert_allclose(column, slope, atol=2e-6 * abs(column).max())
     same = NonlinearModeProblem(problem, 0).evaluate(unknowns, -3.0, switches)
     np.testing.assert_allclose(same.residual[: len(motion)], exact.residual[: len(motion)])
-
-
-def test_one_contact_alone_moves():
-    model = sh.Model(
-        np.diag([1.0, 1.3]), 0.5 * np.eye(2), [[2e4, -5e3], [-5e3, 1.5e4]],
-        contacts={
-            "rubs": sh.Friction(
-                tangential=((0,), (1,)), contact_stiffness=1e4,
-                friction_coefficient=0.5, normal_load=[3.0, 5.0],
-            )
-        },
-    )  # fmt: skip
-    problem = sh.HarmonicBalance(model, harmonics=(1, 3))
-    found = modes(problem, "normal_load[0]", (1, 10), at=[2.0, 3.0])
-    for i, load in enumerate((2.0, 3.0)):
-        alone = problem.with_parameters(normal_load=[load, 5.0])
-        single = modes(alone, at=[AMPLITUDE], band=(1e-6, 1e-2))
-        np.testing.assert_allclose(
-            found.damping_ratio[i, 0], single.damping_ratio[0, 0], rtol=1e-10
-        )

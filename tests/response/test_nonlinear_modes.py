@@ -3,9 +3,8 @@
 import numpy as np
 import pytest
 from closed_forms import OneBlade
-from rings import assembled
 from scipy.optimize import minimize_scalar
-from sectors import random_disk, wave, with_friction, with_opening
+from sectors import random_disk, with_friction
 
 import symhbm as sh
 from symhbm.balance import SustainedMotion, unforced
@@ -151,32 +150,6 @@ def test_one_sector_of_a_ring_is_the_whole_ring(harmonics, wave):
         assert point.modal_amplitude.item() == pytest.approx(np.sqrt(square), rel=1e-12)
 
 
-@pytest.mark.parametrize(
-    ("cartesian", "contacts", "wave_number", "loaded"),
-    [(False, with_friction, 0, True), (True, with_friction, -2, False),
-     (True, with_opening, 1, True)],
-)  # fmt: skip
-def test_sector_of_any_physics_is_its_disk(cartesian, contacts, wave_number, loaded):
-    disk, harmonics = contacts(random_disk(5, cartesian)), (0, 1, 2, 3)
-    force = wave(wave_number, disk) if loaded else None
-    problem = sh.HarmonicBalance(disk, force, harmonics)
-    grid = [1e-5, 3e-4, 1e-3]
-    found = modes(problem, band=(1e-6, 1e-3), place=5, at=grid, nodal_diameter=wave_number)
-    assert ("force_left_out" in found.attrs) == loaded
-    ring = assembled(disk, force, harmonics)
-    whole = NonlinearModeProblem(unforced(sh.HarmonicBalance(ring.model, ring.force, harmonics)), 0)
-    basis, n = whole.problem.basis, whole.problem.n_unknowns
-    for k in range(len(grid)):
-        point = found.isel(amplitude=k, solution=0)
-        one = of_coefficients(problem, point)
-        motion = one[:-2].reshape(-1, basis.n_components)
-        turns = np.exp(-2j * np.pi * wave_number * np.outer(range(5), harmonics) / 5)
-        everywhere = [basis.of_phasors(basis.phasors(motion) * turn) for turn in turns]
-        unknowns = np.concatenate([np.concatenate(everywhere).ravel(), one[-2:]])
-        evaluation = whole.evaluate(unknowns, np.log10(grid[k]))
-        assert np.abs(evaluation.residual[:n]).max() < 1e-11 * evaluation.magnitude
-
-
 def test_wave_of_a_sector_is_that_of_its_engine_order():
     disk = with_friction(random_disk(5, cartesian=False))
     problem = sh.HarmonicBalance(disk, sh.forces.EngineOrder(2, pattern={1: {5: 1.0}}), (0, 1))
@@ -227,19 +200,6 @@ def shroud(**given):
     )  # fmt: skip
     stiffness = np.array([[1e4, 1e3], [1e3, 2.25e4]])
     return sh.Model(np.eye(2), np.diag([2.0, 3.0]), stiffness, contacts={"shroud": friction})
-
-
-@pytest.mark.parametrize(("given", "mode"), [(dict(normal_load=5.0), 0), (dict(gap=1e-4), 1)])
-def test_contact_that_opens_over_the_whole_range(given, mode):
-    problem = sh.HarmonicBalance(shroud(**given), harmonics=range(6))
-    path = modes(problem, mode=mode, band=(1e-6, 1e-1), place=mode)
-    assert path.status.item() == sh.Status.REACHED_END
-    assert path.converged.all()
-    kind = "onset of opening" if "normal_load" in given else "onset of contact"
-    assert kind in path.event_kind
-    linear = sh.natural_modes(problem.model, stuck="normal_load" in given)
-    assert path.frequency[0].item() == pytest.approx(linear.frequency[mode].item(), rel=1e-3)
-    assert path.residual_norm.max() < 1e-11
 
 
 @pytest.mark.parametrize(

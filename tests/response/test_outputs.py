@@ -5,7 +5,6 @@ import pytest
 
 import symhbm as sh
 from tests.paper import level
-from tests.problems import one_blade, ring_of_blades
 from tests.quick import quick_first
 
 FRICTION = dict(contact_stiffness=1e4, friction_coefficient=0.5, normal_load=[1.0, 1.5])
@@ -76,19 +75,6 @@ def test_an_output_without_a_peak():
     seen = sh.datasets.output(found, "stress")
     assert seen.peak_coefficient.sizes["peak"] == 0
     assert seen.peak_coefficient.sizes["dof"] == len(STRESS)
-
-
-def test_one_sector_and_the_ring_have_the_same_outputs():
-    ring = ring_of_blades(6, contact_stiffness=1e5)
-    turned = np.eye(6) - np.roll(np.eye(6), 1, axis=1)
-    ring = ring.with_outputs({"relative": turned}, units="m")
-    balance = sh.HarmonicBalance(ring, sh.forces.EngineOrder(2), (1, 3), peaks_of="relative")
-    one, whole = (
-        sh.frf(balance.with_by_sector(s), (60, 110), progress=False) for s in (True, False)
-    )
-    assert one.n_sectors.item() == 6
-    np.testing.assert_allclose(one.peak_amplitude, whole.peak_amplitude, rtol=1e-9)
-    assert one.peak_relative_amplitude.std("relative_row").max() < 1e-12 * one.peak_amplitude.max()
 
 
 def disk():
@@ -172,27 +158,6 @@ def test_exact_motions_have_exact_outputs():
     np.testing.assert_allclose(motion.stress_coefficient, of_harmonics, rtol=1e-12, atol=1e-6)
     tip = motion.amplitude.sel(dof=1).item()
     assert motion.tip_amplitude.item() == pytest.approx(tip, rel=1e-12)
-
-
-@pytest.mark.slow
-def test_tracked_peaks_and_designs_are_those_of_the_output():
-    blade = one_blade()
-    force, factor = sh.forces.PointForce(), 3.7e11
-    stressed = blade.with_outputs({"stress": [factor]}, units="Pa")
-    both = sh.HarmonicBalance(blade, force), sh.HarmonicBalance(stressed, force, peaks_of="stress")
-    plain, stress = (sh.peak_curve(each, "normal_load", (2, 5)) for each in both)
-    np.testing.assert_allclose(stress.minimum_normal_load, plain.minimum_normal_load, rtol=1e-9)
-    np.testing.assert_allclose(stress.minimum_amplitude, factor * plain.minimum_amplitude)
-    assert stress.peak_amplitude_slope.attrs["units"] == "Pa/(N)"
-    plain, stress = (sh.datasets.sensitivity(sh.frf(each, (10, 30))) for each in both)
-    by = "peak_amplitude_by_normal_load"
-    np.testing.assert_allclose(stress[by], factor * plain[by], rtol=1e-12)
-    assert stress[by].attrs["units"] == "Pa N-1"
-    plain, stress = (
-        sh.minimise_peak(each, "normal_load", (1, 10), frequency_band=(10, 30)) for each in both
-    )
-    np.testing.assert_allclose(stress.design_value, plain.design_value, rtol=1e-9)
-    np.testing.assert_allclose(stress.design_amplitude, factor * plain.design_amplitude)
 
 
 def test_second_derivatives_of_peaks_of_differences():

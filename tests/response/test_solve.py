@@ -11,28 +11,6 @@ from studies import fig08_engine_orders as fig08
 from symhbm.continuation import start
 
 
-@pytest.mark.parametrize("harmonics", [(1,), (1, 3, 5)])
-def test_cold_start_of_the_blade(harmonics):
-    rng = np.random.default_rng(0)
-    problem = fig03.problem(harmonics)
-    for load in fig03.NORMAL_LOADS:
-        for frequency in rng.uniform(1, 60, 8 if len(harmonics) == 1 else 2):
-            solution = sh.solve(problem.with_parameters(normal_load=load), frequency, throw=True)
-            assert solution.residual_norm <= 1e-12
-            assert solution.converged
-
-
-@pytest.mark.parametrize("engine_order", range(7))
-def test_cold_start_of_the_ring(engine_order):
-    rng = np.random.default_rng(engine_order)
-    problem = fig08.problem().with_parameters(engine_order=engine_order)
-    for load in (0, 0.5, 1, 2, 10, 100, 1e5):
-        for stiffness in (1e4, 1e5, 1e6):
-            other = problem.with_parameters(normal_load=load, contact_stiffness=stiffness)
-            for frequency in rng.uniform(5, 350, 1):
-                assert sh.solve(other, frequency, throw=True).converged
-
-
 def test_growing_the_force_reaches_the_same_point(monkeypatch):
     """The fall-back of a cold start against Newton's method, on a mistuned ring."""
     rng = np.random.default_rng(3)

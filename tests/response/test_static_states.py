@@ -25,35 +25,6 @@ def test_a_blade_pressed_against_a_stop():
     assert away.contact_state.values.tolist() == [[3]]
 
 
-@pytest.mark.parametrize("angle", [20, 35, 60])
-def test_a_damper_in_its_groove_bears_the_closed_form(angle):
-    """Two platforms whose normals make an angle with the radius: N0 = m r Omega^2 / (2 cos)."""
-    cosine, sine = np.cos(np.deg2rad(angle)), np.sin(np.deg2rad(angle))
-    load = 12.0
-    sides = [
-        sh.Friction(
-            tangential={0: sine, 1: -side * cosine},
-            normal={0: cosine, 1: side * sine},
-            contact_stiffness=1e4,
-            normal_stiffness=1e6,
-            friction_coefficient=0.3,
-            normal_load=0.0,
-            preload="coupled",
-        )
-        for side in (1, -1)
-    ]
-    sides = dict(zip("lr", sides, strict=True))
-    body = sh.Model(
-        np.eye(2) * 0.1,
-        np.zeros((2, 2)),
-        np.zeros((2, 2)),
-        contacts=sides,
-    )
-    found = rest(body, [load, 0.0])
-    assert found.status.item() == "success"
-    np.testing.assert_allclose(found.mean_normal_force, load / (2 * cosine), rtol=1e-9)
-
-
 def test_a_spring_that_buckles_has_three_states():
     snap = sh.laws.SmoothLaw(
         lambda y, v, p: p["k"] * (y**3 - y), parameters={"k": (1.0, "N/m^3")}, directions=[(0,)]
