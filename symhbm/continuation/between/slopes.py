@@ -111,7 +111,7 @@ class Slopes(PathState):
 
 _MIN_SHARE = 0.95
 """Share of the largest response that another one must reach to be examined."""
-_MANY = 16
+_MANY = 4
 """Motions of several harmonics from which leaving out those that cannot lead takes less time."""
 _SHARES = np.arange(1, 16) / 16
 N_SLOPES = len(_SHARES) + 2
