@@ -1,7 +1,7 @@
 """The contacts of a balance, group by group: their motions, events, margins and sliders."""
 
 import math
-from collections.abc import Sequence
+from collections.abc import Iterator, Sequence
 from dataclasses import dataclass, field
 from functools import cached_property, lru_cache
 from typing import NamedTuple
@@ -139,23 +139,57 @@ class BalancedContacts:
         frequency: FloatArray,
         error: FloatArray,
         values: Sequence["BalancedContacts"],
+        known: FloatArray | float = np.nan,
     ) -> FloatArray:
         """Margins (n, s, n_switches) of unknowns (n, s, n_unknowns), see `ContactLaw`.
 
         ``error`` (n, s, n_switches) [m] is that of the motions; ``frequency`` (n,) in rad/s;
-        ``values`` (n,) are these contacts with the values of their parameters.
+        ``values`` (n,) are these contacts with the values of their parameters. Margins ``known``
+        (n, n_switches) are not asked for, but where those of the same contact are NaN.
         """
-        shape, first, parts = unknowns.shape[:2], 0, [np.zeros((*unknowns.shape[:2], 0))]
-        relative = self.layout.relative(unknowns.reshape(-1, unknowns.shape[-1]))
-        for group in self.groups:
-            q = len(group.law.switches)
-            if not group.n_switches:
-                continue
-            own = error[..., first : first + group.n_switches].reshape(-1, q)
-            first += group.n_switches
-            at = motions_at_each(values, group, relative, np.repeat(frequency, shape[1]))
-            parts.append(group.law.margins_within(at, own).reshape(*shape, -1))
+        shape, parts = unknowns.shape[:2], [np.zeros((*unknowns.shape[:2], 0))]
+        given = np.broadcast_to(known, (shape[0], error.shape[-1]))
+        for group, own, at in self._motions_at(unknowns, frequency, values):
+            each = np.repeat(given[:, None, own], shape[1], axis=1).reshape(
+                -1, len(group.law.switches)
+            )
+            asked = np.isnan(each).any(axis=1)
+            if asked.any():
+                errors = error[..., own].reshape(each.shape)[asked]
+                each[asked] = group.law.margins_within(at.of(asked), errors)
+            parts.append(each.reshape(*shape, -1))
         return np.concatenate(parts, axis=-1)
+
+    def margin_changes(
+        self,
+        unknowns: FloatArray,
+        frequency: FloatArray,
+        change: FloatArray,
+        margins: FloatArray,
+        values: Sequence["BalancedContacts"],
+    ) -> FloatArray:
+        """Bounds (n, n_switches) of how far margins (n, n_switches) move, see `ContactLaw`.
+
+        ``change`` (n, n_rows, n_components) [m] is that of the displacements along contacts;
+        others as of `margins_within`.
+        """
+        parts = [np.zeros((len(unknowns), 0))]
+        for group, own, at in self._motions_at(unknowns[:, None], frequency, values):
+            moved = self.motions(group, change).reshape(at.motion.shape)
+            bounds = group.law.margin_changes(at, moved, margins[:, own].reshape(len(moved), -1))
+            parts.append(bounds.reshape(len(unknowns), -1))
+        return np.concatenate(parts, axis=-1)
+
+    def _motions_at(
+        self, unknowns: FloatArray, frequency: FloatArray, values: Sequence["BalancedContacts"]
+    ) -> Iterator[tuple[BalancedGroup, slice, Motions]]:
+        """Groups with switches, the places of these, and motions as of `margins_within`."""
+        relative, first = self.layout.relative(unknowns.reshape(-1, unknowns.shape[-1])), 0
+        for group in self.groups:
+            own = slice(first, first := first + group.n_switches)
+            if group.n_switches:
+                repeated = np.repeat(frequency, unknowns.shape[1])
+                yield group, own, motions_at_each(values, group, relative, repeated)
 
     def switch(self, number: int) -> tuple[BalancedGroup, int, int]:
         """The group of a switch, the contact within, and which of the law's switches it is."""

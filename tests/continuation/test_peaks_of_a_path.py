@@ -12,6 +12,7 @@ import scipy.sparse as sp
 
 import symhbm as sh
 from symhbm.continuation import FrequencyProblem, filled, follow_branch
+from symhbm.continuation.between import doubts
 from symhbm.numerics import RADIANS
 from tests import designs
 from tests.problems import problem as problem_of
@@ -247,3 +248,27 @@ def test_a_peak_beside_a_sharp_bend_of_a_stiff_contact_is_solved_for():
     for side in (-1e-5, 1e-4):
         beside = sh.solve(problem, hertz * (1 + side), throw=True).amplitude.max().item()
         assert 0 < 1 - beside / amplitude < 10 * abs(side)
+
+
+def test_events_are_found_where_few_margins_are_asked_for(monkeypatch):
+    """Two events between two points, with bounds of margins and without; most ask no more."""
+    given = problem_of("varying mistuned static 0123").with_parameters(force_amplitude=0.3 * 1.2)
+    asked = []
+
+    def counted(law, at, error):
+        asked[-1] += len(error)
+        return within(law, at, error)
+
+    within = sh.laws.VariableLoadFriction.margins_within
+    monkeypatch.setattr(sh.laws.VariableLoadFriction, "margins_within", counted)
+    found = []
+    for without in (False, True):
+        if without:
+            monkeypatch.setattr(doubts, "_steady", lambda *given: np.nan)
+        asked.append(0)
+        found.append(sh.frf(given, (14, 40), progress=False))
+    one, other = found
+    assert one.n_events.item() == other.n_events.item() == 42
+    np.testing.assert_allclose(one.event_frequency, other.event_frequency, rtol=1e-9)
+    assert np.array_equal(one.event_kind, other.event_kind)
+    assert asked[0] < 0.6 * asked[1]

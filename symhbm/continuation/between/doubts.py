@@ -298,13 +298,41 @@ def _doubtful_shares(
     error = np.where(segments.switches, -sizes, sizes)[:, None] * _ERROR_PROFILE[:, None]
     of_point = segments.number
     frequency, contacts = estimates.frequency[of_point], estimates.contacts
-    within = problem.contacts.margins_within(
-        motions, frequency, error, [contacts[k] for k in of_point.tolist()]
-    )
     off = estimates.first[of_point], estimates.last[of_point]
+    at = frequency, [contacts[k] for k in of_point.tolist()]
+    known = _steady(problem, segments, motions, by_row, off, at)
+    within = problem.contacts.margins_within(motions, at[0], error, at[1], known)
     shares = np.zeros(len(of_point))
     _most_beyond(within, *off, segments.begin, segments.width, segments.switches, shares)
     return shares
+
+
+def _steady(
+    problem: HarmonicBalance,
+    segments: Segments,
+    motions: FloatArray,
+    by_row: FloatArray,
+    off: tuple[FloatArray, FloatArray],
+    at: tuple[FloatArray, list[BalancedContacts]],
+) -> FloatArray | float:
+    """Margins (n, n_switches) in the middle of segments that surely stay within their limits.
+
+    NaN for others, and for one harmonic, where asking all along takes less time.
+    """
+    layout, contacts, (frequency, values) = problem.layout, problem.contacts, at
+    if problem.basis.n_components == 2:
+        return np.nan
+    middle = motions[:, motions.shape[1] // 2]
+    exact = np.zeros((len(middle), 1, segments.switches.shape[-1]))
+    margins = contacts.margins_within(middle[:, None], frequency, exact, values)[:, 0]
+    moved = layout.relative((motions - middle[:, None]).reshape(-1, layout.n_unknowns))
+    moved = np.abs(moved).reshape(*motions.shape[:2], layout.n_rows, -1).max(axis=1)
+    change = moved + by_row[:, :, None]
+    bounds = contacts.margin_changes(middle, frequency, change, margins, values)
+    with np.errstate(invalid="ignore"):
+        inside = np.where(segments.switches, margins - off[0], off[0] - margins)
+        inside -= np.abs(off[1] - off[0])
+    return np.where(bounds < inside, margins, np.nan)
 
 
 @Loop

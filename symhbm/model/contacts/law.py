@@ -236,6 +236,14 @@ class ContactLaw(Record, ABC):
         located = self.locate(at)
         return located.margins + error * np.linalg.norm(located.margins_by_motion, axis=-1)
 
+    def margin_changes(self, at: Motions, change: FloatArray, margins: FloatArray) -> FloatArray:
+        """Bounds (n, q) of how far ``margins`` of `margins_within` (n, q) move with the motion.
+
+        Its coefficients move by no more than ``change`` (n, m K) [m]. Infinite where no bound is
+        known: paths then ask for margins all along.
+        """
+        return np.full(margins.shape, np.inf)
+
     def event_graph(self, basis: FourierBasis) -> ca.Function | None:
         """CasADi function of one contact from its motion to its events, where they are closed.
 
@@ -437,6 +445,12 @@ def slopes_of(law: ContactLaw, method: str, frequency: float, values: Values) ->
     n = array.shape[1]
     (slopes,) = _slopes(law, method, n)[0](np.full(n, frequency), array.T.ravel())
     return slopes.reshape(n, -1)
+
+
+def change_of_logarithm(change: FloatArray, value: FloatArray) -> FloatArray:
+    """Bound of how far the logarithm of a value moves with the value."""
+    with np.errstate(divide="ignore", invalid="ignore"):
+        return np.where(change < value, -np.log1p(-change / value), np.inf)
 
 
 def functions_at(basis: FourierBasis, angle: Any) -> Any:

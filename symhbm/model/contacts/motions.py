@@ -114,9 +114,10 @@ class Motions(NamedTuple):
         return cls(basis, motion, frequency, by_name), [motion, frequency, values]
 
     def of(self, chosen: Any) -> Motions:
-        """Those of some contacts, of one frequency."""
+        """Those of some contacts."""
         values = {name: value[chosen] for name, value in self.values.items()}
-        return self._replace(motion=self.motion[chosen], values=values)
+        each = self.frequency[chosen] if np.ndim(self.frequency) else self.frequency
+        return self._replace(motion=self.motion[chosen], frequency=each, values=values)
 
     def once(self, law: Any, make: Callable[[Any, Values], Any]) -> Any:
         """What a law makes of frequency and values, kept where the frequency does not move it."""

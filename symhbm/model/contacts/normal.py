@@ -268,6 +268,26 @@ class NormalLaw(ContactLaw):
         shape = len(motion), len(self.switches)
         return np.empty(shape), np.empty((*shape, motion.shape[1])), np.empty((*shape, 4))
 
+    def margin_changes(self, at: Motions, change: FloatArray, margins: FloatArray) -> FloatArray:
+        """Margins are ratios: of the extremes of loads and walls, over the size of both."""
+        size, moving = at.basis.n_components, at.basis.order > 0
+        stiffness, normal, friction, load = self.physical(at.frequency, at.values).T
+        pull, push = (
+            stiffness[:, None] * at.motion[:, :-size],
+            normal[:, None] * at.motion[:, -size:],
+        )
+        loads = np.sum(push[:, moving] ** 2, axis=1) + (load + push[:, ~moving].sum(axis=1)) ** 2
+        pushed = normal * change[:, -size:].sum(axis=1)
+        pulled = stiffness * change[:, :-size].sum(axis=1) + friction * pushed
+        walls = np.sum(pull.reshape(len(pull), -1, size)[:, :, moving] ** 2, axis=(1, 2))
+        parts = {"slip": (2.0, pulled, np.sqrt(walls + friction**2 * loads))}
+        others = 1.0, pushed, np.sqrt(loads)
+        each = [parts.get(switch.name, others) for switch in self.switches]
+        largest, moved, sizes = (np.array(part).T for part in zip(*each, strict=True))
+        with np.errstate(divide="ignore", invalid="ignore"):
+            bound = (largest + np.abs(margins)) * moved / (sizes - moved)
+        return np.where(moved < sizes, bound, np.inf)
+
     def held_states(self, margins: FloatArray, held: NDArray[np.bool_] | None) -> NDArray[np.bool_]:
         """States by margins, that of slip as it is imposed where it has a limit to pass."""
         states = margins > 0

@@ -23,7 +23,7 @@ from symhbm.model.contacts.coulomb.located import (
 from symhbm.model.contacts.coulomb.march import MARGIN, SLIP, range_margins
 from symhbm.model.contacts.coulomb.sampled import history_of, locate_sampled
 from symhbm.model.contacts.coulomb.state import ContactState, moving_angles
-from symhbm.model.contacts.law import ContactLaw, moves, slopes_of
+from symhbm.model.contacts.law import ContactLaw, change_of_logarithm, moves, slopes_of
 from symhbm.model.contacts.motions import (
     EventLoop,
     Events,
@@ -192,6 +192,10 @@ class Coulomb(ContactLaw):
     def margins_within(self, at: Motions, error: FloatArray) -> FloatArray:
         """The logarithm of half the range of the motion, over samples of it."""
         return range_margins(at.basis, at.motion, error)
+
+    def margin_changes(self, at: Motions, change: FloatArray, margins: FloatArray) -> FloatArray:
+        """Half the range moves by no more than the sum of the coefficients does."""
+        return change_of_logarithm(change.sum(axis=1, keepdims=True), np.exp(margins))
 
     def event_graph(self, basis: FourierBasis) -> ca.Function | None:
         """All angles under one harmonic."""

@@ -18,6 +18,7 @@ import casadi as ca
 import numpy as np
 from numpy.typing import NDArray
 
+from symhbm.model.contacts.law import change_of_logarithm
 from symhbm.model.contacts.motions import (
     EventLoop,
     History,
@@ -190,6 +191,14 @@ class PlanarFriction(NormalLaw):
         details = np.empty((len(motion), 6 + by_values[0].size))
         batch.locate(basis.arrays, motion, given, asked, none, margins, by_motion, details)
         return margins + error * np.linalg.norm(by_motion, axis=-1)
+
+    def margin_changes(self, at: Motions, change: FloatArray, margins: FloatArray) -> FloatArray:
+        """Of a constant load the margin is the logarithm of a radius over the limit."""
+        if self.varies:
+            return super().margin_changes(at, change, margins)
+        stiffness, _, friction, load = self.physical(at.frequency, at.values).T[:, :, None]
+        moved = stiffness * change.sum(axis=1, keepdims=True)
+        return change_of_logarithm(moved, friction * load * np.exp(margins))
 
     def margin_expansion(
         self, at: Motions, switch: int, instants: FloatArray | None = None
