@@ -255,9 +255,7 @@ class Path:
         band_end = self._end_of_band(float(solution.point[-1]))
         if not at_end and band_end is not None and base.value != band_end:
             guess = start + (band_end - base.value) / travel * (solution.point - start)
-            solution = self._correct(
-                guess, scale, unit_parameter(len(scale)), base.switches, band_end
-            )
+            solution = self._correct(base, guess, unit_parameter(len(scale)), band_end)
             if solution is None:
                 return None
         solution = solution.oriented(self._orientation)
@@ -266,9 +264,9 @@ class Path:
             return None  # a part of the path that was there before, close to this one
         past_limit = solution
         if not solution.crosses:
-            past_limit = brief_crossing(self.corrector, base, solution, scale)
+            past_limit = brief_crossing(self.corrector, base, solution)
         if past_limit is not None:
-            point = self._locate_limit(base, past_limit, scale)
+            point = self._locate_limit(base, past_limit)
             return None if point is None else (point, error)
         if self._curve.single_valued and travel * self._heading <= 0:
             return None
@@ -282,7 +280,7 @@ class Path:
                 return None
             if tangent.sign != self._orientation:
                 # Another path, unless this one continues straight through a branch point.
-                beyond = find_branch_point(self.corrector, base, tangent, scale)
+                beyond = find_branch_point(self.corrector, base, tangent)
                 if beyond is None:
                     return None
                 events = (Event(EventKind.BRANCH),)
@@ -300,7 +298,7 @@ class Path:
         """Point at an arc length or at an ``end`` of the band, and the error of its prediction."""
         scale, guess = base.scale, self._predictor.at(base, length)
         normal = base.after / scale if end is None else unit_parameter(len(scale))
-        solution = self._correct(guess, scale, normal, base.switches, end)
+        solution = self._correct(base, guess, normal, end)
         if solution is None:
             return None
         return None if solution.error > LARGEST_PREDICTION_ERROR else (solution, solution.error)
@@ -362,31 +360,28 @@ class Path:
         row = point.after / point.scale
         return self.corrector.tangent(point.state, point.scale, row, point.switches)
 
-    def _correct(self, guess, scale, normal, switches, end: float | None) -> Corrected | None:
+    def _correct(self, base: PathPoint, guess, normal, end: float | None) -> Corrected | None:
         if end is not None:
             guess[-1] = end
-            self._curve.settle(guess, switches)  # relative residuals do not converge to zero
-        solution = self.corrector.correct(guess, Hyperplane(guess, scale, normal), switches)
+            self._curve.settle(guess, base.switches)  # relative residuals do not converge to zero
+        plane = Hyperplane(guess, base.scale, normal)
+        solution = self.corrector.correct(guess, plane, base.switches)
         if solution is not None and end is not None:
             solution.point[-1] = end
         return solution
 
-    def _locate_limit(
-        self, base: PathPoint, past_limit: Corrected, scale: FloatArray
-    ) -> PathPoint | None:
+    def _locate_limit(self, base: PathPoint, past_limit: Corrected) -> PathPoint | None:
         """The point on the first limit crossed before ``past_limit``, in the states beyond it."""
-        limit = first_limit(self.corrector, base, past_limit, scale, self._orientation)
+        limit = first_limit(self.corrector, base, past_limit, self._orientation)
         if limit is None:
             return None
         solution, limits = limit[0].oriented(self._orientation), limit[1]
-        beyond = beyond_limits(
-            self.corrector, solution, scale, base.switches, limits, self._orientation
-        )
+        beyond = beyond_limits(self.corrector, base, solution, limits, self._orientation)
         if beyond is None:
             return None
         far_side, switches = beyond
-        far_side = beside_limit(self.corrector, solution, far_side, scale, switches, limits)
-        return self._at_limit(base, solution, far_side, scale, switches)
+        far_side = beside_limit(self.corrector, base, solution, far_side, switches, limits)
+        return self._at_limit(base, solution, far_side, switches)
 
     def _after_onset(self, point: PathPoint) -> PathPoint | None:
         """A point at which a contact begins to slip, with another tangent; once for each point."""
@@ -402,21 +397,20 @@ class Path:
         found = end_of_slip(self.corrector, base, step, self._orientation)
         if found is None or (found[0].point[-1] - self._end) * self._heading > 0:
             return None
-        return self._at_limit(base, *found[:2], base.scale, found[2]), 0.0
+        return self._at_limit(base, *found), 0.0
 
     def _at_limit(
         self,
         base: PathPoint,
         near_side: Corrected,
         far_side: Corrected,
-        scale: FloatArray,
         switches: NDArray[np.bool_],
     ) -> PathPoint:
         """The point on a limit, from its solutions on both sides, in the states beyond it."""
         events = switched(self._curve.problem, base.switches, switches)
         if near_side.direction[-1] * far_side.direction[-1] < 0 and not self._curve.single_valued:
             events += (Event(EventKind.FOLD),)
-        return self._accept(near_side, scale, switches, events, far_side)
+        return self._accept(near_side, base.scale, switches, events, far_side)
 
     def _accept(
         self,

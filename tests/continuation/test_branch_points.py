@@ -135,7 +135,8 @@ def test_paths_that_come_close_do_not_meet(difference, meet):
     tangents = [corrector.tangent(state, scale, row, slip) for state in states]
     assert tangents[0].sign != tangents[1].sign
     base = SimpleNamespace(state=states[0], after=tangents[0].direction * scale, switches=slip)
-    solution = find_branch_point(corrector, base, tangents[1], scale)
+    base.scale = scale
+    solution = find_branch_point(corrector, base, tangents[1])
     assert (solution is not None) == meet
     if meet:
         assert solution.point[-1] == pytest.approx(pitchfork, rel=1e-10)

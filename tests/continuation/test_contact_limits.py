@@ -50,9 +50,10 @@ def test_what_is_solved_for_within_a_step_tells_of_all_contacts(least):
 
     states, begin = np.zeros(5, dtype=bool), at(0.0)
     base: Any = SimpleNamespace(state=begin.point, after=begin.direction, switches=states)
+    base.scale = np.ones(2)
     base.margins, base.rate = begin.margins, begin.rate
     corrector: Any = SimpleNamespace(correct=correct)
-    found = brief_crossing(corrector, base, at(1.0), np.ones(2))  # type: ignore[arg-type]
+    found = brief_crossing(corrector, base, at(1.0))  # type: ignore[arg-type]
     assert (found is None) == (least > 0)
     if found is not None:
         assert found.margins[-1] > 0

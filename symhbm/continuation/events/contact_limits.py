@@ -34,11 +34,7 @@ _LARGEST_SHARE = 1.0001
 
 
 def first_limit(
-    corrector: Corrector,
-    base: PathPoint,
-    past_limit: Corrected,
-    scale: FloatArray,
-    orientation: int,
+    corrector: Corrector, base: PathPoint, past_limit: Corrected, orientation: int
 ) -> tuple[Corrected, NDArray[np.bool_]] | None:
     """Solve for the first limit crossed between ``base`` and ``past_limit``.
 
@@ -46,7 +42,7 @@ def first_limit(
     are at their limits there (n_switches,), None if limits can be separated only over a shorter
     step, as where a contact comes back to its limit from beyond.
     """
-    single_valued = corrector.curve.single_valued
+    single_valued, scale = corrector.curve.single_valued, base.scale
     of_base = base.state, base.after, base.switches, base.margins, base.rate
     for _ in range(1 + len(base.margins)):
         ahead = past_limit.oriented(orientation)
@@ -78,9 +74,8 @@ def first_limit(
 
 def beyond_limits(
     corrector: Corrector,
+    base: PathPoint,
     solution: Corrected,
-    scale: FloatArray,
-    before: NDArray[np.bool_],
     limits: NDArray[np.bool_],
     orientation: int,
 ) -> tuple[Corrected, NDArray[np.bool_]] | None:
@@ -88,15 +83,15 @@ def beyond_limits(
 
     Where one contact that slips relieves another, that one goes back from its limit and does not
     change. States are consistent where each margin goes to the side of its state; those that are
-    not are turned one by one (the least-index method of linear complementarity). ``before`` are
-    the states on this side. None where there is no tangent.
+    not are turned one by one (the least-index method of linear complementarity). Those of ``base``
+    are the states on this side. None where there is no tangent.
     """
-    switches, tried = before ^ limits, set()
+    switches, tried = base.switches ^ limits, set()
     row, places = solution.direction, np.flatnonzero(limits)
     first = None
     while switches.tobytes() not in tried:
         tried.add(switches.tobytes())
-        tangent = corrector.tangent(solution.point, scale, row, switches)
+        tangent = corrector.tangent(solution.point, base.scale, row, switches)
         if tangent is None:
             break
         tangent = tangent.oriented(orientation)
@@ -161,16 +156,14 @@ def _first_limit(base, ahead, scale, single_valued: bool, normal, guess) -> tupl
     return first, length
 
 
-def brief_crossing(
-    corrector: Corrector, base: PathPoint, ahead: Corrected, scale: FloatArray
-) -> Corrected | None:
+def brief_crossing(corrector: Corrector, base: PathPoint, ahead: Corrected) -> Corrected | None:
     """A point within a step at which a contact is beyond its limit, None if there is none.
 
     The slip margin of each contact is a cubic from its values and rates at both ends. Where its
     maximum comes close to the limit, points are added there until the crossing is decided. What is
     solved for because of one contact tells of the others.
     """
-    turning = np.empty(len(base.switches), dtype=np.int64)
+    turning, scale = np.empty(len(base.switches), dtype=np.int64), base.scale
     of_base = base.state, base.after, base.switches, base.margins, base.rate
     of_ahead = ahead.point, ahead.direction, ahead.margins, ahead.rate
     count, length, advance = _turning(of_base, of_ahead, scale, turning)
@@ -259,9 +252,9 @@ _AHEAD = 0.5
 
 def beside_limit(
     corrector: Corrector,
+    base: PathPoint,
     limit: Corrected,
     far_side: Corrected,
-    scale: FloatArray,
     switches: NDArray[np.bool_],
     limits: NDArray[np.bool_],
 ) -> Corrected:
@@ -275,7 +268,7 @@ def beside_limit(
         return far_side
     if corrector.curve.single_valued or not _may_be_sharp(corrector, int(places[0])):
         return far_side
-    return _beside(corrector, limit.point, scale, switches, int(places[0])) or far_side
+    return _beside(corrector, limit.point, base.scale, switches, int(places[0])) or far_side
 
 
 def after_onset(corrector: Corrector, point: PathPoint, orientation: int) -> PathPoint | None:

@@ -194,21 +194,19 @@ def _may_hide(segment: Segment, component: int) -> bool:
     return bool(turns > turned or nearly)
 
 
-def find_branch_point(
-    corrector: Corrector, base: PathPoint, ahead: Corrected, scale: FloatArray
-) -> Corrected | None:
+def find_branch_point(corrector: Corrector, base: PathPoint, ahead: Corrected) -> Corrected | None:
     """The branch point between two points, with the tangent of their path, away from ``base``.
 
     The tangent of ``ahead`` points away from ``base`` too, with the other sign of the determinant.
     None where the two are on different paths, which may come arbitrarily close but do not meet.
     Without second derivatives it is the first solution beyond the branch point.
     """
-    right = PathState(ahead.point, ahead.direction * scale)
+    right = PathState(ahead.point, ahead.direction * base.scale)
     segment = Segment(corrector, PathState(base.state, base.after), right, base.switches)
     if not segment.length > 0:
         return None
     low, high, near_state, past_branch = 0.0, 1.0, base.state, ahead
-    row = base.after / scale
+    row = base.after / base.scale
     if segment.length <= _CLOSEST and np.dot(row, ahead.direction) < NO_TURN * length_of(row):
         return None  # an acute corner, at which the path turns back
     curvature = curvature_of(corrector.curve)
