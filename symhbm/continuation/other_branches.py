@@ -195,8 +195,7 @@ class _Search:
             solves = self._corrector.solves
             points = list(path)
             if len(points) > 1:
-                status = Status.REACHED_END if path.status == Status.TURNED_BACK else path.status
-                return [self._made(points, status, path.rejected, Origin.BESIDE, -1, solves)]
+                return [self._made(path, points, Origin.BESIDE, -1, solves)]
         self._complete = True
         return []
 
@@ -249,33 +248,34 @@ class _Search:
             begin=self.band[0],
             careful=True,
         )
-        points, status = [first], None
+        points, closed = [first], False
         for point in path:
             if len(points) > 2 and _passes(Segment.of(corrector, points[-1], point), first):
                 ahead = np.dot(first.after / scale, point.before / scale) > 0
                 tangent = first.after if ahead else -first.after
                 points.append(first._replace(before=tangent, after=tangent))
-                status = Status.CLOSED
+                closed = True
                 break
             points.append(point)
-        if status is None:
-            status = Status.REACHED_END if path.status == Status.TURNED_BACK else path.status
-        return self._made(points, status, path.rejected, Origin.CROSSING, known.parent, solves)
+        return self._made(path, points, Origin.CROSSING, known.parent, solves, closed)
 
     def _made(
         self,
+        path: Path,
         points: list[PathPoint],
-        status: Status,
-        rejected: int,
         origin: Origin,
         parent: int,
         solves: int,
+        closed: bool = False,
     ) -> FoundBranch:
         """A branch of the points of a path, with its peaks and what its steps passed over."""
         first, corrector = self.first, self._corrector
+        status = Status.CLOSED if closed else path.status
+        if status == Status.TURNED_BACK:
+            status = Status.REACHED_END
         if status == Status.SEVERAL_MEET:
             points = _far_enough(points)
-        follower = Follower(corrector, first.per_dof, rejected)
+        follower = Follower(corrector, first.per_dof, path.rejected)
         points, peaks = follower.searched(points)
         if follower.missed and status in (Status.REACHED_END, Status.CLOSED):
             status = Status.PEAK_NOT_LOCATED

@@ -18,8 +18,11 @@ from symhbm.model.contacts import (
 )
 from symhbm.numerics import RADIANS, FloatArray, check
 from symhbm.plot.drawing import check_variables, motions_of, moving
+from symhbm.plot.picture import Axis
 from symhbm.results import Description, law_of
 
+TURN = 2 * np.pi
+"""A period [rad]."""
 N_ANGLES = 512
 """Points of a period beside its events: more than a figure resolves."""
 _PER_HARMONIC = 128
@@ -317,3 +320,21 @@ def _of_contact(dataset: xr.Dataset, name: str, contact: Contact) -> xr.DataArra
     if followed.get("name") == name and followed["index"] not in (None, contact.within):
         value = dataset[f"{name}_nominal"]
     return contact.of_group(value)
+
+
+def from_zero(history: History) -> History:
+    """The same with points that lie around one period from 0 on."""
+    turned = history.angle[:-1] % TURN
+    order = np.argsort(turned, kind="stable")
+    order = np.concatenate([order[-1:], order, order[:1]])
+    angle = turned[order] - TURN * (np.arange(len(order)) == 0)
+    angle[-1] += TURN
+    sides = history.displacement[:, order], history.force[:, order]
+    return History(angle, *sides, history.limit[order], history.state[order])
+
+
+def angle_axis() -> Axis:
+    """The axis of a period."""
+    ticks = [f"${each}$" for each in ("0", r"\pi/2", r"\pi", r"3\pi/2", r"2\pi")]
+    label = r"angle of the period $\omega t$ [rad]"
+    return Axis(label, limits=(0, TURN), ticks=(np.arange(5) * np.pi / 2, ticks))

@@ -8,18 +8,28 @@ import xarray as xr
 
 from symhbm.model.contacts import Behaviour, History, MemorylessLaw
 from symhbm.numerics import FloatArray, check
-from symhbm.plot.contact.chosen import angle_axis, at_points, from_zero, together
-from symhbm.plot.contact.histories import Histories, contact_of, histories
+from symhbm.plot.contact.histories import (
+    TURN,
+    Histories,
+    angle_axis,
+    contact_of,
+    from_zero,
+    histories,
+)
 from symhbm.plot.drawing import (
     MOST_LEGEND_ENTRIES,
     Family,
     Member,
+    check_variables,
+    moving,
     nothing_to_draw,
+    point_of,
     point_text,
     scaled,
 )
 from symhbm.plot.looks import Look, Named, compared, pictured
 from symhbm.plot.picture import Axis, Panel, Picture
+from symhbm.results import Description
 from symhbm.results.reading import CHOSEN, At
 
 _APART = 0.01
@@ -87,9 +97,9 @@ def hysteresis(
     >>> problem = sh.HarmonicBalance(blade, sh.forces.PointForce())
     >>> sh.plot.hysteresis(sh.solve(problem, 20.0)).savefig("loop.png")
     """
-    dataset = at_points(dataset, at)
+    dataset = _at_points(dataset, at)
     if isinstance(contact, str):
-        found, all_lost = together(dataset, contact)
+        found, all_lost = _together(dataset, contact)
     else:
         found, all_lost = _of_friction(dataset, contact), None
     smooth, directions = isinstance(found.contact.law, MemorylessLaw), found.contact.rubbing
@@ -175,7 +185,7 @@ def normal_force(
             f"contact={contact}: expected one with a normal direction, it is of "
             f"{type(which.law).__name__} in the group {which.group!r}, whose load is constant"
         )
-    found = histories(at_points(dataset, at), which)
+    found = histories(_at_points(dataset, at), which)
     loops = _Loops(found, [-1])
     label = f"normal displacement, positive where it closes [{loops.unit}]"
     panel = Panel(Axis(label), Axis("normal force [N]"))
@@ -283,3 +293,56 @@ class _Loops:
             if len(self.drawn[0].changes(before, after)):
                 panel.entry(name, **_MARK | dict(color="black") | mark)
         return None
+
+
+def _at_points(dataset: xr.Dataset, at: At | None) -> xr.Dataset:
+    """One point of each curve, by default of whole paths and of more than a legend names."""
+    check_variables(dataset, "frequency")
+    name = moving(dataset).name
+    values = dataset.get(name, xr.DataArray(0.0))
+    shape = dataset.get("amplitude", values)
+    shape = shape.isel(dof=0, drop=True) if "dof" in shape.dims else shape
+    count = int(np.isfinite(values.broadcast_like(shape)).sum())
+    whole = "point" in values.dims and count == dataset.get("n_points", xr.DataArray(0)).sum()
+    many = {"point", name} & {*map(str, values.dims)} and count > MOST_LEGEND_ENTRIES
+    return point_of(dataset, at) if at is not None or whole or many else dataset
+
+
+def _together(dataset: xr.Dataset, name: str) -> tuple[Histories, dict[tuple[int, ...], float]]:
+    """A group of contacts as one: their forces over their mean displacement, and their losses.
+
+    The latter are the energies [J] that all of them dissipate per cycle, by the same indices.
+    """
+    groups = Description(dataset).groups
+    sizes = {n: len(each["pairs"][0]) for n, each in groups.items()}
+    sizes = sizes or {"friction": dataset.sizes["contact"]}
+    check.known(name, sizes, "group of contacts")
+    first = sum(sizes[before] for before in [*sizes][: [*sizes].index(name)])
+    numbers = range(first, first + sizes[name])
+    every = [histories(dataset, contact_of(dataset, number)) for number in numbers]
+    of: dict[tuple[int, ...], History | None] = {}
+    lost: dict[tuple[int, ...], float] = {}
+    for index in every[0].of:
+        members = [h for h in (one.of[index] for one in every) if h is not None]
+        of[index] = _sum(members) if len(members) == len(every) else None
+        lost[index] = sum(history.area(every[0].contact.rubbing) for history in members)
+    return every[0]._replace(of=of), lost
+
+
+def _sum(members: list[History]) -> History:
+    """Mean displacements and summed forces, slipping where any of the members does."""
+    first = members[0].angle[0]
+    inside = np.concatenate([(each.angle - first) % TURN for each in members])
+    angle = np.unique(np.append(inside, [0.0, TURN]))
+    parts: list[tuple[Any, ...]] = []
+    for each in members:
+        own, at = each.angle - each.angle[0], (angle + first - each.angle[0]) % TURN
+        at[-1] = at[0]
+        table = np.vstack([each.displacement, each.force, each.limit])
+        seen = np.array([np.interp(at, own, row) for row in table])
+        state = each.state[np.searchsorted(own, at, side="right").clip(1, len(own) - 1) - 1]
+        parts.append((*np.split(seen, [len(each.displacement), -1]), state))
+    moved, force, limit, states = (np.array(part) for part in zip(*parts, strict=True))
+    state = np.where((states == Behaviour.SLIPS).any(axis=0), Behaviour.SLIPS, states.min(axis=0))
+    sums = force.sum(axis=0), limit.sum(axis=0)[0]
+    return History(angle + first, moved.mean(axis=0), *sums, state)

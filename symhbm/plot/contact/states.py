@@ -9,8 +9,7 @@ from numpy.typing import NDArray
 
 from symhbm.model.contacts import Behaviour, History
 from symhbm.numerics import FloatArray, check
-from symhbm.plot.contact.chosen import TURN, angle_axis, from_zero
-from symhbm.plot.contact.histories import contact_of, histories
+from symhbm.plot.contact.histories import TURN, angle_axis, contact_of, from_zero, histories
 from symhbm.plot.drawing import (
     Moving,
     check_variables,
