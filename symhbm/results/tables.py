@@ -110,8 +110,6 @@ def stack(tables: Iterable[Table], count: int, layout: Layout) -> Table:
     result = {name: blank(dtype, (count, *shape)) for name, (dtype, shape) in layout.items()}
     for number, table in enumerate(tables):
         for name, stacked in result.items():
-            if name not in table:
-                continue  # written by a version without this variable
             array = table[name]
             if name.endswith("coefficient"):
                 array = widened(array, stacked.shape[-2])
