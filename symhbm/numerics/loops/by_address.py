@@ -6,10 +6,7 @@ of them; by its address it is not, and one loop may call what is only known when
 
 import ctypes
 from functools import cache
-from pathlib import Path
 from typing import Any
-
-import casadi as ca
 
 from symhbm.numerics.machine_code import Foreign
 
@@ -65,28 +62,33 @@ def call_library() -> Any:
 
 
 @cache
-def lapack(name: str) -> int:
-    """The address of a function of LAPACK."""
+def library() -> tuple[int, int, int] | None:
+    """Addresses of what evaluates a buffered function of CasADi, and of dgetrf and dgetrs.
+
+    None where they have other names or integers here.
+    """
+    from casadi import _casadi  # type: ignore[attr-defined]
     from scipy.linalg import cython_lapack  # type: ignore[attr-defined]
 
-    return pointer(cython_lapack.__pyx_capi__[name])
+    # Its own library: there may be another copy of the one behind it.
+    evaluate = getattr(ctypes.CDLL(_casadi.__file__), _EVALUATE, None)
+    capsules = [cython_lapack.__pyx_capi__[name] for name in ("dgetrf", "dgetrs")]
+    if evaluate is None or not all(
+        b"(int *" in _name(one).replace(b"char *, ", b"") for one in capsules
+    ):
+        return None
+    factorise, solve = map(pointer, capsules)
+    return int(ctypes.cast(evaluate, ctypes.c_void_p).value or 0), factorise, solve
 
 
-@cache
-def evaluator() -> int | None:
-    """The address of what evaluates a buffered function of CasADi, None where there is none."""
-    for library in Path(ca.__file__).parent.glob("libcasadi.*"):
-        function = getattr(ctypes.CDLL(str(library)), _EVALUATE, None)
-        if function is not None:
-            return ctypes.cast(function, ctypes.c_void_p).value
-    return None
+def _name(capsule: Any) -> bytes:
+    name = ctypes.pythonapi.PyCapsule_GetName
+    name.restype, name.argtypes = ctypes.c_char_p, [ctypes.py_object]
+    return name(capsule) or b""
 
 
 def pointer(capsule: Any) -> int:
     """The address that a capsule of Python holds."""
-    api = ctypes.pythonapi
-    api.PyCapsule_GetName.restype = ctypes.c_char_p
-    api.PyCapsule_GetName.argtypes = [ctypes.py_object]
-    api.PyCapsule_GetPointer.restype = ctypes.c_void_p
-    api.PyCapsule_GetPointer.argtypes = [ctypes.py_object, ctypes.c_char_p]
-    return api.PyCapsule_GetPointer(capsule, api.PyCapsule_GetName(capsule))
+    address = ctypes.pythonapi.PyCapsule_GetPointer
+    address.restype, address.argtypes = ctypes.c_void_p, [ctypes.py_object, ctypes.c_char_p]
+    return address(capsule, _name(capsule) or None)
