@@ -108,8 +108,6 @@ def _of_kept(variable: Any, kept: str) -> Any:
 
 def variable_of(part: Any) -> Any:
     """A part as an xarray variable, made without xarray's slow search for array packages."""
-    if isinstance(part, xr.DataArray):
-        return part
     if isinstance(part, xr.Variable):
         return part.copy(deep=False)
     dims, values, attributes = part
