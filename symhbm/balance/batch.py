@@ -1,7 +1,6 @@
 """The equations at several points at once, of one problem or of several of one structure."""
 
 from collections.abc import Callable, Sequence
-from weakref import WeakKeyDictionary
 
 import casadi as ca
 import numpy as np
@@ -70,17 +69,15 @@ def compile_checks(problem: HarmonicBalance, announce: Callable[[], None]) -> No
         to_machine_code([_check_function(problem.equations)], True, announce)
 
 
-_CHECKS: WeakKeyDictionary[Equations, dict[bool, Compiled]] = WeakKeyDictionary()
-"""What checks points of each structure, without machine code and with it."""
-
-
 def _check(equations: Equations, machine_code: bool) -> Compiled:
-    known = _CHECKS.setdefault(equations, {})
-    if machine_code not in known:
+    """What checks points of a structure, without machine code or with it."""
+
+    def check() -> Compiled:
         function = _check_function(equations)
         made = to_machine_code([function], make=False) if machine_code else None
-        known[machine_code] = Compiled(function if made is None else made[0])
-    return known[machine_code]
+        return Compiled(function if made is None else made[0])
+
+    return equations.once(("check", machine_code), check)
 
 
 def _check_function(equations: Equations) -> ca.Function:

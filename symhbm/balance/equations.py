@@ -1,6 +1,6 @@
 """The equations of Eq. (9) as CasADi functions, shared by all parameter sets of one structure."""
 
-from collections.abc import Collection
+from collections.abc import Callable, Collection
 from typing import Any
 
 import casadi as ca
@@ -151,6 +151,13 @@ class Equations:
         self.conservative = ca.Function("conservative", given, [conservative, inertia])
         self._inertia = Compiled(ca.Function("inertia", given, [ca.mmax(ca.fabs(inertia))]))
         self._derivatives: dict[str, ca.Function] = {}
+        self._made: dict[tuple, Any] = {}
+
+    def once(self, key: tuple, make: Callable[[], Any]) -> Any:
+        """What is made of these equations once for all copies of their problem, by a ``key``."""
+        if key not in self._made:
+            self._made[key] = make()
+        return self._made[key]
 
     def shape_at(self, shapes: Any, frequency: Any) -> Any:
         """Force coefficients of unit amplitude at a frequency [rad/s], from those of all powers."""

@@ -8,12 +8,11 @@ from __future__ import annotations
 
 from dataclasses import dataclass
 from typing import Any, NamedTuple
-from weakref import WeakKeyDictionary
 
 import casadi as ca
 import numpy as np
 
-from symhbm.balance.equations import Equations, identifier
+from symhbm.balance.equations import identifier
 from symhbm.balance.evaluation import ContactStates
 from symhbm.balance.goals import ContactSymbols, Goal, Solution
 from symhbm.balance.harmonic_balance import HarmonicBalance
@@ -76,17 +75,6 @@ class _Expression:
         return cls(symbol, value, size, dict(zip(slopes, weights, strict=True)))
 
 
-_Key = tuple[type[Goal], str]
-_VALUES: WeakKeyDictionary[Equations, dict[_Key, Compiled]] = WeakKeyDictionary()
-"""Values and slopes of goals, on each structure."""
-_ORDERS: WeakKeyDictionary[SecondOrder, dict[_Key, GoalOrder]] = WeakKeyDictionary()
-"""Second derivatives of goals, by those of the balance."""
-
-
-def _key(goal: Goal) -> _Key:
-    return type(goal), repr(goal)
-
-
 class ValueOf(NamedTuple):
     """A goal at one solution: its value, and the sum ``size`` of its absolute terms.
 
@@ -110,14 +98,16 @@ class ValueOf(NamedTuple):
 
         Raises ArithmeticError where it is no number.
         """
-        compiled = _VALUES.setdefault(problem.equations, {})
-        if (key := _key(goal)) not in compiled:
+
+        def made() -> Compiled:
             of = _Expression.of(goal, problem)
             variables = ca.vertcat(of.inputs["unknowns"], of.inputs["frequency"])
             outputs = [of.value, of.size, ca.gradient(of.value, variables)]
             outputs = [ca.densify(output) for output in outputs]
-            compiled[key] = Compiled(ca.Function("goal", [*of.inputs.values()], outputs))
-        value, size, slope = compiled[key](*inputs_at(problem, unknowns, frequency, states))
+            return Compiled(ca.Function("goal", [*of.inputs.values()], outputs))
+
+        compiled = problem.equations.once((type(goal), repr(goal)), made)
+        value, size, slope = compiled(*inputs_at(problem, unknowns, frequency, states))
         if not (np.isfinite(value[0]) and np.all(np.isfinite(slope))):
             raise ArithmeticError(f"{goal!r} is no number at {frequency:g} rad/s")
         if abs(value[0]) <= _ROUND_OFF * size[0]:
@@ -140,10 +130,8 @@ class GoalOrder:
     @classmethod
     def of(cls, goal: Goal, problem: HarmonicBalance, second_order: SecondOrder) -> GoalOrder:
         """That of a goal of one of the problems of a `SecondOrder`, compiled once."""
-        orders = _ORDERS.setdefault(second_order, {})
-        if (key := _key(goal)) not in orders:
-            orders[key] = cls(goal, problem, second_order)
-        return orders[key]
+        key = type(goal), repr(goal), second_order.names
+        return problem.equations.once(key, lambda: cls(goal, problem, second_order))
 
     def __init__(self, goal: Goal, problem: HarmonicBalance, second_order: SecondOrder):
         of = _Expression.of(goal, problem)

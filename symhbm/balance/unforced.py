@@ -10,13 +10,11 @@ motion concept, Computers and Structures 154 (2015), 59-71.
 
 from dataclasses import replace
 from typing import Any
-from weakref import WeakKeyDictionary
 
 import casadi as ca
 import numpy as np
 import scipy.sparse as sp
 
-from symhbm.balance.equations import Equations
 from symhbm.balance.evaluation import Evaluation
 from symhbm.balance.harmonic_balance import HarmonicBalance
 from symhbm.balance.problem import nothing_on
@@ -88,11 +86,9 @@ class SustainedMotion:
         self._momentum = sp.csc_array(momentum)
         self._momentum.sort_indices()
         self.inertia = sp.csc_array(displacements(lambda n: (n > 0) * mass_in(n), basis))
-        equations = problem.equations
-        functions = _FUNCTIONS.setdefault(equations, [])
-        if not functions:  # the sparsity is that of the structure, and the same for its copies
-            functions.append(_function(self._momentum))
-        self._force, self._assemblies = functions[0]
+        # The sparsity is that of the structure, and the same for its copies.
+        made = problem.equations.once(("sustained",), lambda: _function(self._momentum))
+        self._force, self._assemblies = made
 
     def __call__(
         self, free: Evaluation, unknowns: FloatArray, frequency: float, damping_ratio: float
@@ -144,8 +140,6 @@ class SustainedMotion:
 
 _Sustain = tuple[Compiled, tuple[Assembly, Assembly]]
 """What evaluates the force, and makes its Jacobian a full or a sparse matrix."""
-_FUNCTIONS: WeakKeyDictionary[Equations, list[_Sustain]] = WeakKeyDictionary()
-"""What evaluates the force on each structure."""
 
 
 def _function(momentum: Any) -> _Sustain:

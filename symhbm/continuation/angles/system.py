@@ -11,13 +11,12 @@ starts from the solution with located angles, and its result must be that soluti
 from dataclasses import dataclass, replace
 from enum import StrEnum
 from typing import Any, NamedTuple
-from weakref import WeakKeyDictionary
 
 import casadi as ca
 import numpy as np
 from numpy.typing import ArrayLike, NDArray
 
-from symhbm.balance import Equations, Evaluation, HarmonicBalance, SwitchingAngles
+from symhbm.balance import Evaluation, HarmonicBalance, SwitchingAngles
 from symhbm.continuation.angles.solvers import casadi_solver, check_angles, row_scales, two_angles
 from symhbm.continuation.correctors import (
     MAX_CORRECTIONS,
@@ -173,15 +172,10 @@ class AngleSystem:
         return (point if last_step <= STAGNATION else np.full(len(point), np.nan)), solves
 
 
-_SYSTEMS: WeakKeyDictionary[Equations, dict[str, AngleSystem]] = WeakKeyDictionary()
-
-
 def angle_system(problem: HarmonicBalance, moving: str) -> AngleSystem:
     """The system of a problem along a parameter, shared by all its copies by with_parameters."""
-    systems = _SYSTEMS.setdefault(problem.equations, {})
-    if moving not in systems:
-        systems[moving] = AngleSystem(SwitchingAngles(problem), moving)
-    return systems[moving]
+    key = "angles", moving
+    return problem.equations.once(key, lambda: AngleSystem(SwitchingAngles(problem), moving))
 
 
 class AngleStatus(StrEnum):

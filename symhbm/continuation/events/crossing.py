@@ -19,13 +19,12 @@ Reference: R. Seydel, Practical Bifurcation and Stability Analysis, Springer (20
 from collections.abc import Sequence
 from itertools import pairwise
 from typing import NamedTuple
-from weakref import WeakKeyDictionary
 
 import numpy as np
 import scipy
 from numpy.typing import NDArray
 
-from symhbm.balance import Equations, Evaluation, HarmonicBalance, SecondOrder
+from symhbm.balance import Evaluation, HarmonicBalance, SecondOrder
 from symhbm.continuation.correctors import Corrector
 from symhbm.continuation.newton import TOLERANCE
 from symhbm.continuation.point import UNBOUNDED_AMPLIFICATION, PathPoint
@@ -39,9 +38,6 @@ from symhbm.continuation.segment import PathState, Segment
 from symhbm.model import MANY
 from symhbm.numerics import FloatArray, full, length_of
 
-_MADE: WeakKeyDictionary[Equations, dict[tuple[str, ...], SecondOrder]] = WeakKeyDictionary()
-"""Second derivatives by equations and moving parameter: compiled once for all copies."""
-
 
 class Curvature:
     """Second derivatives of the balance of a curve, weighted by multipliers.
@@ -52,7 +48,8 @@ class Curvature:
     def __init__(self, curve: FrequencyProblem | ParameterProblem):
         self._curve = curve
         names = (curve.name,) if isinstance(curve, ParameterProblem) else ()
-        self._second_order = _second_order(curve.problem, names)
+        made = curve.problem.equations.once
+        self._second_order = made(("bends", *names), lambda: SecondOrder(curve.problem, names))
 
     def __call__(
         self,
@@ -97,13 +94,6 @@ def curvature_of(curve: ContinuationProblem) -> Curvature | None:
         return Curvature(curve)
     except (TypeError, ValueError, NotImplementedError):
         return None
-
-
-def _second_order(problem: HarmonicBalance, names: tuple[str, ...]) -> SecondOrder:
-    of_equations = _MADE.setdefault(problem.equations, {})
-    if names not in of_equations:
-        of_equations[names] = SecondOrder(problem, names)
-    return of_equations[names]
 
 
 _MAX_ITERATIONS = 15
