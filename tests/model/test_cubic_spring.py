@@ -4,13 +4,9 @@ from dataclasses import dataclass
 
 import numpy as np
 import pytest
-from closed_forms import OneBlade
-from hypothesis import assume, given, settings
-from hypothesis import strategies as st
 from scipy.optimize import brentq
 
 import symhbm as sh
-from tests import designs
 from tests.quick import quick_first
 
 TWO_PI = 2 * np.pi
@@ -217,79 +213,4 @@ def test_solutions_at_given_frequencies(oscillator, down):
     )
 
 
-@pytest.mark.slow
-@settings(max_examples=10)
-@given(
-    damping_ratio=st.floats(0.003, 0.2),
-    bend=st.floats(-0.2, 4).filter(lambda bend: abs(bend) > 1e-3),
-    mass=st.floats(1e-3, 1e3),
-    natural=st.floats(0.1, 1e3),
-    length=st.floats(1e-4, 10),
-)
-def test_random_oscillators(damping_ratio, bend, mass, natural, length):
-    """``bend``, the share of the linear stiffness that the spring has at its linear peak."""
-    stiffness = mass * natural**2
-    damping = 2 * damping_ratio * mass * natural
-    cubic = bend * stiffness / (0.75 * length**2)
-    oscillator = Duffing(mass, damping, stiffness, cubic, damping * natural * length)
-    _, force = oscillator.cusp()
-    # Closer to a cusp the reference itself loses its digits.
-    assume(abs(force / oscillator.force - 1) > 1e-3)
-    folds = oscillator.folds_in_frequency()
-    assert len(folds) in (0, 2)
-    top = max([natural, oscillator.maximum()[1], *folds])
-    bottom = min([natural, oscillator.maximum()[1], *folds])
-    band = 0.7 * bottom / TWO_PI, 1.5 * top / TWO_PI
-    grid = np.linspace(*band, 12)[1:-1]
-    if folds:
-        grid = np.sort(np.append(grid, [np.mean(folds) / TWO_PI]))
-    assume(all(abs(TWO_PI * f / fold - 1) > 1e-6 for f in grid for fold in folds))
-    result = sh.frf(oscillator.problem(), band, at=grid, throw=True)
-    # Required: 1e-9.
-    np.testing.assert_allclose(np.sort(TWO_PI * folds_of(result, "frequency")), folds, rtol=1e-9)
-    check_solutions(
-        result, "frequency", oscillator, lambda hertz: oscillator.amplitudes(TWO_PI * hertz)
-    )
-    assert int(result.n_peaks) == 1
-    assert float(result.peak_amplitude[0]) == pytest.approx(oscillator.maximum()[0], rel=1e-9)
-
-
 # Beside friction.
-
-
-@pytest.mark.slow
-def test_friction_and_spring_of_one_blade_against_a_closed_form():
-    """The in-phase force of the contact gains 3/4 gamma A^3: solutions by a scan of A."""
-    kd, limit, cubic, force = 0.5, 0.1, 0.2, 0.3
-    values = dict(stiffness=1.0, damping=0.03, contact_stiffness=kd, normal_load=limit / 0.5)
-    problem = designs.blade(force=force, cubic_stiffness=cubic, **values)
-    contact = OneBlade(1, 0.03, 1, kd, limit, force).contact
-
-    def unbalance(amplitude, omega):
-        in_phase, quadrature = contact(amplitude)
-        real = (1 - omega**2) * amplitude + in_phase + 0.75 * cubic * amplitude**3
-        return np.hypot(real, 0.03 * omega * amplitude + quadrature) - force
-
-    grid = np.linspace(0.12, 0.4, 41)
-    result = sh.frf(problem, (0.1, 0.5), at=grid, throw=True)
-    scan = np.linspace(1e-4, 6, 20_001)
-    for i, hertz in enumerate(grid):
-        omega = TWO_PI * hertz
-        values = np.array([unbalance(a, omega) for a in scan[::10]])
-        places = np.flatnonzero(values[1:] * values[:-1] < 0)
-        expected = [
-            brentq(unbalance, scan[::10][p], scan[::10][p + 1], (omega,), 1e-300, 1e-15)
-            for p in places
-        ]
-        assert int(result.n_solutions[i]) == len(expected)
-        np.testing.assert_allclose(
-            np.sort(result.amplitude.values[i, :, 0])[: len(expected)], expected, rtol=1e-9
-        )
-    assert int(result.n_solutions.max()) == 3
-    kinds = result.event_kind.values.tolist()
-    assert kinds == ["fold", "fold", "end of slip"]
-    assert result.event_contact.values.tolist() == [-1, -1, 0]
-    stick = limit / kd
-    end = brentq(lambda omega: unbalance(stick * (1 + 1e-15), omega), 1.5, 3.2, rtol=1e-15)
-    # Required: 1e-9.
-    assert TWO_PI * float(result.event_frequency[-1]) == pytest.approx(end, rel=1e-9)

@@ -127,33 +127,6 @@ def test_representations_make_the_same_force():
 # Responses
 
 
-def test_friction_does_not_feel_a_static_load():
-    """Displacements shift by K^-1 F, and nothing else changes: contacts, peaks, exact motions."""
-    load = np.array([20.0, -3.0, 7.0, 0.0, 11.0, 2.0])
-    bare = sh.HarmonicBalance(RING, WAVE, (1, 3))
-    loaded = sh.HarmonicBalance(RING, WAVE + sh.forces.StaticLoad(load), (0, 1, 3))
-    shift = load / 1e4  # blades on ground springs, with contacts that hold no static force
-    one, other = (sh.frf(p, (12, 28), at=[21, 24], progress=False) for p in (bare, loaded))
-    assert (one.contact_state == 1).any()
-    x = other.coefficient
-    np.testing.assert_allclose(
-        x.sel(harmonic=0, component="cos"), [shift, shift], rtol=1e-9, atol=1e-15
-    )
-    np.testing.assert_allclose(
-        x.sel(harmonic=[1, 3]), one.coefficient, rtol=0, atol=1e-9 * abs(one.coefficient).max()
-    )
-    np.testing.assert_allclose(one.dissipation, other.dissipation, rtol=1e-7)
-    motions = [sh.periodic_motion(p, 24.0, throw=True) for p in (bare, loaded)]
-    without, with_load = (m.displacement.transpose("angle", "dof").values for m in motions)
-    np.testing.assert_allclose(
-        with_load - shift, without, rtol=0, atol=1e-9 * np.abs(without).max()
-    )
-    found, expected = (
-        sh.frf(p, (12, 28), progress=False).peak_frequency.values for p in (loaded, bare)
-    )
-    assert {*np.round(expected, 6)} <= {*np.round(found, 6)}
-
-
 def cubic(force, harmonics=(0, 1), stiffness=1e4, gamma=1e9):
     model = sh.Model([[1.0]], [[0.5]], [[stiffness]], contacts=[(0,)], cubic_stiffness=gamma)
     return sh.HarmonicBalance(model, force, harmonics)
@@ -183,26 +156,6 @@ def test_a_cubic_spring_yields_to_a_static_load(load):
     omega = 2 * np.pi * 9.0
     dynamic = 1e4 + 1e9 * (3 * mean**2 + 0.75 * amplitude**2) - omega**2 + 0.5j * omega
     assert amplitude == pytest.approx(20 / abs(dynamic), rel=1e-8)
-
-
-@pytest.mark.parametrize("weight", [1.0, -0.5])
-@pytest.mark.parametrize("load", [2.0, 60.0])
-def test_a_static_load_presses_a_stop(load, weight):
-    """k x + w k_n max(w x - gap, 0) = F, closed where w F > k gap."""
-    load = load * np.sign(weight)
-    law = sh.laws.UnilateralSpring("gap")
-    stop = sh.Contacts(law, normal={0: weight}, normal_stiffness=2e4, gap=1e-3)
-    model = sh.Model([[1.0]], [[0.5]], [[1e4]], contacts={"stop": stop})
-    expected = load / 1e4
-    if weight * expected > 1e-3:
-        expected = (load + weight * 2e4 * 1e-3) / (1e4 + 2e4 * weight**2)
-    for force in (
-        sh.forces.StaticLoad([load]),
-        sh.forces.PointForce(amplitude=0.0) + sh.forces.StaticLoad([load]),
-    ):
-        point = sh.solve(sh.HarmonicBalance(model, force, (0, 1, 2)), 9.0, throw=True)
-        assert point.coefficient.values[0, 0, 0] == pytest.approx(expected, rel=1e-9)
-        assert np.abs(point.coefficient.values[0, 1:]).max() < 1e-12
 
 
 # Archives, pictures, workers

@@ -3,7 +3,6 @@
 import numpy as np
 import pytest
 import xarray as xr
-from closed_forms import OneBlade
 
 import symhbm as sh
 from symhbm.numerics import RADIANS, FourierBasis
@@ -66,22 +65,6 @@ def test_peaks_of_transmissibilities_are_where_closed_forms_have_them():
     np.testing.assert_allclose(at["relative"].peak_frequency, exact, rtol=1e-9)
     exact = natural * np.sqrt((np.sqrt(1 + 8 * ratio**2) - 1) / (4 * ratio**2)) / RADIANS
     np.testing.assert_allclose(at["absolute"].peak_frequency, exact, rtol=1e-9)
-
-
-def test_a_blade_with_friction_on_a_shaker_is_one_under_its_inertia_force():
-    blade = sh.single_blade(mass=2, stiffness=1e4, damping=0.5, **FRICTION)
-    moving = sh.HarmonicBalance(blade, sh.forces.BaseMotion(acceleration=0.5), (1, 3))
-    forced = sh.HarmonicBalance(blade, sh.forces.PointForce(amplitude=1.0, phase=np.pi), (1, 3))
-    found, exact = (sh.frf(each, (8, 20), progress=False) for each in (moving, forced))
-    np.testing.assert_allclose(found.peak_amplitude, exact.peak_amplitude, rtol=1e-12)
-    np.testing.assert_allclose(found.peak_frequency, exact.peak_frequency, rtol=1e-12)
-    # One frictional blade in closed form: x = A cos, with the describing function of the slider.
-    one = sh.solve(sh.HarmonicBalance(blade, moved(1e-4)), 13.0)
-    omega, amplitude = RADIANS * 13.0, one.amplitude.item()
-    in_phase, lost = OneBlade(2, 0.5, 1e4, 5e3, slip_limit=1.0).contact(amplitude)
-    force = np.hypot((1e4 - 2 * omega**2) * amplitude + in_phase, 0.5 * omega * amplitude + lost)
-    assert 5e3 * amplitude > 1.0
-    assert force == pytest.approx(2 * omega**2 * 1e-4, rel=1e-10)
 
 
 def test_translations_follow_the_directions_of_places():

@@ -36,11 +36,12 @@ def test_each_set_of_a_sweep_is_judged_by_itself():
 
 
 def test_what_has_no_sectors_is_solved_whole():
-    tuned = ring()
+    tuned, load = ring(), sh.forces.StaticLoad({0: 1.0})
     whole = [
         sh.HarmonicBalance(tuned, sh.forces.PointForce(0)),
         sh.HarmonicBalance(ring(mass=np.linspace(1, 1.1, 13)), sh.forces.EngineOrder(3)),
         sh.HarmonicBalance(tuned, sh.forces.EngineOrder(1, places=[0, 1, 3, 2, *range(4, 13)])),
+        sh.HarmonicBalance(tuned, sh.forces.EngineOrder(3) + load, (0, 1)),
         designs.blade(),
     ]
     for problem in whole:

@@ -1,7 +1,6 @@
 """Hysteresis loops, whose area is the dissipated energy, and maps of where contacts stick."""
 
 import numpy as np
-import pytest
 
 import symhbm as sh
 from studies import fig03_single_blade as fig03
@@ -28,44 +27,6 @@ def one_loop(dataset, contact=0):
     loops, _, dims = loops_of(dataset, contact)
     assert dims == []
     return loops[()]
-
-
-@pytest.mark.parametrize("name", POINTS)
-def test_area_of_the_loop_is_the_dissipation(name):
-    problem, hertz = POINTS[name]
-    point = sh.solve(problem, hertz, throw=True)
-    last = problem.model.n_contacts - 1
-    for contact in {0, last}:
-        loop = one_loop(point, contact)
-        limit = float(point.friction_coefficient[contact] * point.normal_load[contact])
-        # Round-off, next to the energy of the spring and of the limit over the travel.
-        scale = max(limit, np.abs(loop.force).max()) * np.ptp(loop.displacement) + 1e-30
-        lost = float(point.dissipation[contact])
-        assert loop.area == pytest.approx(lost, rel=1e-9, abs=1e-12 * scale)
-        assert np.all(np.abs(loop.force) <= limit * (1 + 1e-9) + 1e-12)
-        assert len(loop.onset) == len(loop.end)
-        # Between points it moves by the spring at most: no jump at any event.
-        step = float(point.contact_stiffness[contact]) * np.abs(np.diff(loop.displacement))
-        assert np.all(np.abs(np.diff(loop.force)) <= step + 1e-9 * (limit + 1e-9))
-        assert np.all(np.diff(loop.angle) >= 0)
-
-
-@pytest.mark.parametrize(
-    "name", ["one harmonic", "never slips", "minor loops", "ring, 6 reversals"]
-)
-def test_exact_motions(name):
-    problem, hertz = POINTS[name]
-    motion = sh.periodic_motion(problem, hertz, throw=True)
-    loop = one_loop(motion)
-    lost = float(motion.dissipation[0])
-    scale = float(np.abs(loop.force).max() * np.ptp(loop.displacement))
-    # Round-off: straight between events, at which the motion is of fourth order over 512 angles.
-    assert loop.area == pytest.approx(lost, rel=1e-7, abs=1e-9 * scale)
-    kinds = motion.event_kind.values[motion.event_contact.values == 0]
-    assert len(loop.onset) == np.sum(kinds == "onset of slip")
-    assert len(loop.end) == np.sum(kinds == "end of slip")
-    limit = float(motion.friction_coefficient[0] * motion.normal_load[0])
-    np.testing.assert_array_equal(np.abs(loop.force[loop.onset]), limit)
 
 
 def test_marched_force_of_many_harmonics_is_that_of_the_exact_motion():

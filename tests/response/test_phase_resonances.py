@@ -77,20 +77,6 @@ def test_over_the_force_at_one_frequency():
     assert force == pytest.approx(expected, rel=1e-10)
 
 
-def test_beside_changes_of_stability():
-    """Both kinds of events of a blade that stiffens, each in its place on the path."""
-    model = one_blade(damping=2.0, contact_stiffness=1e3, normal_load=1, cubic_stiffness=1e8)
-    problem = sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=4.0), (1, 3))
-    alone = sh.frf(problem, (8, 60), progress=False)
-    found = sh.frf(problem, (8, 60), phase_resonances=True, progress=False)
-    assert {"fold", "onset of slip", "phase resonance"} <= {*found.event_kind.values}
-    assert len(resonances(found)) == 1
-    others = ~kinds(found, "phase resonance")
-    np.testing.assert_array_equal(found.event_kind.values[others], alone.event_kind.values)
-    assert int(found.n_points) == int(alone.n_points) + 1
-    assert float(found.residual_norm.max()) <= 1e-10
-
-
 def test_a_ring_is_solved_by_sectors():
     """One wave excites one resonance; the same whether one sector is solved or all of them."""
     disk = ring_of_blades(6, contact_stiffness=1e5, normal_load=10)

@@ -10,8 +10,6 @@ from hypothesis import strategies as st
 import symhbm as sh
 from studies import fig03_single_blade as fig03
 from studies import fig08_engine_orders as fig08
-from symhbm.model import force_coefficients as coefficients_of
-from symhbm.numerics import FourierBasis
 from symhbm.numerics.loops.polynomials import crossings
 from symhbm.time_domain.event_march import march
 from symhbm.time_domain.exact_motion import exact_motion
@@ -22,7 +20,6 @@ from tests.reference import EXACT
 from tests.refusals import refused
 
 TURN = 2 * np.pi
-HARMONICS = (0, 1, 2, 3, 4, 5, 6, 7, 9, 15, 31)
 
 
 def blade(**values):
@@ -111,11 +108,6 @@ def solved(name):
     return problem, motion
 
 
-def force_coefficients(problem, basis):
-    """Exciting force in another harmonic set."""
-    return coefficients_of(problem.excitation, problem.model.n_dof, basis)
-
-
 REFERENCE_POINTS = [
     (partial(blade, normal_load=point["Fn"]), point) for point in EXACT["single_blade_points"]
 ] + [
@@ -157,24 +149,6 @@ def test_periodic_and_energy_balanced(name):
     exchanged = np.pi * np.abs(x).max() * motion._linear.largest_force
     assert abs(motion.work - lost) < 1e-10 * exchanged
     assert np.all(motion.friction_loss >= -1e-12 * exchanged)
-
-
-@each_case
-def test_harmonic_balance_of_the_exact_motion(name):
-    """Inertia of harmonic 31 multiplies the round-off 1e-16 of a coefficient by 1e3."""
-    problem, motion = solved(name)
-    basis, model = FourierBasis(HARMONICS), problem.model
-    x, friction = motion.coefficients(HARMONICS)
-    rate = motion.frequency * basis.derivative_matrix.T
-    terms = [
-        model.mass_matrix @ x @ rate @ rate,
-        model.damping_matrix @ x @ rate,
-        model.stiffness_matrix @ x,
-        model.directions.T @ friction,
-        -force_coefficients(problem, basis),
-    ]
-    largest = max(np.abs(term).max() for term in terms)
-    np.testing.assert_allclose(sum(terms), 0.0, atol=1e-10 * largest)
 
 
 def test_neutral_multipliers_are_ones_of_the_whole_derivative():

@@ -203,46 +203,6 @@ def test_friction_beside_a_cubic_spring_on_one_body():
     assert distance(multipliers(problem, omega, unknowns), motion.multipliers) < 1e-5
 
 
-@st.composite
-def damped(draw):
-    seed = draw(st.integers(0, 2**32 - 1))
-    rng = np.random.default_rng(seed)
-    n = draw(st.integers(1, 4))
-    mass, damping, stiffness = (
-        spread @ spread.T / n + least * np.eye(n)
-        for spread, least in zip(rng.normal(size=(3, n, n)), (0.3, 0.02, 0.1), strict=True)
-    )
-    pairs = [(i,) for i in range(n)] + [(i, j) for i in range(n) for j in range(i)]
-    contacts = [pairs[i] for i in rng.choice(len(pairs), draw(st.integers(1, len(pairs))), False)]
-    model = sh.Model(
-        mass,
-        damping,
-        stiffness,
-        contacts=contacts,
-        **rub(
-            10.0 ** rng.uniform(-2, 3, len(contacts)),
-            0.5,
-            10.0 ** rng.uniform(-2, 1, len(contacts)),
-        ),
-    )
-    harmonics = draw(st.sampled_from([(1,), (0, 1), (1, 3), (2, 6), (0, 1, 2, 3, 5)]))
-    force = sh.forces.HarmonicForce(cosine={harmonics[-1]: rng.normal(size=n)})
-    return sh.HarmonicBalance(model, force, harmonics), rng
-
-
-@pytest.mark.slow
-@settings(max_examples=40)
-@given(damped(), st.floats(0.1, 10))
-def test_no_friction_motion_lets_a_small_one_grow(case, omega):
-    """Any motion at all: friction and damping take energy from small motions beside it."""
-    problem, rng = case
-    unknowns = rng.normal(size=problem.n_unknowns)
-    computed = multipliers(problem, omega, unknowns)
-    n_slipping = np.count_nonzero(problem.locate(unknowns, omega).switches)
-    assert computed.shape == (2 * problem.model.n_dof + n_slipping,)
-    assert np.abs(computed).max() <= 1 + 1e-9
-
-
 @pytest.mark.parametrize(
     ("values", "stiffness"),
     [

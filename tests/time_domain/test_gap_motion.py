@@ -1,14 +1,11 @@
 """Exact motions of contacts without friction that open: three at one frequency, and limits."""
 
-from functools import partial
-
 import numpy as np
 import pytest
 
 import symhbm as sh
-from symhbm.continuation import Status, newton
+from symhbm.continuation import Status
 from symhbm.time_domain.exact_motion import exact_motion
-from symhbm.time_domain.stability import growth
 from tests.pressed_contact import TURN, gap_stop, solved, stop
 from tests.reference import STATED
 
@@ -65,25 +62,6 @@ def test_the_closed_form_of_opening():
         assert closed == [opens < 27, opens > 27]
 
 
-@pytest.mark.parametrize("gap", [0.0, 1e-9, 5e-4, 3e-3])
-def test_gaps(gap):
-    """A stop with a gap: its force is zero up to there, and the limit of a far one is no stop."""
-    motion = solved(gap_stop(gap=gap), 14.0)
-    tau = np.linspace(0, TURN, 4001)
-    x, force = motion.at(tau)[0][:, 0], motion.normal_force(tau)[:, 0]
-    np.testing.assert_allclose(force, 2e4 * np.maximum(x - gap, 0), rtol=0, atol=1e-12)
-    assert motion.largest_normal_force[0] == pytest.approx(
-        force.max(), abs=1e-5 * (1 + force.max())
-    )
-    touches = x.max() > gap
-    assert touches == (gap < 3e-3)
-    assert (motion.open_fraction[0] < 1) == touches
-    if not touches:
-        omega = TURN * 14
-        free = abs(5 / (1e4 - omega**2 + 2j * omega))
-        assert motion.amplitude[0] == pytest.approx(free, rel=1e-12)
-
-
 def test_a_free_body_that_nothing_holds():
     """Without a spring and never touching it stays where it is, and drifts under a static force."""
     force = sh.forces.HarmonicForce(cosine={1: [5]})
@@ -96,19 +74,3 @@ def test_a_free_body_that_nothing_holds():
     assert lost.status == Status.NOT_HELD
     held = solved(stop(1, 2, 0, towards, 2e4, gap=5e-5), 100.0 / TURN)
     assert held.mean_normal_force[0] == pytest.approx(1.0, rel=1e-10)
-
-
-@pytest.mark.parametrize("highest", [1, 3, 9])
-@each_motion
-def test_stability_of_balances(name, highest):
-    """Exact multipliers at a truncated solution: those of the motion, but for the truncation."""
-    motion = motion_of(name)
-    balance = gap_stop().with_harmonics(range(highest + 1))
-    start = motion.coefficients(balance.harmonics)[0].ravel()
-    found = newton(partial(balance.evaluate, frequency=motion.frequency), start)
-    assert found.converged
-    evaluation = balance.evaluate(found.unknowns, motion.frequency)
-    rate = growth(balance, motion.frequency, evaluation, found.unknowns).rate
-    expected = np.log(np.abs(motion.multipliers[0])) * 21.5
-    # One harmonic is a fifth off in the motion of the saddle.
-    assert rate == pytest.approx(expected, rel=1e-3 if highest == 9 else 0.3)

@@ -7,11 +7,9 @@ import pytest
 
 import symhbm as sh
 from studies import fig03_single_blade as fig03
-from studies import fig08_engine_orders as fig08
 from symhbm.time_domain.motion import shoot
 from tests.problems import duffing as of_problems
 from tests.problems import rub
-from tests.quick import quick_first
 from tests.refusals import refused
 
 TURN = 2 * np.pi
@@ -41,10 +39,6 @@ def chain(cubic=0.3, normal_load=0.3, harmonics=(0, 1, 2, 3)):
 def blade(cubic, harmonics=(1, 3), **values):
     values = {"normal_load": 3, "cubic_stiffness": cubic} | values
     return fig03.problem(harmonics).with_parameters(**values)
-
-
-def ring(cubic, harmonics=(1, 3)):
-    return fig08.problem(harmonics).with_parameters(normal_load=10, cubic_stiffness=cubic)
 
 
 CASES = {
@@ -103,27 +97,6 @@ def test_periodic_and_energy_balanced(name):
     samples = np.abs(motion.displacement).max("angle")
     assert np.all(samples <= motion.amplitude * (1 + 1e-12))
     assert np.all(samples >= motion.amplitude * (1 - 1e-2))
-
-
-@pytest.mark.parametrize(
-    ("build", "frequency"),
-    quick_first([(blade, 19.5), (chain, 0.12), (ring, 63.0)], 1),
-    ids=["blade", "chain", "ring"],
-)
-def test_weak_springs_leave_the_exact_motion_with_friction(build, frequency):
-    """Springs of 1e-14 of the others: the integrator against motions known to round-off."""
-    weak, without = (sh.periodic_motion(build(c), frequency, throw=True) for c in (1e-14, 0.0))
-    # 1e-12 per step, some hundred steps.
-    for name in ("amplitude", "displacement", "friction_force", "dissipation", "stick_fraction"):
-        size = float(np.abs(without[name]).max())
-        np.testing.assert_allclose(weak[name], without[name], rtol=0, atol=1e-10 * size)
-    np.testing.assert_allclose(weak.event_angle, without.event_angle, rtol=0, atol=1e-9)
-    for name in ("event_kind", "event_contact", "reversals", "neutral", "contact_state"):
-        assert weak[name].values.tolist() == without[name].values.tolist()
-    sizes = [np.sort(np.abs(multipliers(motion))) for motion in (weak, without)]
-    # Zeros of defective blocks are good to a root of round-off.
-    sizes = [size[size > 1e-3] for size in sizes]
-    np.testing.assert_allclose(*sizes, rtol=1e-9)
 
 
 def test_contact_that_never_slips_is_centred():

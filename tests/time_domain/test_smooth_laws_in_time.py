@@ -5,7 +5,6 @@ import pytest
 
 import symhbm as sh
 from symhbm.numerics import RADIANS, unknowns_of
-from symhbm.time_domain.motion import shoot
 from symhbm.time_domain.perturbations import multipliers
 from tests.quick import quick_first
 from tests.smooth_laws import LAWS, group_of, problem_of
@@ -81,25 +80,3 @@ def test_kinks_without_break_points_keep_the_tolerance():
     one, two = (sh.periodic_motion(p, 15.0, start=start) for p in (problem, other))
     assert bool(two.converged)
     np.testing.assert_allclose(one.amplitude, two.amplitude, rtol=1e-10)
-
-
-@pytest.mark.slow
-@pytest.mark.parametrize("name", quick_first(["rounded", "spring", "gap"], 1))
-def test_multipliers_beside_friction_that_slips(name):
-    """From event to event of a contact that slips, against the derivative of the exact motion."""
-    rub = sh.Contacts(
-        sh.laws.Coulomb(), [(1,)], contact_stiffness=5e3, friction_coefficient=0.3, normal_load=1.0
-    )
-    cube = sh.Contacts(sh.laws.CubicSpring(), [(0,)], cubic_stiffness=1e9)
-    harmonics = ALL[:20] if name == "gap" else ODD
-    problem = problem_of(group_of(name), harmonics, rub=rub, cube=cube)
-    point = sh.solve(problem, 17.0, stability=True)
-    assert point.contact_state.values.tolist() == [-1, 1, -1]
-    unknowns = unknowns_at(problem, point)
-    motion = shoot(problem, unknowns, RADIANS * 17.0)
-    assert motion.converged
-    found = multipliers(problem, RADIANS * 17.0, unknowns)
-    precision = {"gap": 2e-3}.get(name, 1e-4)
-    distance = np.abs(found[:, None] - motion.multipliers).min(axis=1)
-    assert distance.max() < precision
-    assert float(point.growth_rate) == pytest.approx(np.log(abs(found[0])) * 17.0, rel=1e-9)

@@ -250,38 +250,6 @@ def test_never_slipping_contact_is_centred():
     )
 
 
-def linear_wave(problem, springs, hertz):
-    """First harmonic of the motion with springs at the degrees of freedom."""
-    model, omega = problem.model, TURN * hertz
-    matrices = (model.mass_matrix, model.damping_matrix, model.stiffness_matrix)
-    mass, damping, stiffness = (matrix.toarray() for matrix in matrices)
-    dynamic = stiffness + np.diag(springs) - omega**2 * mass + 1j * omega * damping
-    return np.linalg.solve(dynamic, [10, -10j])
-
-
-@pytest.mark.parametrize(
-    ("values", "hertz", "springs", "state"),
-    [
-        ({"normal_load": -1e3}, 18.0, (0, 0), "apart"),
-        ({"friction_coefficient": 0.0, "normal_load": 100.0}, 18.0, (0, 1e4), "slip"),
-        ({"contact_stiffness": 0.0, "normal_load": 100.0}, 18.0, (0, 1e4), "stick"),
-        ({"friction_coefficient": 50.0, "normal_load": 100.0}, 18.0, (1e4, 1e4), "stick"),
-    ],
-)
-def test_linear_limits(values, hertz, springs, state):
-    """Never touching, without friction, without a tangential spring, never slipping."""
-    problem = two_way(**values)
-    motion = solved(problem, hertz)
-    wave = linear_wave(problem, springs, hertz)
-    found = motion.coefficients((1, 2))[0]
-    np.testing.assert_allclose(found[:, 0] - 1j * found[:, 1], wave, rtol=1e-10)
-    assert np.abs(found[:, 2:]).max() < 1e-13 * np.abs(wave).max()
-    assert motion.states(1.0).tolist() == [state]
-    assert motion.open_fraction[0] == (state == "apart")
-    assert motion.stick_fraction[0] == (state == "stick")
-    assert np.isfinite(motion.normal_force([0.0, 2.0])).all()
-
-
 @pytest.mark.parametrize("sign", [1.0, -1.0])
 def test_a_limit_that_moves_with_the_slider(sign):
     """Inclined so that ``k_t cos = mu k_n sin``: one limit never moves off the force."""

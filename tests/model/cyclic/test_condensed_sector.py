@@ -12,25 +12,6 @@ from tests.refusals import refused
 HARMONICS = (0, 1, 2, 3)
 
 
-def test_peaks_are_those_of_the_sector():
-    """The largest response of what is kept is largest by all equations, and lower beside."""
-    disk = with_friction(random_disk(12, True, n_inner=4))
-    force = wave(5, disk)
-    small = sh.condense(disk, force, (20, 32), HARMONICS)
-    curve = sh.frf(sh.HarmonicBalance(small, force, HARMONICS), (20, 32), progress=False)
-    problem = sh.HarmonicBalance(disk, force, HARMONICS)
-    kept = np.searchsorted(disk.kept, small.dofs)
-    assert curve.n_peaks > 0
-    peaks = zip(curve.peak_frequency.values, curve.peak_amplitude.values, strict=True)
-    for hertz, amplitude in peaks:
-        levels = [
-            sh.solve(problem, hertz * share).amplitude.values[kept].max()
-            for share in (1 - 1e-4, 1, 1 + 1e-4)
-        ]
-        assert levels[1] == pytest.approx(amplitude, rel=1e-9)
-        assert levels[1] > max(levels[0], levels[2])
-
-
 def test_matrices_of_one_wave_are_not_those_of_all():
     """Harmonic 2 of engine order 3 moves six sectors alike, with real matrices."""
     disk = with_friction(random_disk(6, True, n_inner=4))

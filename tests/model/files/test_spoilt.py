@@ -346,10 +346,6 @@ def read(folder, *jobs):
     return model, "; ".join(str(warning.message) for warning in caught)
 
 
-def test_there_are_thirty():
-    assert len({**NOT_REFUSED, **WITH_MODES, **REFUSED}) >= 30
-
-
 @pytest.mark.parametrize("name", NOT_REFUSED)
 def test_what_is_wrong_is_told(folder, name):
     spoil, words = NOT_REFUSED[name]
