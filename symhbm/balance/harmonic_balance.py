@@ -11,6 +11,7 @@ from symhbm.balance.equations import Equations, identifier
 from symhbm.balance.evaluation import ContactStates, Evaluation, Observed, UnknownLayout
 from symhbm.balance.problem import Problem, without_derivative
 from symhbm.model import as_table, rows_of
+from symhbm.model.contacts import Group
 from symhbm.numerics import FloatArray, check
 
 
@@ -179,6 +180,34 @@ class HarmonicBalance(Problem):
             excitation=self.structure.modal_force(self.excitation.amplitude),
             shared=self._once(("in modes",), dict),
             linear=None,
+        )
+
+    @cached_property
+    def _acting(self) -> list[tuple[Group, dict[str, FloatArray], bool]]:
+        """Groups whose contacts do something, values, and whether they are springs and sliders."""
+        groups = [(group, group.values) for group in self.model.groups if group.n]
+        return [
+            (group, values, group.law.spring_sliders(0.0, values) is not None)
+            for group, values in groups
+            if group.law.acts(values).any()
+        ]
+
+    @cached_property
+    def curved_groups(self) -> list[Group]:
+        """The groups whose contacts do something and are no springs and sliders."""
+        return [group for group, _, slides in self._acting if not slides]
+
+    @cached_property
+    def planar_groups(self) -> list[Group]:
+        """The groups of springs and sliders with two tangential directions that do something."""
+        return [g for g, _, slides in self._acting if slides and "across" in g.law.directions]
+
+    @cached_property
+    def loads_move(self) -> bool:
+        """Whether contacts open, or the normal load of springs and sliders moves."""
+        return any(
+            slides and group.law.sliders(0.0, values) is None
+            for group, values, slides in self._acting
         )
 
     @property

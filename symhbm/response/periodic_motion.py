@@ -22,7 +22,7 @@ from symhbm.numerics import (
     unknowns_of,
 )
 from symhbm.results import check_dataset, schema
-from symhbm.time_domain import INTEGRATION_TOLERANCE, ExactMotion, curved, exact_motion_of, in_plane
+from symhbm.time_domain import INTEGRATION_TOLERANCE, ExactMotion, exact_motion_of
 from symhbm.workers import unkept
 
 _FINE = 1024
@@ -166,7 +166,7 @@ def _describe(
     if told & {*_NORMAL}:
         values["normal_force"] = motion.normal_force(angle)
         values |= {name: getattr(motion, name) for name in _NORMAL if name in told}
-    if curved(problem) or in_plane(problem):
+    if problem.curved_groups or problem.planar_groups:
         values["integration_tolerance"] = np.float64(INTEGRATION_TOLERANCE)
     if not motion.converged:
         values = {name: np.full_like(value, np.nan) for name, value in values.items()}

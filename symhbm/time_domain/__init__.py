@@ -2,7 +2,6 @@
 
 from symhbm.time_domain.exact_motion import ExactMotion
 from symhbm.time_domain.integrated_motion import INTEGRATION_TOLERANCE
-from symhbm.time_domain.linear_motion import curved, in_plane
 from symhbm.time_domain.motion import exact_motion_of, free_motion
 from symhbm.time_domain.stability import Growth, check_stability, cycle_growth, growth, verdict
 from symhbm.time_domain.stability_changes import Change, Known, held_between, stability_changes
@@ -14,13 +13,11 @@ __all__ = [
     "Growth",
     "Known",
     "check_stability",
-    "curved",
     "cycle_growth",
     "exact_motion_of",
     "free_motion",
     "growth",
     "held_between",
-    "in_plane",
     "stability_changes",
     "verdict",
 ]

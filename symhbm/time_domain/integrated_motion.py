@@ -15,7 +15,7 @@ from symhbm.balance import HarmonicBalance
 from symhbm.model.contacts import MemorylessLaw
 from symhbm.numerics import FloatArray
 from symhbm.time_domain.active_contacts import STICK
-from symhbm.time_domain.linear_motion import DEGREE, LinearFlow, LinearMotion, curved
+from symhbm.time_domain.linear_motion import DEGREE, LinearFlow, LinearMotion
 
 INTEGRATION_TOLERANCE = 1e-12
 """Tolerance of a step of the integrator, relative to the motion at its end and to its size."""
@@ -47,7 +47,7 @@ class SmoothForces:
         frequency: float,
         accelerations: Callable[[FloatArray], FloatArray],
     ):
-        self.groups, self._frequency, self._parts = curved(problem), frequency, []
+        self.groups, self._frequency, self._parts = problem.curved_groups, frequency, []
         directions = problem.model.directions.toarray()
         for group in self.groups:
             if not isinstance(group.law, MemorylessLaw):
@@ -109,7 +109,7 @@ class IntegratedMotion(LinearMotion):
 
     def _check_contacts(self, problem: HarmonicBalance) -> None:
         """Raise ValueError for contacts that are neither smooth nor sliders."""
-        laws = {repr(g.law) for g in curved(problem) if not isinstance(g.law, MemorylessLaw)}
+        laws = {repr(g.law) for g in problem.curved_groups if not isinstance(g.law, MemorylessLaw)}
         if laws:
             raise ValueError(
                 f"problem: the motion in time is known of smooth laws and of sliders, not of "

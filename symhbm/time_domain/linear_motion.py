@@ -15,7 +15,6 @@ from functools import cached_property
 import numpy as np
 
 from symhbm.balance import HarmonicBalance
-from symhbm.model.contacts import Group
 from symhbm.numerics import FloatArray, by_harmonic
 from symhbm.numerics.loops import Loop, polynomials
 from symhbm.time_domain.active_contacts import ActiveContacts
@@ -116,7 +115,7 @@ class LinearMotion(ActiveContacts):
 
     def _check_contacts(self, problem: HarmonicBalance) -> None:
         """Raise ValueError for contacts whose motion between events is not linear."""
-        laws = {repr(group.law) for group in curved(problem) + in_plane(problem)}
+        laws = {repr(group.law) for group in problem.curved_groups + problem.planar_groups}
         if laws:
             raise ValueError(
                 f"problem: expected contacts that are springs or sliders, got {', '.join(laws)}; "
@@ -224,26 +223,6 @@ def _write_series(elastic, at_start, viscous, wave, turned, slope, width: float,
                 series[k + 2, i, 3 * n + j] += force if k % 4 < 2 else -force
         for j in range(n_waves):
             factor[j] *= slope[j] / (k + 1)
-
-
-def acting(problem: HarmonicBalance) -> list[tuple[Group, dict[str, FloatArray]]]:
-    """The groups whose contacts do something, and their values."""
-    groups = ((group, group.values) for group in problem.model.groups if group.n)
-    return [(group, values) for group, values in groups if group.law.acts(values).any()]
-
-
-def curved(problem: HarmonicBalance) -> list[Group]:
-    """The groups whose contacts do something and are no springs and sliders."""
-    return [g for g, values in acting(problem) if g.law.spring_sliders(0.0, values) is None]
-
-
-def in_plane(problem: HarmonicBalance) -> list[Group]:
-    """The groups whose contacts do something and have two tangential directions."""
-    return [
-        group
-        for group, values in acting(problem)
-        if "across" in group.law.directions and group.law.spring_sliders(0.0, values) is not None
-    ]
 
 
 def alternates(powers: FloatArray) -> np.ndarray:

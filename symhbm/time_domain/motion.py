@@ -21,7 +21,7 @@ from symhbm.numerics import FloatArray, by_harmonic, check, larger_set, unknowns
 from symhbm.time_domain.event_march import March, march
 from symhbm.time_domain.exact_motion import ExactMotion, describe_motion, exact_motion
 from symhbm.time_domain.integrated_motion import IntegratedMotion
-from symhbm.time_domain.linear_motion import LinearMotion, curved, extremes, in_plane
+from symhbm.time_domain.linear_motion import LinearMotion, extremes
 from symhbm.time_domain.periodic_orbit import (
     PERIODIC_TOLERANCE,
     Shot,
@@ -67,7 +67,7 @@ def shoot(balance: HarmonicBalance, unknowns: FloatArray, frequency: float) -> E
     frequency = check.scalar("frequency", frequency, "positive")
     coefficients = np.abs(balance.layout.coefficients(unknowns))
     kind, marched, middle = IntegratedMotion, march, off_middle
-    if in_plane(balance):
+    if balance.planar_groups:
         kind, marched, middle = PlanarMotion, planar_march, planar_middle
     integrator: Any = kind(balance, frequency, size_of(balance, unknowns))
     even = coefficients[:, balance.basis.order % 2 == 0]
@@ -138,13 +138,13 @@ def exact_motion_of(
     There may be several, but with friction of a constant load alone: it is the one close to the
     response ``near``, by default to one that is solved for. Raises as `exact_motion` and `shoot`.
     """
-    if not (curved(problem) or in_plane(problem)):
+    if not (problem.curved_groups or problem.planar_groups):
         return exact_motion(
             problem, frequency, None if near is None else state_of(*near, frequency)
         )
     if near is None:
         balance = problem.located()
-        if not all(group.law.odd for group in curved(problem) + in_plane(problem)):
+        if not all(group.law.odd for group in problem.curved_groups + problem.planar_groups):
             balance = balance.with_harmonics((*range(max(*problem.harmonics, 2) + 1),))
         near = balance, solve_point(balance, frequency).unknowns
     motion = shoot(*near, frequency)

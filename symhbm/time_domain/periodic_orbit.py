@@ -13,7 +13,7 @@ from symhbm.continuation import Status
 from symhbm.numerics import Factorisation, FloatArray
 from symhbm.time_domain.active_contacts import APART
 from symhbm.time_domain.event_march import March, march
-from symhbm.time_domain.linear_motion import LinearMotion, extremes, in_plane
+from symhbm.time_domain.linear_motion import LinearMotion, extremes
 
 PERIODIC_TOLERANCE = 1e-11
 """Largest residual of periodicity relative to the motion, in the norm of energy."""
@@ -43,7 +43,7 @@ def state_of(balance: HarmonicBalance, unknowns: FloatArray, frequency: float) -
     """
     located, relative = balance.locate(unknowns, frequency), balance.layout.relative(unknowns)
     size = balance.basis.n_components
-    friction = np.zeros((2 if in_plane(balance) else 1, balance.n_contacts, size))
+    friction = np.zeros((2 if balance.planar_groups else 1, balance.n_contacts, size))
     for group in balance.groups:
         law, values = group.law, balance.contacts.values_of(group)
         rubs = "normal" not in law.directions or "tangential" in law.directions

@@ -18,9 +18,7 @@ from symhbm.model import MANY, Structure, advise_condensing
 from symhbm.model.condensation import LARGEST_MODAL
 from symhbm.model.contacts import MemorylessLaw
 from symhbm.numerics import FloatArray, check
-from symhbm.time_domain.linear_motion import curved, in_plane
 from symhbm.time_domain.perturbations import (
-    moving_loads,
     multipliers,
     multipliers_of_part,
     period_map,
@@ -111,7 +109,7 @@ def growth(
     whole = _in_matrices(problem)
     if problem.n_unknowns > MANY or whole is None:
         return Growth()
-    if not all(isinstance(group.law, MemorylessLaw) for group in curved(problem)):
+    if not all(isinstance(group.law, MemorylessLaw) for group in problem.curved_groups):
         return Growth()
     try:
         jacobian = _jacobian(problem, evaluation, frequency)
@@ -125,7 +123,7 @@ def growth(
                 largest = max(np.abs(values[0]), np.finfo(float).tiny)
                 exponent = complex(np.log(largest), np.angle(values[0]))
                 exponent *= frequency / (2 * np.pi)
-                method = _EXACT if moving_loads(whole) else _BALANCED
+                method = _EXACT if whole.loads_move else _BALANCED
                 return Growth(exponent, _product(of_part), method)
             if whole.n_unknowns > MANY:
                 return Growth()
@@ -183,7 +181,7 @@ def cycle_growth(
     multipliers on which side of a fold the cycle is.
     """
     whole = problem.whole
-    if not whole.model.has_matrices or whole.n_unknowns > MANY or in_plane(whole):
+    if not whole.model.has_matrices or whole.n_unknowns > MANY or whole.planar_groups:
         return Growth()
     try:
         found = period_map(whole, frequency, problem.layout.everywhere(unknowns).ravel())
@@ -194,7 +192,7 @@ def cycle_growth(
         return Growth()
     largest = max(float(np.abs(values).max(initial=0.0)), np.finfo(float).tiny)
     rate = float(found.repeats * np.log(largest) * frequency / (2 * np.pi))
-    return Growth(complex(rate), method=_EXACT if moving_loads(whole) else _BALANCED)
+    return Growth(complex(rate), method=_EXACT if whole.loads_move else _BALANCED)
 
 
 def _agrees_on_folds(
@@ -324,7 +322,7 @@ def verdict(rate: float, frequency: float) -> int:
 
 
 def _slides(problem: HarmonicBalance, evaluation: Evaluation, frequency: float) -> bool:
-    if moving_loads(problem):
+    if problem.loads_move:
         return True
     slides = np.zeros(problem.n_contacts, dtype=bool)
     slides[problem.contacts.of_switches[evaluation.states.switches]] = True

@@ -28,7 +28,7 @@ from symhbm.response.verification.figures import (
 )
 from symhbm.results import OF_PEAKS, VARIABLES, Description, meaning, records_of_problem
 from symhbm.results.archive import ArchiveError, rebuild
-from symhbm.time_domain import curved, exact_motion_of
+from symhbm.time_domain import exact_motion_of
 
 
 def not_checked(bound: float | None) -> dict[str, Any]:
@@ -295,7 +295,7 @@ class StoredPoints(StoredGroup):
         try:
             problem, omega = self.problem_at(index)
             nearby = None
-            if curved(problem) or problem.model.groups.many_valued():
+            if problem.curved_groups or problem.model.groups.many_valued():
                 balance, coefficient = problem.located(), self.stored["coefficient"][index]
                 nearby = balance, unknowns_of(balance.basis, balance.harmonics, coefficient)
             motion = exact_motion_of(problem, omega, nearby)

@@ -15,7 +15,7 @@ from symhbm.numerics import FloatArray, largest_displacement, relative_differenc
 from symhbm.response.unforced import free_problem
 from symhbm.response.verification.stored_points import OF_POINTS, StoredGroup, StoredPoints
 from symhbm.results import recall
-from symhbm.time_domain import curved, cycle_growth, free_motion, in_plane, verdict
+from symhbm.time_domain import cycle_growth, free_motion, verdict
 
 _OTHER_WAVES = (
     "not against the exact motion: it is that of all sectors, whose matrices one sector does not "
@@ -58,9 +58,10 @@ class UnforcedPoints(StoredPoints):
     @property
     def without_exact(self) -> str | None:
         """As of any points."""
-        if not self.problem.model.has_matrices:
+        problem = self.problem
+        if not problem.model.has_matrices:
             return _OTHER_WAVES
-        laws = {repr(group.law) for group in curved(self.problem) + in_plane(self.problem)}
+        laws = {repr(group.law) for group in problem.curved_groups + problem.planar_groups}
         return _NOT_LINEAR.format(", ".join(sorted(laws))) if laws else None
 
     @property

@@ -1,11 +1,10 @@
 """Small perturbations of motions, and what becomes of them over a period."""
 
 from symhbm.time_domain.perturbations.multipliers import (
-    moving_loads,
     multipliers,
     multipliers_of_part,
     period_map,
     repeats,
 )
 
-__all__ = ["moving_loads", "multipliers", "multipliers_of_part", "period_map", "repeats"]
+__all__ = ["multipliers", "multipliers_of_part", "period_map", "repeats"]

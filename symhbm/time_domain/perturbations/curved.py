@@ -20,7 +20,6 @@ from symhbm.model.contacts import MemorylessLaw, Motions, PolynomialLaw
 from symhbm.numerics import FloatArray
 from symhbm.time_domain.active_contacts import STICK, ActiveContacts
 from symhbm.time_domain.integrated_motion import SmoothForces
-from symhbm.time_domain.linear_motion import curved
 from symhbm.time_domain.perturbations.sliders import SLIP, Stretches
 
 _DIGITS = 37.0
@@ -203,7 +202,7 @@ class _Perturbation:
 def _breaks(problem: HarmonicBalance, frequency: float, relative: FloatArray) -> FloatArray:
     """Angles at which the slopes of smooth contacts jump [rad]."""
     result = [np.zeros(0)]
-    for group in curved(problem):
+    for group in problem.curved_groups:
         assert isinstance(group.law, MemorylessLaw)
         motion = relative[group.rows.ravel()].reshape(group.n, -1)
         values = group.values
@@ -219,7 +218,7 @@ def _stiffening(
     The row that is pushed and the one whose travel pushes, (n_pairs,), and (n_pairs, n_waves)
     [N/m]; of polynomials alone.
     """
-    basis, laws = problem.basis, [(group, group.law) for group in curved(problem)]
+    basis, laws = problem.basis, [(group, group.law) for group in problem.curved_groups]
     polynomials = [(group, law) for group, law in laws if isinstance(law, PolynomialLaw)]
     degree = max([1, *(law.degree for _, law in polynomials)])
     # More samples than twice the harmonics of the stiffness.

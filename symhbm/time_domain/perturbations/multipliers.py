@@ -10,7 +10,7 @@ from numpy.typing import NDArray
 from symhbm.balance import HarmonicBalance
 from symhbm.numerics import FloatArray
 from symhbm.time_domain.event_march import March, march
-from symhbm.time_domain.linear_motion import LinearMotion, acting, curved, in_plane
+from symhbm.time_domain.linear_motion import LinearMotion
 from symhbm.time_domain.periodic_orbit import size_of, state_of
 from symhbm.time_domain.perturbations.curved import along_curved
 from symhbm.time_domain.perturbations.sliders import along_sliders
@@ -49,7 +49,7 @@ def multipliers_of_part(
     ArithmeticError for a structure too stiff and too large to follow its oscillations, and for
     smooth laws beside normal loads that move.
     """
-    if in_plane(problem) and moving_loads(problem):
+    if problem.planar_groups and problem.loads_move:
         planar = PlanarMotion(problem, frequency, size_of(problem, unknowns))
         state = planar.of_active(state_of(problem.located(), unknowns, frequency))
         return planar_march(planar, state, 2 * np.pi).multipliers(planar).astype(complex), 1
@@ -85,8 +85,8 @@ class PeriodMap(NamedTuple):
 
 def period_map(problem: HarmonicBalance, frequency: float, unknowns: FloatArray) -> PeriodMap:
     """The map of small perturbations of a solution, as of `multipliers`; no planar friction."""
-    laws = curved(problem)
-    if moving_loads(problem):
+    laws = problem.curved_groups
+    if problem.loads_move:
         if laws:
             raise ArithmeticError("smooth laws beside loads that move are not known in time")
         return _of_march(problem, frequency, unknowns)
@@ -117,14 +117,6 @@ def _drift(linear: LinearMotion, run: March) -> FloatArray:
     friction = cells.inside(linear, first, np.array([0.0, _SHORT]))[2]
     rates = (friction[1] - friction[0]) / (_SHORT * width)
     return np.concatenate([powers[1] / width, 2 * powers[2] / width**2, rates])
-
-
-def moving_loads(problem: HarmonicBalance) -> bool:
-    """Whether contacts open or their normal load moves."""
-    return any(
-        group.law.sliders(0.0, values) is None and group.law.spring_sliders(0.0, values) is not None
-        for group, values in acting(problem)
-    )
 
 
 def repeats(harmonics: tuple[int, ...], odd: bool) -> int:
