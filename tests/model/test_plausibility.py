@@ -9,7 +9,6 @@ from designs import any_status
 
 import symhbm as sh
 from symhbm.balance.mean_position import is_held
-from symhbm.continuation.start import linear_response
 from symhbm.model import plausibility
 from symhbm.model.plausibility import DOUBT, _highest, _lowest, _resonances
 from tests.refusals import refused
@@ -352,15 +351,6 @@ def test_a_condensed_structure_that_is_not_held():
 
 
 # Advice that applies
-
-
-def test_an_undamped_resonance_that_a_cubic_spring_bounds():
-    """At the natural frequency of the linear structure: ``3/4 gamma a^3 = F``."""
-    model = sh.Model([[1.0]], [[0.0]], [[1.0]], contacts=[(0,)], cubic_stiffness=0.5)
-    problem = sh.HarmonicBalance(model, sh.forces.PointForce(amplitude=0.2))
-    assert linear_response(problem, 1.0) is None
-    found = sh.solve(problem, 1 / (2 * np.pi), throw=True)
-    assert float(found.amplitude[0]) == pytest.approx(np.cbrt(0.2 / (0.75 * 0.5)), rel=1e-9)
 
 
 def test_degrees_of_freedom_with_nothing():

@@ -50,18 +50,6 @@ def test_peaks_of_figure_3(figure_3, load):
     assert float(curve.peak_frequency[0]) == pytest.approx(float(row["hbm1_peak_hz"]), rel=1e-9)
 
 
-@pytest.mark.parametrize("load", fig03.NORMAL_LOADS)
-def test_every_point_of_figure_3_lies_on_the_closed_form(figure_3, load):
-    curve = figure_3.sel(normal_load=load)
-    blade = OneBlade(1.0, 0.5, 1e4, 1e4, 0.5 * load)
-    for i in range(int(curve.n_points)):
-        point = curve.isel(point=i)
-        amplitude = float(point.amplitude[0])
-        value = np.polyval(blade.polynomial(amplitude), TWO_PI * float(point.frequency))
-        # Forces balance to 1e-12 of their sum, which exceeds f0 by the quality factor, 200.
-        assert abs(value) < 1e-8
-
-
 @pytest.mark.parametrize("case", EXACT["ring_EO_1_3_6_Fn100"], ids=lambda case: f"EO{case['EO']}")
 def test_peaks_of_figure_8(figure_8, case):
     curve = figure_8.sel(engine_order=case["EO"])

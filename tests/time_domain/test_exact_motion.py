@@ -151,17 +151,6 @@ def test_periodic_and_energy_balanced(name):
     assert np.all(motion.friction_loss >= -1e-12 * exchanged)
 
 
-def test_neutral_multipliers_are_ones_of_the_whole_derivative():
-    """Eigenvalues of the full derivative: those named, and a one for every contact that sticks."""
-    problem, motion = solved("13 blades")
-    assert 0 < len(motion.neutral_contacts) < 13
-    run = march(LinearMotion(problem, motion.frequency), motion.state, TURN)
-    whole = np.sort(np.abs(np.linalg.eigvals(run.jacobian)))
-    named = np.sort([*np.abs(motion.multipliers), *np.ones(len(motion.neutral_contacts))])
-    # Zeros of defective blocks are good to a root of round-off; they are not looked at.
-    np.testing.assert_allclose(whole[whole > 0.1], named[named > 0.1], rtol=1e-9)
-
-
 @pytest.mark.parametrize("share", [1 - 1e-11, 1 + 1e-11])
 def test_grazing(share):
     """A limit a hair below the force of a stuck contact: two slips of 5e-6 rad, or none at all."""
@@ -179,16 +168,6 @@ def test_grazing(share):
         # onset; the slip moves the extremes, so that only the order of magnitude is asked.
         assert 1e-7 < 1 - motion.stick_fraction[0] < 1e-4
         assert motion.friction_loss[0] > 0
-
-
-@pytest.mark.slow
-def test_one_blade_without_damping_needs_enough_friction():
-    """At the resonance of slip, friction takes the power of the force from pi f0 / 4 on."""
-    enough = exact_motion(blade(normal_load=2 * 0.79, damping=0.0), 100.0)
-    assert enough.converged
-    less = exact_motion(blade(normal_load=2 * 0.78, damping=0.0), 100.0)
-    assert not less.converged
-    assert np.pi / 4 == pytest.approx(0.785, abs=1e-3)
 
 
 @pytest.mark.parametrize(("ratio", "limit"), [(0.7, 0.3), (1.3, 0.5)])

@@ -4,12 +4,10 @@ import numpy as np
 import pytest
 
 import symhbm as sh
-from symhbm.continuation import solve_point
 from symhbm.numerics import RADIANS
 from symhbm.time_domain.active_contacts import APART
 from symhbm.time_domain.motion import exact_motion_of
 from symhbm.time_domain.periodic_orbit import shot, with_centres
-from symhbm.time_domain.perturbations import multipliers
 from symhbm.time_domain.planar_march import planar_march, planar_middle
 from symhbm.time_domain.planar_motion import PlanarMotion
 
@@ -99,18 +97,3 @@ def test_a_contact_that_is_apart_begins_without_friction():
     assert (guessed.run.cells.state[0] == APART).all()
     np.testing.assert_array_equal(guessed.state, bare.state)
     np.testing.assert_allclose(guessed.residual, bare.residual, rtol=0, atol=1e-9)
-
-
-@pytest.mark.slow
-def test_multipliers_of_a_balance():
-    problem = problem_of(dict(pad=pressed(3.0)), harmonics=range(13))
-    motion = exact_motion_of(problem, RADIANS * 24)
-    balanced = multipliers(problem, RADIANS * 24, solve_point(problem, RADIANS * 24).unknowns)
-    np.testing.assert_allclose(np.abs(balanced), np.abs(motion.multipliers), atol=1e-4)
-
-
-@pytest.mark.slow
-def test_verify_compares_with_it():
-    response = sh.frf(problem_of(dict(pad=pressed(3.0))), (23, 25), progress=False)
-    verified = sh.verify(response, points=2, exact=1, progress=False)
-    assert 0 < verified.exact_difference.max() < 1e-3

@@ -7,7 +7,7 @@ import symhbm as sh
 from symhbm.numerics import RADIANS, unknowns_of
 from symhbm.time_domain.perturbations import multipliers
 from tests.quick import quick_first
-from tests.smooth_laws import LAWS, group_of, problem_of
+from tests.smooth_laws import group_of, problem_of
 
 ALL, ODD = tuple(range(30)), tuple(range(1, 30, 2))
 MANY = {
@@ -69,14 +69,3 @@ def test_a_rounded_motor_starts_to_grow_where_it_should():
     # Small motions beside y are damped by c (mean of y^2 / a^2 - 1).
     amplitude = float(point.amplitude[0])
     assert float(rate) == pytest.approx(-(0.2 + amplitude**2 / 2e-6 - 1) / 2, rel=0.05)
-
-
-@pytest.mark.slow
-def test_kinks_without_break_points_keep_the_tolerance():
-    expression, parameters, _ = LAWS["gap"]
-    other = problem_of(sh.laws.SmoothLaw(expression, parameters, [(0, 1)]), range(6))
-    problem = problem_of(group_of("gap"), ALL)
-    start = sh.solve(problem, 15.0)
-    one, two = (sh.periodic_motion(p, 15.0, start=start) for p in (problem, other))
-    assert bool(two.converged)
-    np.testing.assert_allclose(one.amplitude, two.amplitude, rtol=1e-10)
