@@ -101,16 +101,6 @@ def locate(basis, motions, values, held, events, margins, by_motion, details) ->
     (2 K, P) and of the normal force (K, 1 + K), and what is left of the force (2 K); ``details``
     figures (6) and derivatives of the margins by the values (q, 4).
     """
-    most, failed = FEW + PER_HARMONIC * basis[0][len(basis[0]) - 1], TOO_MANY
-    while failed == TOO_MANY and most < MOST:
-        failed = _locate(basis, motions, values, held, most, events, margins, by_motion, details)
-        most *= 4
-    return failed
-
-
-@Loop
-def _locate(basis, motions, values, held, most: int, events, margins, by_motion, details) -> int:
-    """The same with ``most`` pieces of one contact."""
     order, is_sine, norm = basis
     size, highest = len(order), order[len(order) - 1]
     load, variable = 2 * size, motions.shape[1] == 3 * size
@@ -122,6 +112,7 @@ def _locate(basis, motions, values, held, most: int, events, margins, by_motion,
     angles, place, sides = np.empty(3), np.empty(3), np.empty((3, 8))
     place_slopes, jacobian = np.empty((3, n)), np.empty((load, n))
     at_rest, coefficients = np.empty((load, n)), np.empty(load)
+    most = FEW + PER_HARMONIC * highest
     pieces, nodes = np.empty((most, 7)), np.empty((most * STAGES, 8))
     turns, edges = np.empty((most * STAGES, 2, n + 2)), np.empty((most, 2, n + 2))
     given, marched = (order, is_sine, norm, variable), (turns, edges, np.empty((2, n + 2)))
@@ -157,6 +148,12 @@ def _locate(basis, motions, values, held, most: int, events, margins, by_motion,
                     for m in range(size):
                         block[i, 1 + m] += transposed[m, i]
         kind, count = period(waves, int(held[j]), n_closed, closed, place, pieces, nodes)
+        while count == TOO_MANY and 4 * most < MOST:
+            most *= 4
+            pieces, nodes = np.empty((most, 7)), np.empty((most * STAGES, 8))
+            turns, edges = np.empty((most * STAGES, 2, n + 2)), np.empty((most, 2, n + 2))
+            marched = turns, edges, np.empty((2, n + 2))
+            kind, count = period(waves, int(held[j]), n_closed, closed, place, pieces, nodes)
         if count < 0:
             return count
         jacobian[:], coefficients[:] = 0.0, 0.0

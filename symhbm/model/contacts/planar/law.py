@@ -187,7 +187,7 @@ class PlanarFriction(NormalLaw):
         basis, motion, frequency, values = at
         margins, by_motion, by_values = self.margin_arrays(motion)
         motion, given = np.ascontiguousarray(motion), self.physical(frequency, values)
-        asked, none = np.full(len(motion), batch.ASKED), np.empty((len(motion), 0))
+        asked, none = np.full(len(motion), float(batch.ASKED)), np.empty((len(motion), 0))
         details = np.empty((len(motion), 6 + by_values[0].size))
         batch.locate(basis.arrays, motion, given, asked, none, margins, by_motion, details)
         return margins + error * np.linalg.norm(by_motion, axis=-1)
