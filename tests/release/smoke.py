@@ -13,7 +13,7 @@ SMOKE = (
     "tests/results/test_archive.py::test_rebuilt_problem_is_the_original",
     "tests/results/reading/test_frames.py",
     "tests/peaks/test_sensitivity.py::test_which_contact_matters_most",
-    "tests/response/test_solve.py::test_cold_start_of_the_blade",
+    "tests/response/test_solve.py::test_friction_diagnostics_of_the_describing_function",
     "tests/response/test_frf.py::test_peaks_of_figure_3",
     "tests/response/test_verify.py::test_sound_archives_pass",
     "tests/design/test_variables.py",
