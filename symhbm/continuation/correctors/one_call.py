@@ -35,10 +35,9 @@ class Plan(NamedTuple):
     ``addresses`` (4,) and ``groups`` (n, 9) have the columns above; ``firsts`` tell where the
     numbers of a group begin. ``orders``, ``sines`` and ``norms`` are the bases, and ``values``,
     ``held``, ``motions`` and ``details`` what goes into loops and comes out. Motions are sums over
-    ``columns`` of unknowns times
-    ``weights``, from ``starts`` on. Inputs and outputs of the system follow, then a full matrix
-    with the ``places`` of the entries, its pivots, two columns, and integers for LAPACK: the size
-    of the matrix, 1, what came out, and the letter N.
+    ``columns`` of unknowns times ``weights``, from ``starts`` on. Inputs and outputs of the system
+    follow, then the ``places`` of its entries in a full ``matrix``, the pivots and the solution of
+    that, and what LAPACK takes: its size, 1, what came out, and the letter N.
     """
 
     addresses: NDArray[np.int64]
