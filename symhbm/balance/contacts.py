@@ -139,7 +139,7 @@ class BalancedContacts:
         frequency: FloatArray,
         error: FloatArray,
         values: Sequence["BalancedContacts"],
-        known: FloatArray | float = np.nan,
+        known: FloatArray | None = None,
     ) -> FloatArray:
         """Margins (n, s, n_switches) of unknowns (n, s, n_unknowns), see `ContactLaw`.
 
@@ -148,15 +148,15 @@ class BalancedContacts:
         (n, n_switches) are not asked for, but where those of the same contact are NaN.
         """
         shape, parts = unknowns.shape[:2], [np.zeros((*unknowns.shape[:2], 0))]
-        given = np.broadcast_to(known, (shape[0], error.shape[-1]))
         for group, own, at in self._motions_at(unknowns, frequency, values):
-            each = np.repeat(given[:, None, own], shape[1], axis=1).reshape(
-                -1, len(group.law.switches)
-            )
-            asked = np.isnan(each).any(axis=1)
-            if asked.any():
-                errors = error[..., own].reshape(each.shape)[asked]
-                each[asked] = group.law.margins_within(at.of(asked), errors)
+            errors = error[..., own].reshape(-1, len(group.law.switches))
+            if known is None:
+                each = group.law.margins_within(at, errors)
+            else:
+                each = np.repeat(known[:, None, own], shape[1], axis=1).reshape(errors.shape)
+                asked = np.isnan(each).any(axis=1)
+                if asked.any():
+                    each[asked] = group.law.margins_within(at.of(asked), errors[asked])
             parts.append(each.reshape(*shape, -1))
         return np.concatenate(parts, axis=-1)
 

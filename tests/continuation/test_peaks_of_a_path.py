@@ -264,7 +264,7 @@ def test_events_are_found_where_few_margins_are_asked_for(monkeypatch):
     found = []
     for without in (False, True):
         if without:
-            monkeypatch.setattr(doubts, "_steady", lambda *given: np.nan)
+            monkeypatch.setattr(doubts, "_steady", lambda *given: None)
         asked.append(0)
         found.append(sh.frf(given, (14, 40), progress=False))
     one, other = found

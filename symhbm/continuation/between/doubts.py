@@ -314,14 +314,14 @@ def _steady(
     by_row: FloatArray,
     off: tuple[FloatArray, FloatArray],
     at: tuple[FloatArray, list[BalancedContacts]],
-) -> FloatArray | float:
+) -> FloatArray | None:
     """Margins (n, n_switches) in the middle of segments that surely stay within their limits.
 
-    NaN for others, and for one harmonic, where asking all along takes less time.
+    NaN for others; None for one harmonic, where asking for all takes less time.
     """
     layout, contacts, (frequency, values) = problem.layout, problem.contacts, at
     if problem.basis.n_components == 2:
-        return np.nan
+        return None
     middle = motions[:, motions.shape[1] // 2]
     exact = np.zeros((len(middle), 1, segments.switches.shape[-1]))
     margins = contacts.margins_within(middle[:, None], frequency, exact, values)[:, 0]
