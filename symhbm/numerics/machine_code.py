@@ -188,6 +188,14 @@ class Loop:
         made = self._compiled.overloads[types]
         return made.library.get_pointer_to_function(made.fndesc.llvm_func_name)
 
+    def compiles(self, *arguments: Any) -> bool:
+        """Whether there is machine code for such arguments, or numba can make it."""
+        try:
+            self.address(*arguments)
+        except Exception:  # calls by address need what numba does not promise
+            return False
+        return True
+
     @property
     def _named(self) -> list[Any]:
         """What stands behind the global names in it, those of modules, too."""

@@ -126,6 +126,23 @@ def test_what_it_tells_of_a_point_is_what_steps_tell(pays):
     assert told[0] == told[1] == ([signs[0]] * 2, False)
 
 
+@pytest.mark.parametrize("laws", [False, True])
+def test_without_calls_by_address_corrections_go_step_by_step(laws, pays, monkeypatch):
+    """What numba does not promise may change."""
+
+    def fails(loop, *arguments):
+        raise NotImplementedError("another calling convention")
+
+    given = problem("coulomb chain point 13")
+    assert corrector(given, True)
+    monkeypatch.setattr(one_call.OneCall, "_works", None)
+    monkeypatch.setattr(type(one_call.correct), "address", fails)
+    if laws:
+        monkeypatch.setattr(one_call, "_groups", one_call._groups.__wrapped__)
+    assert compiled.LocatedCorrector(FrequencyProblem(given))._one_call is None
+    assert follow_branch(FrequencyProblem(given), (TURN * 16, TURN * 18), 4000, False).points
+
+
 class Halved(sh.laws.Coulomb):
     """Events of half the motion: a law that locates in its own way."""
 

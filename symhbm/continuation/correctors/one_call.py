@@ -7,7 +7,7 @@ address: it is compiled once for all laws and structures. Its steps are those of
 
 from functools import lru_cache
 from math import isfinite, isnan, sqrt
-from typing import Any, NamedTuple
+from typing import Any, ClassVar, NamedTuple
 
 import numpy as np
 import scipy.sparse as sp
@@ -212,9 +212,19 @@ def correct(plan, scale, precision: float, radius: float, point, direction) -> t
 class OneCall:
     """The steps of a corrector, its plan bound to the memory of its system."""
 
+    _works: ClassVar[bool | None] = None
+
     def __init__(self, plan: Plan, system: Compiled):
         # Nothing else keeps the memory behind addresses.
         self._plan, self._system, self._size = plan, system, len(plan.at)
+
+    @property
+    def works(self) -> bool:
+        """Whether the loop can be compiled here, which one plan tells of all."""
+        if OneCall._works is None:
+            point = np.empty(self._size)
+            OneCall._works = correct.compiles(self._plan, point, 1.0, 1.0, point, point)
+        return OneCall._works
 
     def correct(
         self, guess: FloatArray, scale: FloatArray, precision: float, radius: float
@@ -246,8 +256,11 @@ def one_call(problem: HarmonicBalance, system: Compiled, assemble: Assembly) -> 
     equations = problem.equations
     if not assemble.as_full or not (is_ready(equations) and correct.pays):
         return None
+    groups, values = _groups(equations), []
+    if groups is None:
+        return None
     inputs, outputs, size = system.inputs, system.outputs, len(system.inputs[1])
-    groups, values = _groups(equations).copy(), []
+    groups = groups.copy()
     for group, each in zip(equations.located, _loops(equations) or (), strict=True):
         values.append(each.values(1.0, problem.contacts.values_of(group)))
     groups[:, _VALUES] = [each.shape[1] for each in values]
@@ -258,7 +271,7 @@ def one_call(problem: HarmonicBalance, system: Compiled, assemble: Assembly) -> 
     evaluates, *of_lapack = by_address.library() or (0,)
     addresses = np.array([evaluates, by_address.pointer(system.capsule), *of_lapack])
     orders, sines, norms = map(np.concatenate, zip(*bases, strict=True))
-    return OneCall(
+    made = OneCall(
         Plan(
             addresses=addresses,
             groups=groups,
@@ -289,6 +302,7 @@ def one_call(problem: HarmonicBalance, system: Compiled, assemble: Assembly) -> 
         ),
         system,
     )
+    return made if made.works else None
 
 
 def is_ready(equations: Equations) -> bool:
@@ -329,13 +343,16 @@ def _locates_otherwise(law: ContactLaw) -> bool:
 
 
 @lru_cache(maxsize=32)
-def _groups(equations: Equations) -> NDArray[np.int64]:
-    """`Plan.groups` without numbers of values."""
+def _groups(equations: Equations) -> NDArray[np.int64] | None:
+    """`Plan.groups` without numbers of values, None where loops have no addresses."""
     flat, two, three = np.empty(0), np.empty((0, 0)), np.empty((0, 0, 0))
     rows = []
     for group, each in zip(equations.located, _loops(equations) or (), strict=True):
         size, law = equations.basis.n_components, group.law
-        address = each.loop.address(each.basis.arrays, two, two, flat, two, two, three, two)
+        arguments = each.basis.arrays, two, two, flat, two, two, three, two
+        if not each.loop.compiles(*arguments):
+            return None
+        address = each.loop.address(*arguments)
         motion, q = group.rows.shape[1] * size, len(law.switches)
         counts = motion, 0, law.n_events(equations.basis), q, q * motion, each.n_details
         rows.append((address, group.n, size, *counts))
