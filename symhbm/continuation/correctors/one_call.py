@@ -268,7 +268,7 @@ def one_call(problem: HarmonicBalance, system: Compiled, assemble: Assembly) -> 
     counts[:, _MOTION:] *= groups[:, [_CONTACTS]]
     n = counts.sum(axis=0)
     bases = [each.basis.arrays for each in _loops(equations) or ()]
-    evaluates, *of_lapack = by_address.library() or (0,)
+    evaluates, *of_lapack = by_address.functions() or (0,)
     addresses = np.array([evaluates, by_address.pointer(system.capsule), *of_lapack])
     orders, sines, norms = map(np.concatenate, zip(*bases, strict=True))
     made = OneCall(
@@ -309,7 +309,7 @@ def is_ready(equations: Equations) -> bool:
     """Whether machine code does all that one call needs, but for its own loop."""
     loops = _loops(equations)
     compiled = bool(loops) and all(each.loop.is_compiled for each in loops)
-    return compiled and by_address.library() is not None
+    return compiled and by_address.functions() is not None
 
 
 def count_seconds(seconds: float) -> None:

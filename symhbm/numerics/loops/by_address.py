@@ -62,7 +62,7 @@ def call_library() -> Any:
 
 
 @cache
-def library() -> tuple[int, int, int] | None:
+def functions() -> tuple[int, int, int] | None:
     """Addresses of what evaluates a buffered function of CasADi, and of dgetrf and dgetrs.
 
     None where they have other names or integers here.
